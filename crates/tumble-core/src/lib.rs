@@ -22,7 +22,7 @@ pub mod model;
 pub mod moments;
 pub mod noise;
 pub mod pauses;
-pub(crate) mod products;
+pub mod products;
 pub mod real;
 pub mod redundancy;
 pub mod regression;

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
-use crate::products::Length;
+use crate::products::{Length, columns, identity, zeros};
 use crate::real::{Real, real};
 use crate::rotation::inverse_left_jacobian;
 
@@ -47,8 +47,8 @@ impl<T: Real> ErrorModel<T> {
     /// The sensor that says the truth.
     pub fn identity() -> Self {
         Self {
-            matrix: Matrix3::identity(),
-            bias: Vector3::zeros(),
+            matrix: identity(),
+            bias: zeros(),
         }
     }
 
@@ -129,7 +129,8 @@ impl<T: Real> Decomposition<T> {
     /// [`ModelError`] where `M` is singular or left-handed.
     pub fn of(m: &Matrix3<T>) -> Result<Self, ModelError> {
         let tiny = real::<T>(1e-12);
-        let k = Vector3::new(m.row(0).length(), m.row(1).length(), m.row(2).length());
+        let [x, y, z] = columns(&m.transpose());
+        let k = Vector3::new(x.length(), y.length(), z.length());
         if k.iter().any(|norm| !norm.is_finite() || *norm <= tiny) {
             return Err(ModelError::Singular);
         }

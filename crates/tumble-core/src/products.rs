@@ -3,7 +3,7 @@
 //!
 //! Terms are added in the order of their index, as the general products do: the same bits.
 
-use nalgebra::{Dim, Matrix, Matrix3, Storage, Vector3};
+use nalgebra::{ArrayStorage, Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::model::times;
 use crate::real::Real;
@@ -28,7 +28,7 @@ pub fn transposed_product<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T>
 #[inline(never)]
 pub fn matrix_product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let [x, y, z] = columns(b);
-    Matrix3::from_columns(&[product(a, &x), product(a, &y), product(a, &z)])
+    of_columns([product(a, &x), product(a, &y), product(a, &z)])
 }
 
 /// `a^T b`.
@@ -47,7 +47,7 @@ pub fn congruent<T: Real>(r: &Matrix3<T>, m: &Matrix3<T>) -> Matrix3<T> {
 #[inline(never)]
 pub fn outer<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Matrix3<T> {
     let [x, y, z] = [b.x, b.y, b.z].map(|share| Vector3::new(a.x * share, a.y * share, a.z * share));
-    Matrix3::from_columns(&[x, y, z])
+    of_columns([x, y, z])
 }
 
 /// `a x b`.
@@ -69,16 +69,62 @@ pub fn columns<T: Real>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
     ]
 }
 
-/// Length of a vector, by the root that the processor has.
+/// Zeros, in such words that they are written where they are to be and nowhere before: that would be on the stack.
+#[inline(always)]
+pub fn zeros<T: Real, const R: usize, const C: usize>() -> SMatrix<T, R, C> {
+    SMatrix::from_array_storage(ArrayStorage([[T::zero(); R]; C]))
+}
+
+/// The matrix that changes nothing.
+pub fn identity<T: Real>() -> Matrix3<T> {
+    diagonal(T::one(), T::one(), T::one())
+}
+
+/// `diag(x, y, z)`.
+pub fn diagonal<T: Real>(x: T, y: T, z: T) -> Matrix3<T> {
+    let zero = T::zero();
+    Matrix3::new(x, zero, zero, zero, y, zero, zero, zero, z)
+}
+
+/// A matrix by its columns.
+#[inline(always)]
+pub fn of_columns<T: Real>([x, y, z]: [Vector3<T>; 3]) -> Matrix3<T> {
+    Matrix3::from_array_storage(ArrayStorage([x.into(), y.into(), z.into()]))
+}
+
+/// Length of a vector or matrix, by the root that the processor has.
 pub trait Length<T: Real> {
-    /// `sqrt(v . v)`.
+    /// `sqrt(v . v)`, of all elements.
     fn length(&self) -> T;
 }
 
-impl<T: Real, R: Dim, C: Dim, S: Storage<T, R, C>> Length<T> for Matrix<T, R, C, S> {
+impl<T: Real> Length<T> for Vector2<T> {
     fn length(&self) -> T {
-        self.norm_squared().square_root()
+        (self.x * self.x + self.y * self.y).square_root()
     }
+}
+
+impl<T: Real> Length<T> for Vector3<T> {
+    fn length(&self) -> T {
+        squared(self).square_root()
+    }
+}
+
+impl<T: Real> Length<T> for Matrix3<T> {
+    fn length(&self) -> T {
+        squared_matrix(self).square_root()
+    }
+}
+
+/// `|v|^2`.
+pub fn squared<T: Real>(v: &Vector3<T>) -> T {
+    v.x * v.x + v.y * v.y + v.z * v.z
+}
+
+/// Sum of the squares of all elements.
+pub fn squared_matrix<T: Real>(m: &Matrix3<T>) -> T {
+    let [x, y, z] = columns(m);
+    squared(&x) + squared(&y) + squared(&z)
 }
 
 /// `v / |v|`.

@@ -10,9 +10,10 @@
 
 use core::cmp::Ordering;
 
-use nalgebra::{ArrayStorage, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 use crate::eigen;
+use crate::products::zeros;
 use crate::real::{Real, count, real};
 
 /// What is known of the unknowns before any data.
@@ -24,17 +25,20 @@ pub struct Prior<T: Real, const N: usize> {
     pub covariance: SMatrix<T, N, N>,
 }
 
+/// A matrix, column by column: the compiler knows its size wherever an element is taken, inlined or not.
+type Columns<T, const N: usize> = [[T; N]; N];
+
 /// The triangle `R` and right-hand side `d` with `R (x - mean) = d`: that of the prior, `R0` with `R0^T R0` the inverse of
 /// its covariance, before any data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastSquares<T: Real, const N: usize> {
     mean: SVector<T, N>,
-    prior_variance: SVector<T, N>,
+    prior_variance: [T; N],
     /// Diagonal of `R0`.
-    prior_diagonal: SVector<T, N>,
+    prior_diagonal: [T; N],
     /// Row `i` of `R` is column `i` from the diagonal down, and row `i` of `R0` is row `i` beyond the diagonal.
-    triangles: SMatrix<T, N, N>,
-    right: SVector<T, N>,
+    triangles: Columns<T, N>,
+    right: [T; N],
     squares: T,
     rows: u32,
     /// Whether the covariance of the prior is one.
@@ -95,10 +99,10 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     pub fn none() -> Self {
         Self {
             mean: zeros(),
-            prior_variance: zeros(),
-            prior_diagonal: zeros(),
-            triangles: zeros(),
-            right: zeros(),
+            prior_variance: [T::zero(); N],
+            prior_diagonal: [T::zero(); N],
+            triangles: [[T::zero(); N]; N],
+            right: [T::zero(); N],
             squares: T::zero(),
             rows: 0,
             sound: false,
@@ -109,14 +113,14 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     #[inline(never)]
     pub fn begin(&mut self, prior: &Prior<T, N>) {
         self.mean = prior.mean;
-        self.triangles = prior.covariance;
+        self.triangles = prior.covariance.data.0;
         for i in 0..N {
-            self.prior_variance[i] = prior.covariance[(i, i)];
+            self.prior_variance[i] = self.triangles[i][i];
         }
         let rooted = root(&mut self.triangles);
         self.sound = rooted.and_then(|()| invert(&mut self.triangles)).is_some();
         for i in 0..N {
-            self.prior_diagonal[i] = self.triangles[(i, i)];
+            self.prior_diagonal[i] = self.triangles[i][i];
         }
         self.restart();
     }
@@ -124,12 +128,12 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// Forgets all rows.
     pub fn restart(&mut self) {
         for i in 0..N {
-            self.triangles[(i, i)] = self.prior_diagonal[i];
+            self.triangles[i][i] = self.prior_diagonal[i];
             for j in i + 1..N {
-                self.triangles[(j, i)] = self.triangles[(i, j)];
+                self.triangles[i][j] = self.triangles[j][i];
             }
         }
-        self.right = SVector::zeros();
+        self.right = [T::zero(); N];
         self.squares = T::zero();
         self.rows = 0;
     }
@@ -140,19 +144,19 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     pub fn push(&mut self, a: &SVector<T, N>, y: T, variance: T) {
         self.rows += 1;
         let weight = T::one() / variance.square_root();
-        let mut row = a * weight;
+        let [mut row] = (a * weight).data.0;
         let mut right = (y - a.dot(&self.mean)) * weight;
         for i in 0..N {
             // Nothing to turn: roots are dear on small processors.
             if row[i] == T::zero() {
                 continue;
             }
-            let diagonal = self.triangles[(i, i)];
+            let diagonal = self.triangles[i][i];
             let length = (diagonal * diagonal + row[i] * row[i]).square_root();
             let (cosine, sine) = (diagonal / length, row[i] / length);
             for j in i..N {
-                let (above, below) = (self.triangles[(j, i)], row[j]);
-                self.triangles[(j, i)] = cosine * above + sine * below;
+                let (above, below) = (self.triangles[i][j], row[j]);
+                self.triangles[i][j] = cosine * above + sine * below;
                 row[j] = cosine * below - sine * above;
             }
             let above = self.right[i];
@@ -179,10 +183,12 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     #[inline(never)]
     pub fn solve_into(&self, solution: &mut Solution<T, N>) -> Result<(), Unsolvable> {
         solution.x = self.unknowns()?;
-        self.invert_into(&mut solution.covariance)?;
-        by_its_transpose(&mut solution.covariance); // eq. 13
+        let [ignorance] = &mut solution.ignorance.data.0;
+        let covariance = &mut solution.covariance.data.0;
+        self.invert_into(covariance)?;
+        by_its_transpose(covariance); // eq. 13
         for i in 0..N {
-            solution.ignorance[i] = solution.covariance[(i, i)] / self.prior_variance[i];
+            ignorance[i] = covariance[i][i] / self.prior_variance[i];
         }
         // The residuals of data and prior together, less those of the prior.
         solution.chi_square = (self.squares - self.residual_of_prior(&solution.x)).max(T::zero());
@@ -199,20 +205,20 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         let mut step = self.right;
         for i in (0..N).rev() {
             for j in i + 1..N {
-                step[i] = step[i] - self.triangles[(j, i)] * step[j];
+                step[i] -= self.triangles[i][j] * step[j];
             }
-            step[i] /= self.triangles[(i, i)];
+            step[i] /= self.triangles[i][i];
         }
         let solved = self.sound && step.iter().all(|value| value.is_finite());
-        solved.then(|| self.mean + step).ok_or(Unsolvable) // eq. 13
+        solved.then(|| self.mean + SVector::from(step)).ok_or(Unsolvable) // eq. 13
     }
 
     /// By how much the squared residuals, prior included, are larger at `x` than at the solution: the square of the distance
     /// in sigmas, along the direction in which that is largest.
     pub fn excess(&self, x: &SVector<T, N>) -> T {
-        let step = x - self.mean;
+        let [step] = (x - self.mean).data.0;
         (0..N).fold(T::zero(), |sum, i| {
-            let row = (i..N).fold(-self.right[i], |row, j| row + self.triangles[(j, i)] * step[j]);
+            let row = (i..N).fold(-self.right[i], |row, j| row + self.triangles[i][j] * step[j]);
             sum + row * row
         })
     }
@@ -222,8 +228,8 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// # Errors
     /// As of [`Self::solve`].
     pub fn rank(&self) -> Result<usize, Unsolvable> {
-        let mut inverse = SMatrix::zeros();
-        self.invert_into(&mut inverse)?;
+        let mut inverse: SMatrix<T, N, N> = zeros();
+        self.invert_into(&mut inverse.data.0)?;
         let left = self.prior_triangle() * inverse;
         let (left_standing, _) = eigen::symmetric(left * left.transpose());
         let undecided = real::<T>(0.5);
@@ -232,10 +238,10 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
 
     /// Squared residual of the prior at `x`.
     fn residual_of_prior(&self, x: &SVector<T, N>) -> T {
-        let step = x - self.mean;
+        let [step] = (x - self.mean).data.0;
         (0..N).fold(T::zero(), |sum, i| {
             let first = self.prior_diagonal[i] * step[i];
-            let row = (i + 1..N).fold(first, |row, j| row + self.triangles[(i, j)] * step[j]);
+            let row = (i + 1..N).fold(first, |row, j| row + self.triangles[j][i] * step[j]);
             sum + row * row
         })
     }
@@ -243,17 +249,17 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// `R0`.
     fn prior_triangle(&self) -> SMatrix<T, N, N> {
         SMatrix::from_fn(|i, j| match i.cmp(&j) {
-            Ordering::Less => self.triangles[(i, j)],
+            Ordering::Less => self.triangles[j][i],
             Ordering::Equal => self.prior_diagonal[i],
             Ordering::Greater => T::zero(),
         })
     }
 
     /// The inverse of `R`.
-    fn invert_into(&self, inverse: &mut SMatrix<T, N, N>) -> Result<(), Unsolvable> {
+    fn invert_into(&self, inverse: &mut Columns<T, N>) -> Result<(), Unsolvable> {
         for i in 0..N {
             for j in 0..N {
-                inverse[(i, j)] = if i <= j { self.triangles[(j, i)] } else { T::zero() };
+                inverse[j][i] = if i <= j { self.triangles[i][j] } else { T::zero() };
             }
         }
         let regular = self.sound && invert(inverse).is_some();
@@ -261,27 +267,21 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     }
 }
 
-/// Zeros, in such words that they are written where they are to be and nowhere before: that would be on the stack.
-#[inline(always)]
-pub fn zeros<T: Real, const R: usize, const C: usize>() -> SMatrix<T, R, C> {
-    SMatrix::from_array_storage(ArrayStorage([[T::zero(); R]; C]))
-}
-
 /// Puts the upper triangle `U` with `U U^T` a covariance in the place of its own, column by column from the last (Golub and
 /// Van Loan, section 4.2.5, read backwards); `None` where it is none.
-fn root<T: Real, const N: usize>(covariance: &mut SMatrix<T, N, N>) -> Option<()> {
+fn root<T: Real, const N: usize>(covariance: &mut Columns<T, N>) -> Option<()> {
     for j in (0..N).rev() {
-        let length = Some(covariance[(j, j)].square_root()).filter(|length| *length > T::zero())?;
-        covariance[(j, j)] = length;
+        let length = Some(covariance[j][j].square_root()).filter(|length| *length > T::zero())?;
+        covariance[j][j] = length;
         for i in 0..j {
-            covariance[(i, j)] /= length;
+            covariance[j][i] /= length;
         }
         for k in 0..j {
-            if covariance[(k, j)] == T::zero() {
+            if covariance[j][k] == T::zero() {
                 continue;
             }
             for i in 0..k + 1 {
-                covariance[(i, k)] = covariance[(i, k)] - covariance[(i, j)] * covariance[(k, j)];
+                covariance[k][i] -= covariance[j][i] * covariance[j][k];
             }
         }
     }
@@ -289,36 +289,36 @@ fn root<T: Real, const N: usize>(covariance: &mut SMatrix<T, N, N>) -> Option<()
 }
 
 /// Puts the inverse of an upper triangle in its place; `None` where there is none.
-fn invert<T: Real, const N: usize>(triangle: &mut SMatrix<T, N, N>) -> Option<()> {
+fn invert<T: Real, const N: usize>(triangle: &mut Columns<T, N>) -> Option<()> {
     for j in 0..N {
-        if triangle[(j, j)] == T::zero() {
+        if triangle[j][j] == T::zero() {
             return None;
         }
-        let last = T::one() / triangle[(j, j)];
-        triangle[(j, j)] = last;
+        let last = T::one() / triangle[j][j];
+        triangle[j][j] = last;
         for i in 0..j {
             // Rows from i on of the columns before j are inverse already, and column j from i on is not.
             let mut sum = T::zero();
             for k in i..j {
-                sum += triangle[(i, k)] * triangle[(k, j)];
+                sum += triangle[k][i] * triangle[j][k];
             }
-            triangle[(i, j)] = -sum * last;
+            triangle[j][i] = -sum * last;
         }
     }
     Some(())
 }
 
 /// Puts `U U^T` in the place of an upper triangle `U`.
-fn by_its_transpose<T: Real, const N: usize>(triangle: &mut SMatrix<T, N, N>) {
+fn by_its_transpose<T: Real, const N: usize>(triangle: &mut Columns<T, N>) {
     for i in 0..N {
         for j in i..N {
-            let product = (j..N).fold(T::zero(), |sum, k| sum + triangle[(i, k)] * triangle[(j, k)]);
-            triangle[(i, j)] = product;
+            let product = (j..N).fold(T::zero(), |sum, k| sum + triangle[k][i] * triangle[k][j]);
+            triangle[j][i] = product;
         }
     }
     for i in 0..N {
         for j in i + 1..N {
-            triangle[(j, i)] = triangle[(i, j)];
+            triangle[i][j] = triangle[j][i];
         }
     }
 }

@@ -6,6 +6,7 @@ use core::fmt::Write;
 
 use heapless::Vec;
 use nalgebra::Vector3;
+use tumble_core::products::{squared, transposed_product};
 use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
@@ -220,7 +221,7 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
         );
         let departure = self.departures.get_mut(output.source);
         if let (Some(unit), Some(raw), Some(departure)) = (unit, raw, departure) {
-            let turned = |y: &Vector3<f32>| unit.sensor_from_primary.tr_mul(y);
+            let turned = |y: &Vector3<f32>| transposed_product(&unit.sensor_from_primary, y);
             let as_read = (turned(&raw.specific_force), turned(&raw.angular_rate));
             departure.take(primary, (&output.specific_force, &output.angular_rate), as_read);
         }
@@ -276,8 +277,8 @@ impl Departure {
     ) {
         let (f, w) = (&primary.specific_force, &primary.angular_rate);
         let add = |[force, rate]: &mut [f32; 2], said: (&Vector3<f32>, &Vector3<f32>)| {
-            *force += (said.0 - f).norm_squared();
-            *rate += (said.1 - w).norm_squared();
+            *force += squared(&(said.0 - f));
+            *rate += squared(&(said.1 - w));
         };
         add(&mut self.compensated, output);
         add(&mut self.as_read, (&as_read.0, &as_read.1));

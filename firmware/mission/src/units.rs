@@ -1,6 +1,7 @@
 //! The redundant set whose readings are played: a primary and two secondaries.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use tumble_core::products::diagonal;
 use tumble_core::real::real;
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::settings::RedundancySettings;
@@ -34,7 +35,7 @@ pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, MissionError>
     settings.collection.collect = cases.seconds("collect_s")?;
     let mut units = IDENTITIES.map(MountedUnit::new);
     let [_, _, second] = &mut units;
-    second.sensor_from_primary = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
+    second.sensor_from_primary = diagonal(1.0, -1.0, -1.0);
     Ok(Platform::new(settings, PrimaryCalibration::none(), units)?)
 }
 

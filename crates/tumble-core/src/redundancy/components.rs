@@ -25,11 +25,6 @@ pub fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// `|v|^2`.
-pub fn squared<T: Real>(v: &Vector3<T>) -> T {
-    dot(v, v)
-}
-
 /// The larger of two numbers; the first where the second is none. That of the library is a call.
 pub fn larger<T: Real>(a: T, b: T) -> T {
     if b > a { b } else { a }

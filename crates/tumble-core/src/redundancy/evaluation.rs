@@ -1,8 +1,10 @@
 //! Deviations at rest, where physics says what a sensor has to say: |f| = g and w = 0.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::products::{Length, product, transposed_product, unit_beyond};
+use crate::products::{
+    Length, identity, product, squared, squared_matrix, transposed_product, unit_beyond, zeros,
+};
 use crate::real::{Real, count, real};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
@@ -65,7 +67,7 @@ impl<T: Real> StoredCalibration<T> {
             place_sigma: real(f64::INFINITY),
             apart: real(f64::INFINITY),
             agrees: false,
-            followed: Vector3::zeros(),
+            followed: zeros(),
         }
     }
 
@@ -94,7 +96,7 @@ impl<T: Real> StoredCalibration<T> {
     pub fn prove(&mut self, sensor: Sensor, u: &Vector3<T>) {
         self.followed = match sensor {
             Sensor::Accelerometer => across(&self.followed, u), // eq. 21
-            Sensor::Gyroscope => Vector3::zeros(),
+            Sensor::Gyroscope => zeros(),
         };
     }
 
@@ -302,8 +304,8 @@ pub fn factory_error<T: Real>(
         (Data::Compensated, _) => of_all_axes(axes, sensor, residual),
         (Data::Raw, Sensor::Gyroscope) => bias.length(),
         (Data::Raw, Sensor::Accelerometer) => {
-            let of_gravity = (matrix - Matrix3::identity()) * settings.gravity;
-            (bias.norm_squared() + of_gravity.norm_squared() / real(3.0)).square_root()
+            let of_gravity = (matrix - identity()) * settings.gravity;
+            (squared(bias) + squared_matrix(&of_gravity) / real(3.0)).square_root()
         }
     }
 }

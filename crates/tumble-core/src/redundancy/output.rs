@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{cross, transposed_product};
+use crate::products::{cross, transposed_product, zeros};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, dot, follow, larger, scaled};
 use crate::redundancy::evaluation::StoredCalibration;
@@ -29,7 +29,7 @@ impl<T: Real> Output<T> {
     pub(super) fn is_finite(&self) -> bool {
         let (f, w) = (&self.specific_force, &self.angular_rate);
         // Nothing of what is finite is zero.
-        (dot(f, &Vector3::zeros()) + dot(w, &Vector3::zeros())) == T::zero()
+        (dot(f, &zeros()) + dot(w, &zeros())) == T::zero()
     }
 }
 
@@ -86,7 +86,7 @@ impl<T: Real> LeverArmCorrection<T> {
     pub fn new() -> Self {
         Self {
             latest: None,
-            angular_acceleration: Vector3::zeros(),
+            angular_acceleration: zeros(),
         }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Correction, ErrorModel};
-use crate::products::Length;
+use crate::products::{self, Length, matrix_product, zeros};
 use crate::real::{Real, real};
 use crate::redundancy::record::{Record, Storage};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
@@ -50,7 +50,7 @@ impl<T: Real> MountedUnit<T> {
                 angular_rate: None,
             },
             time_offset: 0,
-            sensor_from_primary: Matrix3::identity(),
+            sensor_from_primary: products::identity(),
             lever_arm: None,
             thresholds: [None; 2],
         }
@@ -68,7 +68,7 @@ impl<T: Real> MountedUnit<T> {
 
     fn is_sound(&self) -> bool {
         let r = &self.sensor_from_primary;
-        let off = r * r.transpose() - Matrix3::identity();
+        let off = matrix_product(r, &r.transpose()) - products::identity();
         let finite = self.lever_arm.is_none_or(|r| r.iter().all(|x| x.is_finite()));
         // What single precision leaves of a rotation written with four digits.
         finite && off.length() < real(1e-3) && r.determinant() > T::zero()
@@ -87,8 +87,8 @@ impl<T: Real> PrimaryCalibration<T> {
     /// None: its readings are taken for the truth.
     pub fn none() -> Self {
         let correction = Correction {
-            matrix: Matrix3::identity(),
-            bias: Vector3::zeros(),
+            matrix: products::identity(),
+            bias: zeros(),
         };
         Self {
             models: [ErrorModel::identity(); 2],
@@ -200,7 +200,7 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
             .first()
             .filter(|_| UNITS > 1)
             .ok_or(PlatformError::TooFewUnits)?;
-        if primary.axes != Axes::ALL || primary.sensor_from_primary != Matrix3::identity() {
+        if primary.axes != Axes::ALL || primary.sensor_from_primary != products::identity() {
             return Err(PlatformError::Primary);
         }
         for (i, unit) in units.iter().enumerate() {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::ErrorModel;
-use crate::products::{columns, cross, matrix_product, product};
+use crate::products::{columns, cross, identity, matrix_product, product, zeros};
 use crate::real::Real;
 use crate::redundancy::components::{difference, dot};
 use crate::redundancy::record::Record;
@@ -24,9 +24,9 @@ impl<T: Real> RelativeError<T> {
     /// No error.
     pub fn none() -> Self {
         Self {
-            matrix: Matrix3::identity(),
-            bias: Vector3::zeros(),
-            lever_arm: Vector3::zeros(),
+            matrix: identity(),
+            bias: zeros(),
+            lever_arm: zeros(),
         }
     }
 

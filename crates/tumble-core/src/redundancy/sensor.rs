@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::squared;
 use crate::real::Real;
 use crate::sample::{CHANNELS, Sample};
 
@@ -64,7 +65,7 @@ impl Sensor {
 
     /// Squared distance of its three channels in one reading from those in another.
     pub fn squared_distance<T: Real>(self, a: &[T; CHANNELS], b: &[T; CHANNELS]) -> T {
-        (self.triad(a) - self.triad(b)).norm_squared()
+        squared(&(self.triad(a) - self.triad(b)))
     }
 }
 

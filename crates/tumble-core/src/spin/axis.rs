@@ -3,10 +3,11 @@
 //! At rest the line shows its point `b`; while the robot turns, however unevenly, its direction `n`. What the rate was
 //! nobody needs to know beforehand (docs/theory/spin.md, eq. 4 to 6).
 
-use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
+use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::products::{
-    columns, congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product, unit,
+    columns, congruent, matrix_product, of_columns, outer, product, transposed_matrix_product,
+    transposed_product, unit, zeros,
 };
 use crate::real::{Real, count, real};
 
@@ -22,8 +23,8 @@ impl<T: Real> Default for RateMoments<T> {
     fn default() -> Self {
         Self {
             points: 0,
-            mean: Vector3::zeros(),
-            spread: Matrix3::zeros(),
+            mean: zeros(),
+            spread: zeros(),
         }
     }
 }
@@ -63,7 +64,7 @@ pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
     };
     let forward = Vector3::new(level, -up.x * sine, -up.x * cosine);
     let left = Vector3::new(T::zero(), cosine, -sine);
-    Matrix3::from_columns(&[forward, left, *up])
+    of_columns([forward, left, *up])
 }
 
 /// Roll and pitch, rad, of a case in which `up` points up: `floor_from_case = R_y(pitch) R_x(roll)`.
@@ -147,14 +148,14 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     let sums = LineSums {
         points,
         along: mean.z * points,
-        along_squared: about_rest[(2, 2)],
+        along_squared: about_rest.m33,
     };
     let block_variance = floored(scatter(&spread, &sums), LEAST);
-    let across = |i: usize| {
-        let (seen, with_rate) = (mean[i] * points, about_rest[(i, 2)]);
-        line(&sums, seen, with_rate, block_variance, rest_variance[i])
+    let across = |mean: T, with_rate: T, rest_variance: T| {
+        line(&sums, mean * points, with_rate, block_variance, rest_variance)
     };
-    let (forward, left) = (across(0), across(1));
+    let forward = across(mean.x, about_rest.m13, rest_variance.x);
+    let left = across(mean.y, about_rest.m23, rest_variance.y);
     let bias = product(&floor, &Vector3::new(forward.0.x, left.0.x, T::zero())) + rest.mean; // eq. 5: delta
     let tilted = up + product(&floor, &Vector3::new(forward.0.y, left.0.y, T::zero())); // eq. 5: tau
     AxisFit {
@@ -168,29 +169,31 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
 /// Of `[bias forward, left, up; tilt forward, left]`: a pair of bias and tilt for each direction across the axis, and the
 /// bias along it, which rest alone shows.
 fn joint_covariance<T: Real>(across: [&Matrix2<T>; 2], along: T) -> SMatrix<T, 5, 5> {
-    let mut covariance = SMatrix::<T, 5, 5>::zeros();
-    for (i, pair) in across.into_iter().enumerate() {
-        covariance[(i, i)] = pair[(0, 0)];
-        covariance[(i, i + 3)] = pair[(0, 1)];
-        covariance[(i + 3, i)] = pair[(0, 1)];
-        covariance[(i + 3, i + 3)] = pair[(1, 1)];
+    let mut covariance = [[T::zero(); 5]; 5];
+    for i in 0..2 {
+        let pair = across[i];
+        covariance[i][i] = pair.m11;
+        covariance[i + 3][i] = pair.m12;
+        covariance[i][i + 3] = pair.m12;
+        covariance[i + 3][i + 3] = pair.m22;
     }
-    covariance[(2, 2)] = along;
-    covariance
+    covariance[2][2] = along;
+    SMatrix::from_array_storage(ArrayStorage(covariance))
 }
 
 /// Variance across the axis about the line through the turning blocks alone; that of a block.
 fn scatter<T: Real>(spread: &Matrix3<T>, sums: &LineSums<T>) -> T {
-    let along = spread[(2, 2)];
-    let left_over = |i: usize| {
+    let along = spread.m33;
+    let left_over = |square: T, with_rate: T| {
         let explained = if along > T::zero() {
-            spread[(i, 2)] * spread[(i, 2)] / along
+            with_rate * with_rate / along
         } else {
             T::zero()
         };
-        (spread[(i, i)] - explained).max(T::zero())
+        (square - explained).max(T::zero())
     };
-    (left_over(0) + left_over(1)) / ((sums.points - real(2.0)).max(T::one()) * real(2.0))
+    (left_over(spread.m11, spread.m13) + left_over(spread.m22, spread.m23))
+        / ((sums.points - real(2.0)).max(T::one()) * real(2.0))
 }
 
 /// One direction across the axis: offset of the bias from the rest's, and slope over the rate, with their covariance.
@@ -207,7 +210,7 @@ fn line<T: Real>(
     let determinant = a * c - b * b;
     if determinant <= T::zero() {
         let unknown = Matrix2::new(rest_variance, T::zero(), T::zero(), T::one());
-        return (Vector2::zeros(), unknown);
+        return (zeros(), unknown);
     }
     let inverse = Matrix2::new(c, -b, -b, a) / determinant;
     (inverse * Vector2::new(seen, with_rate), inverse * variance) // eq. 5, 6

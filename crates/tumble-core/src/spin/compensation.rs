@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::zeros;
 use crate::real::Real;
 use crate::sample::Sample;
 use crate::spin::estimate::SpinEstimate;
@@ -19,8 +20,8 @@ impl<T: Real> Compensation<T> {
     /// Takes nothing off.
     pub fn none() -> Self {
         Self {
-            specific_force: Vector3::zeros(),
-            angular_rate: Vector3::zeros(),
+            specific_force: zeros(),
+            angular_rate: zeros(),
         }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
-use crate::products::{Length, transposed_matrix_product, transposed_product, unit};
+use crate::products::{Length, identity, transposed_matrix_product, transposed_product, unit, zeros};
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
@@ -51,7 +51,7 @@ impl<T: Real> TurnTotals<T> {
             least: T::zero(),
             most: T::zero(),
             squared: T::zero(),
-            vector: Vector3::zeros(),
+            vector: zeros(),
         }
     }
 
@@ -138,7 +138,7 @@ impl<T: Real> SpinEstimator<T> {
             stop: None,
             turning: Harmonics::default(),
             whitener: RowWhitener::new(),
-            frame: Matrix3::identity(),
+            frame: identity(),
             rates: RateMoments::default(),
             noise: Moments::new(),
             turning_samples: 0,
@@ -156,7 +156,7 @@ impl<T: Real> SpinEstimator<T> {
         self.stop = None;
         self.turning.clear();
         self.whitener = RowWhitener::new();
-        self.frame = Matrix3::identity();
+        self.frame = identity();
         self.rates = RateMoments::default();
         self.noise = Moments::new();
         self.turning_samples = 0;
@@ -343,7 +343,7 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Specific force from that of the first rest: in single precision gravity would cost three digits.
     fn push_row(&mut self, row: HarmonicRow<T>) {
-        let origin = self.rests.as_ref().map_or(Vector3::zeros(), Rests::first_force);
+        let origin = self.rests.as_ref().map_or(zeros(), Rests::first_force);
         let own = self.whitener.push(&HarmonicRow {
             specific_force: row.specific_force - origin,
             ..row

@@ -4,8 +4,9 @@
 //! these (with the right-hand sides of the three axes) is all that any later fit, however nonlinear in physical
 //! quantities, needs to know (docs/theory/spin.md, eq. 9).
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
+use crate::products::zeros;
 use crate::real::{Real, count, real};
 use crate::spin::block::Block;
 
@@ -129,8 +130,9 @@ impl<T: Real> Default for RowWhitener<T> {
 /// Rows reduced to their triangle by Givens rotations (Golub and Van Loan, section 6.5.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Harmonics<T: Real> {
-    triangle: SMatrix<T, FUNCTIONS, FUNCTIONS>,
-    right: SMatrix<T, FUNCTIONS, 3>,
+    /// Row by row, as is the other.
+    triangle: [[T; FUNCTIONS]; FUNCTIONS],
+    right: [[T; 3]; FUNCTIONS],
     squares: Vector3<T>,
     rows: u32,
 }
@@ -138,9 +140,9 @@ pub struct Harmonics<T: Real> {
 impl<T: Real> Default for Harmonics<T> {
     fn default() -> Self {
         Self {
-            triangle: SMatrix::zeros(),
-            right: SMatrix::zeros(),
-            squares: Vector3::zeros(),
+            triangle: [[T::zero(); FUNCTIONS]; FUNCTIONS],
+            right: [[T::zero(); 3]; FUNCTIONS],
+            squares: zeros(),
             rows: 0,
         }
     }
@@ -149,34 +151,32 @@ impl<T: Real> Default for Harmonics<T> {
 impl<T: Real> Harmonics<T> {
     /// Forgets all rows.
     pub fn clear(&mut self) {
-        self.triangle.fill(T::zero());
-        self.right.fill(T::zero());
-        self.squares = Vector3::zeros();
-        self.rows = 0;
+        *self = Self::default();
     }
 
     /// Takes in one row.
     pub fn push(&mut self, row: &HarmonicRow<T>) {
         self.rows = self.rows.saturating_add(1);
-        let (mut functions, mut force) = (row.functions, row.specific_force);
+        let ([mut functions], [mut force]) = (row.functions.data.0, row.specific_force.data.0);
         for i in 0..FUNCTIONS {
             if functions[i] == T::zero() {
                 continue;
             }
             let length =
-                (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).square_root();
-            let (cosine, sine) = (self.triangle[(i, i)] / length, functions[i] / length);
+                (self.triangle[i][i] * self.triangle[i][i] + functions[i] * functions[i]).square_root();
+            let (cosine, sine) = (self.triangle[i][i] / length, functions[i] / length);
             for j in i..FUNCTIONS {
-                let (above, below) = (self.triangle[(i, j)], functions[j]);
-                self.triangle[(i, j)] = cosine * above + sine * below;
+                let (above, below) = (self.triangle[i][j], functions[j]);
+                self.triangle[i][j] = cosine * above + sine * below;
                 functions[j] = cosine * below - sine * above;
             }
             for axis in 0..3 {
-                let (above, below) = (self.right[(i, axis)], force[axis]);
-                self.right[(i, axis)] = cosine * above + sine * below;
+                let (above, below) = (self.right[i][axis], force[axis]);
+                self.right[i][axis] = cosine * above + sine * below;
                 force[axis] = cosine * below - sine * above;
             }
         }
+        let force = Vector3::from(force);
         self.squares += force.component_mul(&force);
     }
 
@@ -185,9 +185,9 @@ impl<T: Real> Harmonics<T> {
         self.rows
     }
 
-    /// Line `i` of the triangle and of the right-hand sides.
-    pub fn line(&self, i: usize) -> (SVector<T, FUNCTIONS>, Vector3<T>) {
-        (self.triangle.row(i).transpose(), self.right.row(i).transpose())
+    /// Lines of the triangle and of the right-hand sides.
+    pub fn lines(&self) -> impl Iterator<Item = (&[T; FUNCTIONS], &[T; 3])> {
+        self.triangle.iter().zip(&self.right)
     }
 
     /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over to tell.

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{Length, congruent, outer};
+use crate::products::{Length, congruent, identity, outer};
 use crate::real::{Real, real};
 use crate::spin::axis::RestingRate;
 
@@ -51,13 +51,10 @@ pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>
         T::one()
     };
     let up = readings.turned * (upwards / angle); // eq. 2
-    let across = Matrix3::identity() - outer(&up, &up);
+    let across = identity() - outer(&up, &up);
     let from_rest =
         Matrix3::from_diagonal(&readings.rest.variance) * (readings.net_duration * readings.net_duration);
-    let of_angle = congruent(
-        &across,
-        &(from_rest + Matrix3::identity() * readings.turned_variance),
-    );
+    let of_angle = congruent(&across, &(from_rest + identity() * readings.turned_variance));
     let lever = readings.gravity / angle;
     Some(LevelFloor {
         up,

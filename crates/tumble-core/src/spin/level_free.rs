@@ -6,9 +6,9 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::products::{columns, cross, product, unit};
+use crate::products::{columns, cross, identity, product, squared, unit, zeros};
 use crate::real::{Real, count, real};
-use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced, zeros};
+use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
 use crate::spin::harmonics::{FUNCTIONS, Harmonics};
 
@@ -86,9 +86,9 @@ impl<T: Real> LevelFree<T> {
     pub fn none() -> Self {
         Self {
             solution: Solution::none(),
-            floor: Matrix3::identity(),
+            floor: identity(),
             up: Vector3::z(),
-            gyroscope_bias: Vector3::zeros(),
+            gyroscope_bias: zeros(),
             gravity: T::zero(),
             by_time: T::zero(),
             degrees_of_freedom: 0,
@@ -112,7 +112,7 @@ impl<T: Real> LevelFree<T> {
         let (uphill, arm) = (project_horizontal(UPHILL), project_horizontal(LEVER_ARM));
         let (sine, cosine) = heading.sine_cosine();
         let q = T::one() / (T::one() + x[SCALE]);
-        let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
+        let vertical = (self.gravity * self.gravity - squared(&uphill)).max(T::zero());
         self.up * vertical.square_root() + uphill * cosine // eq. 7
             - cross(&self.up, &uphill) * sine
             - arm * (rate * rate * q * q)
@@ -183,7 +183,7 @@ impl<T: Real> HeadingDistortion<T> {
 }
 
 /// A line of the harmonics: coefficients of the functions of eq. 9.
-type Line<T> = SVector<T, FUNCTIONS>;
+type Line<T> = [T; FUNCTIONS];
 
 /// What a line of the harmonics has of each of the vectors: the line times X of eq. 12.
 #[derive(Clone, Copy)]
@@ -226,7 +226,7 @@ impl<T: Real> VectorWeights<T> {
 
 impl<T: Real> HarmonicVectors<T> {
     fn zero() -> Self {
-        let zero = Vector3::zeros();
+        let zero = zeros();
         Self {
             constant: zero,
             cosine: zero,
@@ -289,7 +289,7 @@ impl<T: Real> Linearization<T> {
         let across = plane.map(|e| cross(&up, &e));
         let uphill = plane[0] * x[UPHILL] + plane[1] * x[UPHILL + 1];
         let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
-        let gravity = (priors.gravity * priors.gravity - uphill.norm_squared())
+        let gravity = (priors.gravity * priors.gravity - squared(&uphill))
             .max(T::zero())
             .square_root(); // eq. 7: sqrt(g^2 - p^2)
         let bias = Vector3::new(x[ACCELEROMETER], x[ACCELEROMETER + 1], x[ACCELEROMETER + 2]);
@@ -343,15 +343,19 @@ impl<T: Real> Linearization<T> {
     }
 
     /// Derivatives by all unknowns of the specific force of a line whose weights are `weights`.
-    fn derivatives(&self, line: &Line<T>, weights: &VectorWeights<T>) -> [Vector3<T>; UNKNOWNS] {
-        let by = |change| self.vectors.weighted(&VectorWeights::distorted(line, change));
-        let mut derivatives = [Vector3::zeros(); UNKNOWNS];
+    fn derivatives(&self, line: &Line<T>, weights: &VectorWeights<T>) -> [[T; 3]; UNKNOWNS] {
+        let by = |change| {
+            self.vectors
+                .weighted(&VectorWeights::distorted(line, change))
+                .into()
+        };
+        let mut derivatives = [[T::zero(); 3]; UNKNOWNS];
         for axis in 0..3 {
             derivatives[ACCELEROMETER + axis][axis] = weights.constant;
         }
         derivatives[GYROSCOPE_UP] = by(&self.by_drift);
         for (i, vectors) in self.by_vectors.iter().enumerate() {
-            derivatives[AXIS + i] = vectors.weighted(weights);
+            derivatives[AXIS + i] = vectors.weighted(weights).into();
         }
         derivatives[SCALE] = by(&self.by_scale);
         derivatives[WALK] = by(&self.by_walk);
@@ -440,17 +444,20 @@ impl<T: Real> LevelFreeFit<T> {
     #[inline(never)]
     fn accumulate(&mut self, harmonics: [(&Harmonics<T>, &Vector3<T>); 2], point: &Linearization<T>) {
         for (harmonics, variance) in harmonics {
-            for i in 0..FUNCTIONS {
-                let (line, right) = harmonics.line(i);
+            for (line, right) in harmonics.lines() {
                 // Lines of functions that never were anything but zero say nothing.
                 if line.iter().all(|value| *value == T::zero()) {
                     continue;
                 }
-                let weights = VectorWeights::new(&line, &point.distortion);
-                let left = right - point.vectors.weighted(&weights);
-                let derivatives = point.derivatives(&line, &weights);
+                let weights = VectorWeights::new(line, &point.distortion);
+                let [left] = (Vector3::from(*right) - point.vectors.weighted(&weights)).data.0;
+                let derivatives = point.derivatives(line, &weights);
                 for axis in 0..3 {
-                    let a = SVector::from_fn(|j, _| derivatives[j][axis]);
+                    let mut a: SVector<T, UNKNOWNS> = zeros();
+                    for (element, by) in a.iter_mut().zip(&derivatives) {
+                        *element = by[axis];
+                    }
+                    let [variance] = &variance.data.0;
                     self.equations
                         .push(&a, left[axis] + a.dot(&self.x), variance[axis]);
                 }
@@ -506,6 +513,7 @@ fn prior<T: Real>(priors: &SpinPriors<T>) -> Prior<T, UNKNOWNS> {
         mean: nominal(priors),
         covariance: zeros(),
     };
+    let covariance = &mut prior.covariance.data.0;
     let variance = |i: usize| -> T {
         let largest: T = match i {
             ACCELEROMETER..GYROSCOPE => real(LARGEST.0),
@@ -517,13 +525,12 @@ fn prior<T: Real>(priors: &SpinPriors<T>) -> Prior<T, UNKNOWNS> {
         largest * largest
     };
     for i in (0..GYROSCOPE).chain(UPHILL..UNKNOWNS) {
-        prior.covariance[(i, i)] = variance(i);
+        covariance[i][i] = variance(i);
     }
-    for i in 0..UPHILL - GYROSCOPE {
-        for j in 0..UPHILL - GYROSCOPE {
-            prior.covariance[(GYROSCOPE + i, GYROSCOPE + j)] = priors.axis.covariance[(i, j)];
-        }
+    let of_axis = &priors.axis.covariance.data.0;
+    for (column, of_axis) in covariance[GYROSCOPE..UPHILL].iter_mut().zip(of_axis) {
+        column[GYROSCOPE..UPHILL].copy_from_slice(of_axis);
     }
-    prior.covariance[(GYROSCOPE_UP, GYROSCOPE_UP)] = priors.bias_variance;
+    covariance[GYROSCOPE_UP][GYROSCOPE_UP] = priors.bias_variance;
     prior
 }

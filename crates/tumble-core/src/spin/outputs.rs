@@ -1,10 +1,9 @@
 //! From the unknowns of the fit to the quantities people ask for, with their sigmas.
 
-use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::products::{Length, congruent, matrix_product};
+use crate::products::{Length, columns, congruent, matrix_product, zeros};
 use crate::real::{Real, real};
-use crate::regression::zeros;
 use crate::spin::axis;
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
 use crate::spin::estimator::SpinEstimator;
@@ -107,10 +106,7 @@ fn accelerometer_bias<T: Real>(
     fit: &LevelFree<T>,
     joint: &SMatrix<T, 6, 6>,
 ) -> AccelerometerBias<T> {
-    let level_free = bias(
-        fit.accelerometer_bias(),
-        Vector3::from_fn(|i, _| joint[(i, i)].square_root()),
-    );
+    let level_free = bias(fit.accelerometer_bias(), sigma(joint, ACCELEROMETER));
     let (level_floor, level_floor_covariance) = level_floor(spin, priors, joint);
     let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
     let trusted = full_turn || level_free.sigma.max() < real(TRUSTED_SIGMA);
@@ -135,7 +131,7 @@ fn gyroscope_bias<T: Real>(
     let earth = fit.up * spin.settings().earth_rate_up;
     VectorEstimate {
         value: fit.gyroscope_bias - earth,
-        sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].square_root()),
+        sigma: sigma(joint, GYROSCOPE),
         observed: true,
     }
 }
@@ -170,7 +166,7 @@ fn floor_attitude<T: Real>(fit: &LevelFree<T>, spread: &Spread<'_, T>) -> FloorA
 fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
     let at_rest = |first: usize| {
         spin.rests()
-            .map_or(Vector3::zeros(), |rests| rests.sample_variance(first))
+            .map_or(zeros(), |rests| rests.sample_variance(first))
             .map(|v| v.square_root())
     };
     let [fx, fy, fz, wx, wy, wz] = spin.turning_noise().map(|v| v.square_root());
@@ -193,18 +189,25 @@ fn biases<T: Real>(floor: &Matrix3<T>, spread: &Spread<'_, T>) -> SMatrix<T, 6, 
     )
 }
 
+/// 1-sigma of a triad of both, which begins at `first`.
+fn sigma<T: Real>(joint: &SMatrix<T, 6, 6>, first: usize) -> Vector3<T> {
+    let variance = |i: usize| joint.get((first + i, first + i)).copied().unwrap_or(T::zero());
+    Vector3::new(variance(0), variance(1), variance(2)).map(Real::square_root)
+}
+
 /// Of the covariances of two triads and that between them.
 fn joint<T: Real>(first: &Matrix3<T>, between: &Matrix3<T>, second: &Matrix3<T>) -> SMatrix<T, 6, 6> {
-    let mut joint = zeros();
+    let (first, between, second) = (&first.data.0, &between.data.0, &second.data.0);
+    let mut joint = [[T::zero(); 6]; 6];
     for i in 0..3 {
         for j in 0..3 {
-            joint[(i, j)] = first[(i, j)];
-            joint[(i, j + 3)] = between[(i, j)];
-            joint[(i + 3, j)] = between[(j, i)];
-            joint[(i + 3, j + 3)] = second[(i, j)];
+            joint[j][i] = first[j][i];
+            joint[j + 3][i] = between[j][i];
+            joint[j][i + 3] = between[i][j];
+            joint[j + 3][i + 3] = second[j][i];
         }
     }
-    joint
+    SMatrix::from_array_storage(ArrayStorage(joint))
 }
 
 fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
@@ -223,11 +226,12 @@ fn level_floor<T: Real>(
 ) -> (VectorEstimate<T>, SMatrix<T, 6, 6>) {
     let inputs = spin.rests().map(|rests| level_floor_inputs(spin, rests, priors));
     let Some(found) = inputs.and_then(|inputs| level_floor::estimate(&inputs)) else {
-        let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
-        return (bias(Vector3::zeros(), unknown), *of_both);
+        let largest = T::max_value().unwrap_or(T::zero());
+        let unknown = Vector3::new(largest, largest, largest);
+        return (bias(zeros(), unknown), *of_both);
     };
-    let of_gyroscope = Matrix3::from_fn(|i, j| of_both[(i + 3, j + 3)]);
-    let both = joint(&found.covariance, &Matrix3::zeros(), &of_gyroscope);
+    let of_gyroscope = of_both.fixed_view::<3, 3>(GYROSCOPE, GYROSCOPE).into_owned();
+    let both = joint(&found.covariance, &zeros(), &of_gyroscope);
     let sigma = found.covariance.diagonal().map(|v| v.square_root());
     (bias(found.bias, sigma), both)
 }
@@ -303,11 +307,11 @@ fn uphill_bearing<T: Real>(fit: &LevelFree<T>, forward_sigma: T) -> ScalarEstima
 
 fn lever_arm<T: Real>(fit: &LevelFree<T>, spread: &Spread<'_, T>) -> VectorEstimate<T> {
     let x = &fit.solution.x;
-    let plane = |axis: usize| Vector2::new(fit.floor[(axis, 0)], fit.floor[(axis, 1)]);
-    let arm = Vector2::new(x[LEVER_ARM], x[LEVER_ARM + 1]);
+    let [forward, left, _] = columns(&fit.floor);
+    let plane = forward.zip_map(&left, Vector2::new);
     VectorEstimate {
-        value: Vector3::from_fn(|axis, _| plane(axis).dot(&arm)),
-        sigma: Vector3::from_fn(|axis, _| spread.along(LEVER_ARM, &plane(axis))),
+        value: forward * x[LEVER_ARM] + left * x[LEVER_ARM + 1],
+        sigma: plane.map(|axis| spread.along(LEVER_ARM, &axis)),
         observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
     }
 }

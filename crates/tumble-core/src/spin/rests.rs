@@ -3,7 +3,7 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::moments::Moments;
-use crate::products::Length;
+use crate::products::{Length, zeros};
 use crate::real::{Real, count, real, seconds};
 use crate::sample::CHANNELS;
 use crate::spin::axis::RestingRate;
@@ -32,7 +32,7 @@ impl<T: Real> Stop<T> {
             end: block.start,
             samples: UnitMoments::new(),
             blocks: Moments::new(),
-            functions: SVector::zeros(),
+            functions: zeros(),
         };
         stop.push(block);
         stop
@@ -113,7 +113,7 @@ impl<T: Real> Rests<T> {
     /// Begins with the first stop.
     pub fn new(stop: &Stop<T>) -> Self {
         let mut rests = Self {
-            rate: Vector3::zeros(),
+            rate: zeros(),
             blocks: 0,
             samples: 0,
             time: 0,

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::columns;
 use crate::real::{Real, real};
 use crate::spin::axis::AxisFit;
 use crate::spin::estimate::{ScalarEstimate, TrueAngle};
@@ -23,7 +24,7 @@ pub(super) fn scales<T: Real>(
     truth: Option<&TrueAngle<T>>,
     walk: T,
 ) -> Scales<T> {
-    let drift = (axis.bias - counted).dot(&axis.floor.column(2)); // eq. 8: epsilon
+    let drift = (axis.bias - counted).dot(&columns(&axis.floor)[2]); // eq. 8: epsilon
     let one = |direction: &Direction<T>, sign: T, angle: Option<T>| {
         let Some((truth, angle)) = truth.zip(angle).filter(|(_, angle)| *angle > real(LEAST_TURN)) else {
             return ScalarEstimate::unknown();

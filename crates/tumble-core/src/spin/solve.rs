@@ -5,6 +5,7 @@
 
 use nalgebra::{SVector, Vector3};
 
+use crate::products::zeros;
 use crate::real::{Real, real};
 use crate::regression::{Unsolvable, reduced};
 use crate::spin::axis::{self, AxisFit, TurningRates, floored};
@@ -99,7 +100,7 @@ impl<T: Real> SpinSolver<T> {
             true_angle: None,
             prepared: None,
             fitting: None,
-            believed: SVector::zeros(),
+            believed: zeros(),
             slow_turn: ScalarEstimate::unknown(),
             turned_while_still: false,
             found: None,

@@ -3,7 +3,7 @@
 
 use core::slice;
 
-use nalgebra::Vector3;
+use tumble_core::products::zeros;
 use tumble_core::temperature::TemperatureDrift;
 
 use crate::checksum::CHECKSUM;
@@ -55,8 +55,8 @@ pub fn read(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
     let mut drift = TemperatureDrift {
         reference: 0.0,
         range: [0.0; 2],
-        bias: [Vector3::zeros(); 3],
-        scale: [Vector3::zeros(); 3],
+        bias: [zeros(); 3],
+        scale: [zeros(); 3],
     };
     let TemperatureDrift {
         reference,

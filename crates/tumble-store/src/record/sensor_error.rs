@@ -3,8 +3,8 @@
 
 use core::slice;
 
-use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
+use tumble_core::products::zeros;
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
@@ -158,20 +158,20 @@ fn blank<T: Real>() -> Record<T> {
         identity: 0,
         sensor: Sensor::Accelerometer,
         model: ErrorModel {
-            matrix: Matrix3::zeros(),
-            bias: Vector3::zeros(),
+            matrix: zeros(),
+            bias: zeros(),
         },
-        matrix_sigma: Matrix3::zeros(),
-        bias_sigma: Vector3::zeros(),
-        lever_arm: Vector3::zeros(),
-        lever_arm_sigma: Vector3::zeros(),
+        matrix_sigma: zeros(),
+        bias_sigma: zeros(),
+        lever_arm: zeros(),
+        lever_arm_sigma: zeros(),
         rung: Rung::Offset,
         directions: 0,
         residual: T::zero(),
         residual_before: T::zero(),
         pairs: 0,
         sequence: 0,
-        followed: Vector3::zeros(),
+        followed: zeros(),
     }
 }
 

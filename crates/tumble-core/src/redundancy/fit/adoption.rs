@@ -1,8 +1,8 @@
 //! Whether a new calibration may replace the stored one.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::products::Length;
+use crate::products::{Length, columns, identity, zeros};
 use crate::real::{Real, real};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -137,7 +137,7 @@ impl<T: Real> Following<T> {
     /// Of one that may go wherever its pairs say.
     pub fn free() -> Self {
         Self {
-            followed: Vector3::zeros(),
+            followed: zeros(),
             shared: T::zero(),
         }
     }
@@ -225,7 +225,9 @@ impl<T: Real> FitCandidate<'_, T> {
     }
 
     fn apart_at_rest(&self) -> T {
-        let apart = self.rest.second - self.motion.error.predict(&self.rest.first);
+        let [apart] = (self.rest.second - self.motion.error.predict(&self.rest.first))
+            .data
+            .0;
         self.present()
             .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
             .square_root()
@@ -241,7 +243,10 @@ impl<T: Real> AdoptionSettings<T> {
         // The largest, and what is not a number above all.
         let larger = |most: T, value: T| if value <= most { most } else { value };
         let (mut scale, mut misalignment) = (T::zero(), T::zero());
-        for (row, nominal) in error.matrix.row_iter().zip(Matrix3::<T>::identity().row_iter()) {
+        for (row, nominal) in columns(&error.matrix.transpose())
+            .into_iter()
+            .zip(columns(&identity()))
+        {
             let norm = row.length();
             scale = larger(scale, (norm - T::one()).abs());
             // The chord to the nominal axis: the angle where it is small, two for an axis turned over.

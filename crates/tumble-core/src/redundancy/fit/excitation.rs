@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::eigen;
-use crate::products::{columns, outer};
+use crate::products::{columns, outer, zeros};
 use crate::real::Real;
 
 /// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
@@ -34,8 +34,8 @@ impl<T: Real> ExcitedDirections<T> {
     /// None at all.
     pub fn nothing() -> Self {
         Self {
-            inverse: Matrix3::zeros(),
-            projection: Matrix3::zeros(),
+            inverse: zeros(),
+            projection: zeros(),
             directions: 0,
         }
     }
@@ -43,10 +43,10 @@ impl<T: Real> ExcitedDirections<T> {
     /// Only along axis `i`.
     pub fn along_axis(matrix: &Matrix3<T>, i: usize, least: T) -> Self {
         let mut excited = Self::nothing();
-        let value = matrix[(i, i)];
+        let value = matrix.data.0[i][i];
         if value >= least {
-            excited.inverse[(i, i)] = T::one() / value;
-            excited.projection[(i, i)] = T::one();
+            excited.inverse.data.0[i][i] = T::one() / value;
+            excited.projection.data.0[i][i] = T::one();
             excited.directions = 1;
         }
         excited

@@ -15,7 +15,9 @@ pub mod rests;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{congruent, matrix_product, product, transposed_matrix_product, transposed_product};
+use crate::products::{
+    congruent, matrix_product, of_columns, product, transposed_matrix_product, transposed_product, zeros,
+};
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::excitation::ExcitedDirections;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -89,19 +91,19 @@ impl<T: Real> Fit<T> {
                 terms += T::one();
             }
         };
-        let matrix = self.error.matrix - other.error.matrix;
+        let matrix = (self.error.matrix - other.error.matrix).data.0;
         for (i, (one, another)) in self.row_covariance.iter().zip(&other.row_covariance).enumerate() {
             for j in 0..3 {
-                compare(matrix[(i, j)], one[(j, j)] + another[(j, j)]);
+                compare(matrix[j][i], one.data.0[j][j] + another.data.0[j][j]);
             }
         }
-        let bias = self.error.bias - other.error.bias;
-        let arm = self.error.lever_arm - other.error.lever_arm;
-        let arms = self.lever_arm_covariance + other.lever_arm_covariance;
+        let [bias] = (self.error.bias - other.error.bias).data.0;
+        let [arm] = (self.error.lever_arm - other.error.lever_arm).data.0;
+        let [one, another] = [self, other].map(|of| of.bias_sigma.data.0[0]);
+        let arms = (self.lever_arm_covariance + other.lever_arm_covariance).data.0;
         for j in 0..3 {
-            let (one, another) = (self.bias_sigma[j], other.bias_sigma[j]);
-            compare(bias[j], one * one + another * another);
-            compare(arm[j], arms[(j, j)]);
+            compare(bias[j], one[j] * one[j] + another[j] * another[j]);
+            compare(arm[j], arms[j][j]);
         }
         sum / terms.max(T::one())
     }
@@ -162,10 +164,9 @@ impl<T: Real> PassMoments<'_, '_, T> {
 
     /// Axis `j` of the motion at the secondary: `u + W change`.
     fn moved(&self, j: usize) -> ChannelSum<T, 4> {
-        core::array::from_fn(|term| match term.checked_sub(1) {
-            None => (j, T::one()), // eq. 7: u'' = u' + R W delta
-            Some(k) => (self.lever_channel(j, k), self.change[k]),
-        })
+        let [[x, y, z]] = self.change.data.0;
+        let carried = |k: usize, change: T| (self.lever_channel(j, k), change);
+        [(j, T::one()), carried(0, x), carried(1, y), carried(2, z)] // eq. 7: u'' = u' + R W delta
     }
 
     /// Column `k` of a row of M times W.
@@ -176,11 +177,12 @@ impl<T: Real> PassMoments<'_, '_, T> {
     /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
     fn beyond(&self, i: usize) -> ChannelSum<T, 10> {
         let stored = row_of(&self.problem.stored.matrix, i);
+        let [change] = self.change.data.0;
         core::array::from_fn(|term| match term.checked_sub(1) {
             None => (self.problem.layout.second + i, T::one()), // eq. 7: d_i
             Some(at) => {
                 let (l, k) = (at / 3, at % 3);
-                let weight = stored[l] * self.change[k];
+                let weight = stored[l] * change[k];
                 (self.lever_channel(l, k), -weight) // eq. 7: - (M_0 R W delta)_i
             }
         })
@@ -245,7 +247,7 @@ impl<T: Real> FitProblem<'_, T> {
         let lever = self.lever(&rows, &excited);
         let unexplained = self
             .present(&rows, &excited)
-            .fold(Vector3::zeros(), |sum, (row, excited)| {
+            .fold(zeros(), |sum, (row, excited)| {
                 sum + row.lever
                     - transposed_product(&row.motion_lever, &product(&excited.inverse, &row.motion)) // eq. 8: g_i - A_i^T Sigma^+ c_i
             });
@@ -258,7 +260,7 @@ impl<T: Real> FitProblem<'_, T> {
             ) // eq. 9: Delta_i
         });
         LadderPass {
-            matrix: self.stored.matrix + Matrix3::from_columns(&changes).transpose(),
+            matrix: self.stored.matrix + of_columns(changes).transpose(),
             lever_arm: arm + step,
             excited,
             lever,
@@ -325,7 +327,7 @@ impl<T: Real> FitProblem<'_, T> {
         let motions: [Vector3<T>; 3] = core::array::from_fn(|i| Vector3::from_fn(|j, _| sums[i].mean_of(j)));
         // At row i of M W, as much of it as the rests leave.
         let arms: [Vector3<T>; 3] = core::array::from_fn(|i| {
-            let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
+            let lever = self.layout.lever.map_or(zeros(), |first| {
                 Matrix3::from_fn(|l, k| sums[i].mean_of(first + 3 * l + k))
             });
             transposed_product(&lever, &Vector3::from(row_of(&pass.matrix, i)))

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::eigen;
-use crate::products::outer;
+use crate::products::{columns, outer, zeros};
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::joint_moments::{JointMoments, packed};
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -134,13 +134,13 @@ impl<T: Real> Rests<T> {
             return *vector;
         }
         if sensor == Sensor::Gyroscope {
-            return Vector3::zeros();
+            return zeros();
         }
         let mean = self.first();
         let squares = (self.motion() + outer(&mean, &mean)) * count::<T>(rests);
         let (values, vectors) = eigen::symmetric(squares);
         let enough = squares.trace() / count(rests) * real(SEEN);
-        let directions = values.iter().zip(vectors.column_iter());
+        let directions = values.iter().zip(columns(&vectors));
         directions
             .filter(|(value, _)| **value >= enough)
             .fold(*vector, |left, (_, v)| {

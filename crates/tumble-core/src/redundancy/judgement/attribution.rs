@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{Length, product};
+use crate::products::{Length, product, squared, zeros};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
@@ -136,7 +136,7 @@ impl<T: Real> Evidence<T> {
         Self {
             gathered: T::zero(),
             at_rest: T::zero(),
-            gravity: Vector3::zeros(),
+            gravity: zeros(),
         }
     }
 
@@ -172,7 +172,7 @@ impl<T: Real> Evidence<T> {
         if variance <= T::zero() {
             return;
         }
-        let more = (first.norm_squared() - second.norm_squared()) / (variance + variance);
+        let more = (squared(first) - squared(second)) / (variance + variance);
         let most = real::<T>(MOST);
         let said = more.max(-most).min(most) * news;
         self.gathered += said; // eq. 15

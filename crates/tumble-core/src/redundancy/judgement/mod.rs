@@ -21,8 +21,9 @@ pub use pair::Disagreement;
 
 use nalgebra::Vector3;
 
+use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
-use crate::redundancy::components::{difference, follow, smaller, squared};
+use crate::redundancy::components::{difference, follow, smaller};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
@@ -242,7 +243,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     pub fn new() -> Self {
         let unit = UnitEvidence {
             gravity: CarriedGravity::new(),
-            resting_rate: Vector3::zeros(),
+            resting_rate: zeros(),
             at_rest: [RestInHealth::unknown(); 2],
             rests: false,
         };
@@ -251,7 +252,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             shown: ShownByPairs::new(),
             sensors: [SensorJudge::new(); 2],
             evidence: [unit; UNITS],
-            resting_rate: Vector3::zeros(),
+            resting_rate: zeros(),
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
             testimony: None,

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
+use crate::products::{squared, zeros};
 use crate::real::{Real, real};
-use crate::redundancy::components::{difference, follow, larger, scaled, squared};
+use crate::redundancy::components::{difference, follow, larger, scaled};
 use crate::redundancy::judgement::scales::SCALES;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 
@@ -113,8 +114,8 @@ impl<T: Real> SetMotion<T> {
     pub fn new() -> Self {
         Self {
             windows: 0,
-            before: [[Vector3::zeros(); 2]; 2],
-            usual: Vector3::zeros(),
+            before: [[zeros(); 2]; 2],
+            usual: zeros(),
         }
     }
 

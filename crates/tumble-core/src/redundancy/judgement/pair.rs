@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
+use crate::products::squared;
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::components::{difference, larger, smaller, squared};
+use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::judgement::motion::{Strain, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;

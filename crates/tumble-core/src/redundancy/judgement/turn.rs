@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
+use crate::products::squared;
 use crate::real::{Real, real};
-use crate::redundancy::components::{smaller, squared};
+use crate::redundancy::components::smaller;
 use crate::redundancy::judgement::unit::CARRIED_OVER;
 
 /// Turn after which an accelerometer has its errors elsewhere against gravity, rad.

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{Length, cross};
+use crate::products::{Length, cross, squared, zeros};
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::components::{difference, follow, scaled, squared, sum};
+use crate::redundancy::components::{difference, follow, scaled, sum};
 use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
 use crate::redundancy::sensor::Sensor;
 
@@ -27,8 +27,8 @@ impl<T: Real> SensorDeviation<T> {
     /// Nothing seen.
     pub fn new() -> Self {
         Self {
-            means: [Vector3::zeros(); SCALES],
-            offset: Vector3::zeros(),
+            means: [zeros(); SCALES],
+            offset: zeros(),
             windows: 0,
         }
     }
@@ -110,8 +110,8 @@ impl<T: Real> CarriedGravity<T> {
     /// Not known.
     pub fn new() -> Self {
         Self {
-            gravity: Vector3::zeros(),
-            error: Vector3::zeros(),
+            gravity: zeros(),
+            error: zeros(),
         }
     }
 

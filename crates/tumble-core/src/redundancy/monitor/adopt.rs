@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{Length, congruent};
+use crate::products::{Length, congruent, zeros};
 use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
@@ -126,7 +126,7 @@ fn record<T: Real>(
             .filter(|_| arm_known)
             .unwrap_or(fit.error.lever_arm),
         lever_arm_sigma: if arm_known {
-            Vector3::zeros()
+            zeros()
         } else {
             sigma(&fit.lever_arm_covariance, &fit.lever_arm_shown)
         },
@@ -141,7 +141,7 @@ fn record<T: Real>(
 }
 
 fn matrix_sigma<T: Real>(fit: &Fit<T>, turn: &Matrix3<T>) -> Matrix3<T> {
-    let mut sigmas = Matrix3::zeros();
+    let mut sigmas: Matrix3<T> = zeros();
     for (i, (covariance, shown)) in fit.row_covariance.iter().zip(&fit.shown).enumerate() {
         let turned = |matrix: &Matrix3<T>| congruent(&turn.transpose(), matrix);
         sigmas.set_row(i, &sigma(&turned(covariance), &turned(shown)).transpose());

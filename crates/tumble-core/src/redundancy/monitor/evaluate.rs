@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{Length, product, unit_beyond};
+use crate::products::{Length, product, squared, unit_beyond, zeros};
 use crate::real::Real;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest, across};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
@@ -123,7 +123,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             Some(match (sensor.of(&valid), sensor) {
                 (false, _) => apart,
                 (true, Sensor::Accelerometer) => across(&apart, &primary),
-                (true, Sensor::Gyroscope) => Vector3::zeros(),
+                (true, Sensor::Gyroscope) => zeros(),
             })
         })
     }
@@ -355,7 +355,7 @@ fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], numb
     let siblings = apart.iter().enumerate().filter(|(other, _)| *other != number);
     let (mut shared, mut not) = (0_u32, 0_u32);
     for apart in siblings.filter_map(|(_, apart)| *apart) {
-        let alike = (apart - own).norm_squared() < apart.norm_squared(); // eq. 22
+        let alike = squared(&(apart - own)) < squared(&apart); // eq. 22
         shared += u32::from(alike);
         not += u32::from(!alike);
     }

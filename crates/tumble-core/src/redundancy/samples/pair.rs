@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{matrix_product, product};
+use crate::products::{matrix_product, product, zeros};
 use crate::real::{Real, seconds};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
@@ -77,10 +77,7 @@ impl<T: Real> MotionPair<T> {
     pub fn of(unit: &MountedUnit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
         let turn = &unit.sensor_from_primary;
         let (carried, lever) = match &unit.lever_arm {
-            Some(arm) => (
-                primary.specific_force + product(&primary.lever, arm),
-                Matrix3::zeros(),
-            ),
+            Some(arm) => (primary.specific_force + product(&primary.lever, arm), zeros()),
             None => (primary.specific_force, matrix_product(turn, &primary.lever)),
         };
         let [fx, fy, fz, wx, wy, wz] = *second;

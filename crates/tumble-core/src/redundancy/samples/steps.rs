@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::Length;
+use crate::products::{Length, squared, zeros};
 use crate::real::{Real, count, real};
 
 /// Spans that are kept, and windows in each: 1.2 s at 50 ms.
@@ -30,14 +30,14 @@ pub struct LargestSteps<T: Real> {
 impl<T: Real> LargestSteps<T> {
     fn none() -> Self {
         Self {
-            spans: [Vector3::zeros(); SPANS],
+            spans: [zeros(); SPANS],
             usual: T::zero(),
         }
     }
 
     fn take(&mut self, (step, square): &Step<T>) {
         let [span, ..] = &mut self.spans;
-        if *square > span.norm_squared() && square.is_finite() {
+        if *square > squared(span) && square.is_finite() {
             *span = Vector3::from(*step);
         }
     }
@@ -49,7 +49,7 @@ impl<T: Real> LargestSteps<T> {
             let before = if self.usual > T::zero() { self.usual } else { left };
             self.usual = before + (left - before) * real(USUAL_SHARE);
         }
-        self.spans = [Vector3::zeros(), a, b, c];
+        self.spans = [zeros(), a, b, c];
     }
 
     /// The largest change along a direction over the latest spans, and the largest against it.
@@ -63,10 +63,7 @@ impl<T: Real> LargestSteps<T> {
     /// Whether its changes have a part along a direction, or against it, as noise has.
     pub fn moves_along(&self, direction: &Vector3<T>) -> bool {
         let least = real::<T>(LEAST_PART * LEAST_PART);
-        let mut parts = self
-            .spans
-            .iter()
-            .map(|step| (step.dot(direction), step.norm_squared()));
+        let mut parts = self.spans.iter().map(|step| (step.dot(direction), squared(step)));
         parts.any(|(part, square)| square > T::zero() && part * part > least * square)
     }
 
