@@ -49,7 +49,7 @@ def test_no_image_for_another_processor_names_a_function_of_a_panic_or_a_heap(ot
 
 @pytest.mark.skipif(not SOAK, reason="compiles all of it again: for make soak")
 @pytest.mark.parametrize("level", ["z", "2", "3"])
-def test_an_image_for_size_or_speed_alone_reaches_no_panic_either_and_flies_the_same_mission(image, level, tmp_path):
+def test_an_image_built_otherwise_reaches_no_panic_either_and_flies_the_same_mission(image, level, tmp_path):
     optimised = build_optimised(level, tmp_path)
     assert names(optimised, PANIC) == set()
     log = tmp_path / "said.txt"
