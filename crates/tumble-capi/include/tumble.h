@@ -2379,7 +2379,8 @@ tumble_status tumble_spin_start(struct tumble_spin *spin);
 
 /**
  * Takes in the next sample, with what the wheels did. Before the start, and after the end, samples are passed over; so
- * are those whose time is not later than of the one before. `event` may be null.
+ * are those whose time is not later than of the one before, and those with each of which a slice of solving is done.
+ * `event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE;
  * ::TUMBLE_ERROR_NOT_FINITE if the sample is not, which is passed over and does no harm.
