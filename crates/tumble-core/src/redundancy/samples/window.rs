@@ -129,14 +129,15 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
     /// Takes in the line from one sample to the next; gives the window that it completes.
     #[allow(clippy::cast_possible_truncation)]
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
-        // From the start of a window all is near, and 32 bits do.
         let start = self.index.wrapping_mul(length);
-        let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start) as u32);
-        if u64::from(from) >= length {
+        let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start));
+        if from >= length {
             // Windows had another length before.
             *self = Self::starting(now.time / length.max(1), &now.channels, false);
             return None;
         }
+        // From the start of a window all is near, and 32 bits do.
+        let [from, to] = [from as u32, to as u32];
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
         self.spoil(before.usable, now.usable);

@@ -68,17 +68,24 @@ proptest! {
 
 #[test]
 fn after_another_length_of_windows_those_of_the_new_one_follow() {
-    let mut windows = Windows::new();
-    let mut found = Vec::new();
-    for step in 0..400_u64 {
-        let (time, length) = (step * 1000, if step < 101 { LENGTH } else { LENGTH / 5 });
-        found.extend(windows.push(time, &[time as f64 * 1e-6], [true; 2], length, None));
-    }
-    let later: Vec<_> = found.iter().filter(|means| means.index > 2).collect();
-    assert_eq!((found.len() - later.len(), later.len()), (1, 28));
-    for means in later {
-        let middle = (means.index as f64 + 0.5) * (LENGTH / 5) as f64 * 1e-6;
-        assert!((means.mean[0] - middle).abs() < 1e-9, "{means:?}");
+    // Where the second begins, the windows of the other length would be 2^32 microseconds ahead.
+    for (begin, follow) in [(0, 28), (107_372 * LENGTH + 8000, 29)] {
+        let mut windows = Windows::new();
+        let mut found = Vec::new();
+        for step in 0..400_u64 {
+            let length = if step < 101 { LENGTH } else { LENGTH / 5 };
+            let time = begin + step * 1000;
+            found.extend(windows.push(time, &[time as f64 * 1e-6], [true; 2], length, None));
+        }
+        let later: Vec<_> = found
+            .iter()
+            .filter(|means| means.index > begin / LENGTH + 2)
+            .collect();
+        assert_eq!((found.len() - later.len(), later.len()), (1, follow));
+        for means in later {
+            let middle = (means.index as f64 + 0.5) * (LENGTH / 5) as f64 * 1e-6;
+            assert!((means.mean[0] - middle).abs() < 1e-9, "{means:?}");
+        }
     }
 }
 
