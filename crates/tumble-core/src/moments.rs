@@ -76,6 +76,7 @@ impl<T: Real, const N: usize> Moments<T, N> {
     }
 
     /// Variance of the samples of each channel (divisor n - 1); zero for fewer than two samples.
+    #[inline(never)]
     pub fn variance(&self) -> [T; N] {
         let share = T::one() / count(self.samples.saturating_sub(1).max(1));
         self.squares.map(|squares| squares * share)

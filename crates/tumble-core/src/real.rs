@@ -107,6 +107,27 @@ pub fn tabulated<T: Real>(value: f32) -> T {
     T::of_single(value)
 }
 
+/// Whole spans in a time, and what is left of it: by divisions of 32 bits, which processors have. A span shorter than one
+/// microsecond counts as one, and it has to be shorter than 2^31.
+#[inline(never)]
+#[allow(clippy::cast_possible_truncation)]
+pub fn whole_spans(time: u64, span: u64) -> (u64, u64) {
+    let span = span.clamp(1, (1 << 31) - 1) as u32;
+    let (upper, lower) = ((time >> 32) as u32, time as u32);
+    let (mut whole, mut left) = (u64::from(upper / span), upper % span);
+    // What is left is less than the span: so many bits more fit beside it.
+    let most = span.leading_zeros();
+    let mut bits = u32::BITS;
+    while bits > 0 {
+        let taken = most.min(bits);
+        bits -= taken;
+        let next = left << taken | lower >> bits & ((1 << taken) - 1);
+        whole = whole << taken | u64::from(next / span);
+        left = next % span;
+    }
+    (whole, u64::from(left))
+}
+
 /// A count as a number.
 pub fn count<T: Real>(count: u32) -> T {
     T::of_count(count)
@@ -115,4 +136,25 @@ pub fn count<T: Real>(count: u32) -> T {
 /// Seconds in a span of microseconds.
 pub fn seconds<T: Real>(microseconds: u64) -> T {
     T::of_microseconds(microseconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::whole_spans;
+
+    #[test]
+    fn whole_spans_and_what_is_left_make_up_the_time() {
+        let times = (0..64)
+            .map(|bits| 1_u64 << bits)
+            .chain([0, u64::MAX, 86_400_000_000]);
+        for time in times.flat_map(|time| [time, time.wrapping_sub(1), time / 3]) {
+            for span in [1, 2, 3, 7, 1000, 50_000, 1_000_000, (1 << 20) + 1, (1 << 31) - 1] {
+                assert_eq!(
+                    whole_spans(time, span),
+                    (time / span, time % span),
+                    "{time} / {span}"
+                );
+            }
+        }
+    }
 }

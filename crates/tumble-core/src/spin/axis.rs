@@ -54,6 +54,7 @@ impl<T: Real> RateMoments<T> {
 }
 
 /// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, projected onto the floor.
+#[inline(never)]
 pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
     let level = up.y.hypotenuse(up.z);
     // Where x points up or down there is no forward, and roll counts as zero.

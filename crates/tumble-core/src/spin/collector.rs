@@ -40,6 +40,7 @@ impl<T: Real> Collector<T> {
     }
 
     /// Forgets everything: in its place, since it is larger than the stack of many a task.
+    #[inline(never)]
     pub fn restart(&mut self) {
         let settings = *self.estimator.settings();
         self.blocks = BlockBuilder::new(settings.block);

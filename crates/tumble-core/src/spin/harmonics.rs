@@ -150,6 +150,7 @@ impl<T: Real> Default for Harmonics<T> {
 
 impl<T: Real> Harmonics<T> {
     /// Forgets all rows.
+    #[inline(never)]
     pub fn clear(&mut self) {
         *self = Self::default();
     }

@@ -207,6 +207,7 @@ impl<T: Real> VectorWeights<T> {
     }
 
     /// Of the functions that the distortion of heading makes; it may be a derivative.
+    #[inline(never)]
     fn distorted(line: &Line<T>, distortion: &HeadingDistortion<T>) -> Self {
         let HeadingDistortion {
             by_heading: alpha,

@@ -190,6 +190,7 @@ fn biases<T: Real>(floor: &Matrix3<T>, spread: &Spread<'_, T>) -> SMatrix<T, 6, 
 }
 
 /// 1-sigma of a triad of both, which begins at `first`.
+#[inline(never)]
 fn sigma<T: Real>(joint: &SMatrix<T, 6, 6>, first: usize) -> Vector3<T> {
     let variance = |i: usize| joint.get((first + i, first + i)).copied().unwrap_or(T::zero());
     Vector3::new(variance(0), variance(1), variance(2)).map(Real::square_root)

@@ -221,6 +221,7 @@ impl<T: Real> Rests<T> {
     }
 
     /// Variance of one sample, for the three channels from `first` on.
+    #[inline(never)]
     pub fn sample_variance(&self, first: usize) -> Vector3<T> {
         let share = T::one() / count(self.sample_freedom.max(1));
         Vector3::from_fn(|i, _| {

@@ -302,6 +302,7 @@ fn prepare<T: Real>(
 }
 
 /// Priors without the bias that the rest showed.
+#[inline(never)]
 fn doubting<T: Real>(priors: &SpinPriors<T>, scale_sigma: T) -> SpinPriors<T> {
     SpinPriors {
         bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),

@@ -32,6 +32,7 @@ impl<T: Real> ExcitedDirections<T> {
     }
 
     /// None at all.
+    #[inline(never)]
     pub fn nothing() -> Self {
         Self {
             inverse: zeros(),

@@ -277,6 +277,7 @@ impl<T: Real> FitProblem<'_, T> {
         }
     }
 
+    #[inline(never)]
     fn row_pairs(&self, row: usize) -> RowPairs<'_, T> {
         RowPairs::new(self.pairs, self.layout, self.rests.as_ref(), row)
     }

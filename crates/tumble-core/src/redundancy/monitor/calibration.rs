@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::products::{congruent, product};
-use crate::real::{Real, SECOND, count, real, seconds};
+use crate::real::{Real, SECOND, count, real, seconds, whole_spans};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Following, Residuals, RestReadings};
 use crate::redundancy::fit::joint_moments::JointMoments;
@@ -224,7 +224,7 @@ impl<T: Real> CalibrationRun<T> {
         stored: &[StoredCalibration<T>; 2],
     ) {
         self.moved = true;
-        let second = time / SECOND;
+        let second = whole_spans(time, SECOND).0;
         let age = self.age(time);
         let [accelerometer, gyroscope] = usable;
         let [force, rate] = stored;

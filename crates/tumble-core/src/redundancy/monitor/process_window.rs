@@ -1,7 +1,7 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
 use crate::products::cross;
-use crate::real::{Real, SECOND, seconds};
+use crate::real::{Real, SECOND, seconds, whole_spans};
 use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::adopt::{Conclusion, conclude};
 use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
@@ -115,7 +115,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .map(|products| PrimaryMeans::of(platform.calibration(), readings, products, settings.window));
         let usable = both(readings.0.usable, readings.1.usable);
         // The later window may lie in the next second, of which the pair would then be a part as well.
-        let second = |window: u64| window * settings.window / SECOND;
+        let second = |window: u64| whole_spans(window * settings.window, SECOND).0;
         let within = second(window.checked_sub(1)?) == second(window);
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };

@@ -4,7 +4,7 @@
 //! grid. Units of any rate, whose samples come at any time, thus give means over the very same spans, and a pair
 //! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
 
-use crate::real::{Real, count, real};
+use crate::real::{Real, count, real, whole_spans};
 use crate::redundancy::samples::steps::{Step, UnitSteps};
 
 /// What is kept of K channels over one window.
@@ -116,7 +116,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
                 closed
             }
             _ => {
-                *sums = WindowSums::starting(time / length.max(1), channels, false);
+                *sums = WindowSums::starting(whole_spans(time, length).0, channels, false);
                 None
             }
         };
@@ -133,7 +133,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start));
         if from >= length {
             // Windows had another length before.
-            *self = Self::starting(now.time / length.max(1), &now.channels, false);
+            *self = Self::starting(whole_spans(now.time, length).0, &now.channels, false);
             return None;
         }
         // From the start of a window all is near, and 32 bits do.

@@ -5,7 +5,7 @@ pub mod thresholds;
 pub mod validate;
 
 use crate::gravity;
-use crate::real::{Real, SECOND, real};
+use crate::real::{Real, SECOND, real, whole_spans};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold, Thresholds};
 
@@ -309,7 +309,7 @@ impl<T: Real> Default for RedundancySettings<T> {
 impl<T: Real> RedundancySettings<T> {
     /// Whole windows in a span of microseconds.
     pub fn windows(&self, span: u64) -> u64 {
-        span / self.window.max(1)
+        whole_spans(span, self.window).0
     }
 
     /// Whether a secondary can exceed a threshold of deviation before it is refuted: else nothing would ever be calibrated.

@@ -1,7 +1,7 @@
 //! Settings that cannot be meant, alone or together. Bounds, and what has to be more than another, are made from the
 //! table of settings; here stands what is particular.
 
-use crate::real::{Real, SECOND};
+use crate::real::{Real, SECOND, whole_spans};
 use crate::redundancy::leaky::LONGEST;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::Threshold;
@@ -92,7 +92,7 @@ impl<T: Real> RedundancySettings<T> {
 
     fn validate_times(&self) -> Result<(), InvalidSetting> {
         require(
-            SECOND.is_multiple_of(self.window),
+            self.window > 0 && self.window <= SECOND && whole_spans(SECOND, self.window).1 == 0,
             "window",
             SettingError::NotAPartOfASecond,
         )?;
