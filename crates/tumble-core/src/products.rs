@@ -37,6 +37,19 @@ pub fn transposed_matrix_product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Mat
     matrix_product(&a.transpose(), b)
 }
 
+/// Sum of vectors, each times a number.
+#[inline(never)]
+pub fn combined<T: Real>(terms: &[(&Vector3<T>, T)]) -> Vector3<T> {
+    terms.iter().fold(zeros(), |sum: Vector3<T>, (v, share)| {
+        Vector3::new(sum.x + v.x * *share, sum.y + v.y * *share, sum.z + v.z * *share)
+    })
+}
+
+/// What of `v` lies across `unit`, a vector of unit length.
+pub fn across<T: Real>(v: &Vector3<T>, unit: &Vector3<T>) -> Vector3<T> {
+    combined(&[(v, T::one()), (unit, -unit.dot(v))])
+}
+
 /// `r m r^T`: a covariance `m` in another frame, into which `r` leads.
 #[inline(never)]
 pub fn congruent<T: Real>(r: &Matrix3<T>, m: &Matrix3<T>) -> Matrix3<T> {

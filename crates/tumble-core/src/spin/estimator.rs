@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
-use crate::products::{Length, identity, transposed_matrix_product, transposed_product, unit, zeros};
+use crate::products::{Length, across, identity, transposed_matrix_product, transposed_product, unit, zeros};
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
@@ -356,7 +356,7 @@ impl<T: Real> SpinEstimator<T> {
         let rests = self.rests.as_ref().ok_or(SpinFailure::NoRest)?;
         let within = self.scatter_within(block);
         let rate = block.angular_rate() - reference.bias;
-        let across = (rate - reference.up * reference.up.dot(&rate)).length();
+        let across = across(&rate, &reference.up).length();
         let allowed = if self.axis_shown() {
             self.settings.largest_share_across
         } else {

@@ -46,20 +46,33 @@ impl<T: Real> HarmonicRow<T> {
     pub fn of_three([first, middle, last]: [&Block<T>; 3]) -> Self {
         let half = real::<T>(0.5);
         let span = (first.duration() + last.duration()) * half + middle.duration(); // eq. 10: 2 T
-        let [a, b, c] = [
-            (first, Weight::Rising),
-            (middle, Weight::Even),
-            (last, Weight::Falling),
-        ]
-        .map(|(block, weight)| (Self::weighted(block, weight), block.duration() / span));
-        let mut functions = a.0.functions * a.1 + b.0.functions * b.1 + c.0.functions * c.1;
-        functions[FUNCTIONS - 1] = (last.rate - first.rate) / span; // eq. 10
+        let mut row = Self::none();
+        row.add(&Self::weighted(first, Weight::Rising), first.duration() / span);
+        row.add(&Self::weighted(middle, Weight::Even), middle.duration() / span);
+        row.add(&Self::weighted(last, Weight::Falling), last.duration() / span);
+        row.functions[FUNCTIONS - 1] = (last.rate - first.rate) / span; // eq. 10
+        row
+    }
+
+    fn none() -> Self {
         Self {
-            functions,
-            specific_force: a.0.specific_force * a.1 + b.0.specific_force * b.1 + c.0.specific_force * c.1,
+            functions: zeros(),
+            specific_force: zeros(),
         }
     }
 
+    /// Adds a share of another row.
+    #[inline(never)]
+    fn add(&mut self, row: &Self, share: T) {
+        for (sum, value) in self.functions.iter_mut().zip(&row.functions) {
+            *sum += *value * share;
+        }
+        for (sum, value) in self.specific_force.iter_mut().zip(&row.specific_force) {
+            *sum += *value * share;
+        }
+    }
+
+    #[inline(never)]
     fn weighted(block: &Block<T>, weight: Weight) -> Self {
         let slope = T::one() / block.duration();
         let (share, slope) = match weight {
@@ -107,10 +120,10 @@ impl<T: Real> RowWhitener<T> {
     /// Of a row, what is not told by those before it.
     pub fn push(&mut self, row: &HarmonicRow<T>) -> HarmonicRow<T> {
         let shared = real::<T>(SHARED);
-        let own = self.before.map_or(*row, |before| HarmonicRow {
-            functions: row.functions - before.functions * shared, // eq. 11
-            specific_force: row.specific_force - before.specific_force * shared,
-        });
+        let mut own = *row;
+        if let Some(before) = &self.before {
+            own.add(before, -shared); // eq. 11
+        }
         self.before = Some(own);
         own
     }

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{Length, congruent, identity, outer};
+use crate::products::{Length, combined, congruent, diagonal, identity, outer};
 use crate::real::{Real, real};
 use crate::spin::axis::RestingRate;
 
@@ -52,13 +52,18 @@ pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>
     };
     let up = readings.turned * (upwards / angle); // eq. 2
     let across = identity() - outer(&up, &up);
-    let from_rest =
-        Matrix3::from_diagonal(&readings.rest.variance) * (readings.net_duration * readings.net_duration);
-    let of_angle = congruent(&across, &(from_rest + identity() * readings.turned_variance));
+    let squared_duration = readings.net_duration * readings.net_duration;
+    let of_turn = |at_rest: T| at_rest * squared_duration + readings.turned_variance;
+    let at_rest = &readings.rest.variance;
+    let of_turn = diagonal(of_turn(at_rest.x), of_turn(at_rest.y), of_turn(at_rest.z));
     let lever = readings.gravity / angle;
+    let mut covariance = congruent(&across, &of_turn) * (lever * lever);
+    covariance.m11 += readings.specific_force_variance.x;
+    covariance.m22 += readings.specific_force_variance.y;
+    covariance.m33 += readings.specific_force_variance.z;
     Some(LevelFloor {
         up,
-        bias: readings.specific_force - up * readings.gravity, // eq. 3
-        covariance: Matrix3::from_diagonal(&readings.specific_force_variance) + of_angle * (lever * lever),
+        bias: combined(&[(&readings.specific_force, T::one()), (&up, -readings.gravity)]), // eq. 3
+        covariance,
     })
 }

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::products::{columns, cross, identity, product, squared, unit, zeros};
+use crate::products::{across, columns, combined, cross, identity, product, squared, unit, zeros};
 use crate::real::{Real, count, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
@@ -113,10 +113,13 @@ impl<T: Real> LevelFree<T> {
         let (sine, cosine) = heading.sine_cosine();
         let q = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - squared(&uphill)).max(T::zero());
-        self.up * vertical.square_root() + uphill * cosine // eq. 7
-            - cross(&self.up, &uphill) * sine
-            - arm * (rate * rate * q * q)
-            + cross(&self.up, &arm) * (acceleration * q)
+        combined(&[
+            (&self.up, vertical.square_root()), // eq. 7
+            (&uphill, cosine),
+            (&cross(&self.up, &uphill), -sine),
+            (&arm, -(rate * rate * q * q)),
+            (&cross(&self.up, &arm), acceleration * q),
+        ])
     }
 
     /// How much the sigmas are widened where the model does not fit the harmonics, one where it does.
@@ -240,11 +243,13 @@ impl<T: Real> HarmonicVectors<T> {
     /// The specific force of a line of the harmonics.
     #[inline(never)]
     fn weighted(&self, weights: &VectorWeights<T>) -> Vector3<T> {
-        self.constant * weights.constant
-            + self.cosine * weights.cosine
-            + self.sine * weights.sine
-            + self.arm * weights.arm
-            + self.arm_left * weights.arm_left // eq. 12
+        combined(&[
+            (&self.constant, weights.constant),
+            (&self.cosine, weights.cosine),
+            (&self.sine, weights.sine),
+            (&self.arm, weights.arm),
+            (&self.arm_left, weights.arm_left),
+        ]) // eq. 12
     }
 }
 
@@ -257,7 +262,11 @@ fn axis_and_distortion<T: Real>(
     x: &SVector<T, UNKNOWNS>,
 ) -> (Vector3<T>, HeadingDistortion<T>) {
     let [forward, left, floor_up] = columns(&priors.axis.floor);
-    let up = unit(&(floor_up + forward * x[AXIS] + left * x[AXIS + 1]));
+    let up = unit(&combined(&[
+        (&floor_up, T::one()),
+        (&forward, x[AXIS]),
+        (&left, x[AXIS + 1]),
+    ]));
     let q = T::one() / (T::one() + x[SCALE]); // eq. 8
     let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE_UP]; // eq. 8: epsilon
     let distortion = HeadingDistortion {
@@ -286,16 +295,16 @@ impl<T: Real> Linearization<T> {
     fn at(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
         let (up, distortion) = axis_and_distortion(priors, x);
         let [forward, left, _] = columns(&priors.axis.floor);
-        let plane = [forward, left].map(|v| v - up * up.dot(&v));
-        let across = plane.map(|e| cross(&up, &e));
-        let uphill = plane[0] * x[UPHILL] + plane[1] * x[UPHILL + 1];
-        let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
+        let plane = [across(&forward, &up), across(&left, &up)];
+        let across = [cross(&up, &plane[0]), cross(&up, &plane[1])];
+        let in_plane = |first: usize| combined(&[(&plane[0], x[first]), (&plane[1], x[first + 1])]);
+        let (uphill, arm) = (in_plane(UPHILL), in_plane(LEVER_ARM));
         let gravity = (priors.gravity * priors.gravity - squared(&uphill))
             .max(T::zero())
             .square_root(); // eq. 7: sqrt(g^2 - p^2)
         let bias = Vector3::new(x[ACCELEROMETER], x[ACCELEROMETER + 1], x[ACCELEROMETER + 2]);
         let vectors = HarmonicVectors {
-            constant: bias + (up * gravity - priors.origin), // eq. 12
+            constant: bias + combined(&[(&up, gravity), (&priors.origin, -T::one())]), // eq. 12
             cosine: uphill,
             sine: -cross(&up, &uphill), // eq. 12
             arm,
@@ -304,7 +313,7 @@ impl<T: Real> Linearization<T> {
         let q = distortion.q;
         let by_tilt = |i: usize| vectors.by_tilt(&up, &plane[i], gravity);
         let by_uphill = |i: usize| HarmonicVectors {
-            constant: up * -(uphill.dot(&plane[i]) / gravity),
+            constant: combined(&[(&up, -(uphill.dot(&plane[i]) / gravity))]),
             cosine: plane[i],
             sine: -across[i],
             ..HarmonicVectors::zero()
@@ -367,9 +376,9 @@ impl<T: Real> Linearization<T> {
 impl<T: Real> HarmonicVectors<T> {
     /// Their derivative where the axis `up` tilts towards `e`: it goes along `e`, and what lies along `e` goes down.
     fn by_tilt(&self, up: &Vector3<T>, e: &Vector3<T>, gravity: T) -> Self {
-        let lowered = |v: &Vector3<T>| up * -e.dot(v);
+        let lowered = |v: &Vector3<T>| combined(&[(up, -e.dot(v))]);
         Self {
-            constant: e * gravity,
+            constant: combined(&[(e, gravity)]),
             cosine: lowered(&self.cosine),
             sine: -cross(e, &self.cosine),
             arm: lowered(&self.arm),
