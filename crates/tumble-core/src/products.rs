@@ -63,6 +63,14 @@ pub fn outer<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Matrix3<T> {
     of_columns([x, y, z])
 }
 
+/// `sum += term`.
+#[inline(never)]
+pub fn add<T: Real>(sum: &mut Matrix3<T>, term: &Matrix3<T>) {
+    for (sum, term) in sum.as_mut_slice().iter_mut().zip(term.as_slice()) {
+        *sum += *term;
+    }
+}
+
 /// `a x b`.
 #[inline(never)]
 pub fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {

@@ -6,7 +6,7 @@
 use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::products::{
-    columns, congruent, matrix_product, of_columns, outer, product, transposed_matrix_product,
+    add, columns, congruent, matrix_product, of_columns, outer, product, transposed_matrix_product,
     transposed_product, unit, zeros,
 };
 use crate::real::{Real, count, real};
@@ -35,7 +35,7 @@ impl<T: Real> RateMoments<T> {
         self.points = self.points.saturating_add(1);
         let before = point - self.mean;
         self.mean += before / count::<T>(self.points);
-        self.spread += outer(&before, &(point - self.mean));
+        add(&mut self.spread, &outer(&before, &(point - self.mean)));
     }
 
     /// The same points in another frame: `to_from` turns what was into what is.
@@ -144,21 +144,22 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     let offset = rates.mean - transposed_product(&turning.frame, &(rest.mean - turning.counted_bias));
     let spread = transposed_matrix_product(&local, &matrix_product(&rates.spread, &local));
     let mean = transposed_product(&local, &offset);
-    let about_rest = spread + outer(&mean, &mean) * points;
+    let about_rest = |with: T, i: T| with + i * mean.z * points;
     let rest_variance = transposed_product(&floor.map(|e| e * e), &rest.variance).map(|v| floored(v, LEAST));
     let sums = LineSums {
         points,
         along: mean.z * points,
-        along_squared: about_rest.m33,
+        along_squared: about_rest(spread.m33, mean.z),
     };
     let block_variance = floored(scatter(&spread, &sums), LEAST);
     let across = |mean: T, with_rate: T, rest_variance: T| {
         line(&sums, mean * points, with_rate, block_variance, rest_variance)
     };
-    let forward = across(mean.x, about_rest.m13, rest_variance.x);
-    let left = across(mean.y, about_rest.m23, rest_variance.y);
-    let bias = product(&floor, &Vector3::new(forward.0.x, left.0.x, T::zero())) + rest.mean; // eq. 5: delta
-    let tilted = up + product(&floor, &Vector3::new(forward.0.y, left.0.y, T::zero())); // eq. 5: tau
+    let forward = across(mean.x, about_rest(spread.m13, mean.x), rest_variance.x);
+    let left = across(mean.y, about_rest(spread.m23, mean.y), rest_variance.y);
+    let in_floor = |forward: T, left: T| product(&floor, &Vector3::new(forward, left, T::zero()));
+    let bias = in_floor(forward.0.x, left.0.x) + rest.mean; // eq. 5: delta
+    let tilted = up + in_floor(forward.0.y, left.0.y); // eq. 5: tau
     AxisFit {
         bias,
         floor: floor_frame(&unit(&tilted)),

@@ -6,7 +6,7 @@
 
 use nalgebra::{SVector, Vector3};
 
-use crate::products::zeros;
+use crate::products::{combined, zeros};
 use crate::real::{Real, count, real};
 use crate::spin::block::Block;
 
@@ -64,12 +64,11 @@ impl<T: Real> HarmonicRow<T> {
     /// Adds a share of another row.
     #[inline(never)]
     fn add(&mut self, row: &Self, share: T) {
-        for (sum, value) in self.functions.iter_mut().zip(&row.functions) {
+        let [functions] = &mut self.functions.data.0;
+        for (sum, value) in functions.iter_mut().zip(row.functions.as_slice()) {
             *sum += *value * share;
         }
-        for (sum, value) in self.specific_force.iter_mut().zip(&row.specific_force) {
-            *sum += *value * share;
-        }
+        self.specific_force = combined(&[(&self.specific_force, T::one()), (&row.specific_force, share)]);
     }
 
     #[inline(never)]
