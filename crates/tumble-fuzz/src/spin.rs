@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use tumble_core::gravity;
 use tumble_core::sample::Sample;
 use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle, VectorEstimate};
-use tumble_core::spin::machine::{SpinMachine, Wheels};
+use tumble_core::spin::machine::{SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::campaign::RunOutcome;
@@ -130,15 +130,29 @@ impl SpinScenes {
                 let now = draw.time();
                 event = event.or(machine.tick(now));
             }
+            if draw.once_in(8) {
+                event = event.or(machine.work());
+            }
+            if draw.once_in(256) {
+                machine.know_bias_instability(draw.number(), draw.number());
+                finite = false;
+            }
             if draw.once_in(128) {
                 machine.start();
             }
             digest.write_u8(event.map_or(0, |event| event as u8 + 1));
             digest.write_u32(machine.progress().turned.to_bits());
         }
+        // A dozen slices do it.
+        for _ in 0..64 {
+            machine.work();
+        }
+        if matches!(machine.state(), SpinState::Solving) {
+            return Err("it is being solved for ever".to_owned());
+        }
         let angle = true_angle(&mut draw);
         let known = draw.once_in(2).then_some(&angle);
-        // It takes longer than all samples of a run, so not all runs do it.
+        // What slices have not solved takes longer than all samples of a run, so not all runs do it.
         let asked = draw.once_in(16);
         if asked && let Ok(estimate) = machine.solve(known) {
             if finite {

@@ -223,9 +223,12 @@ impl<T: Real> SpinMachine<T> {
     }
 
     /// Tells the bias instability, m/s^2 and rad/s, where it is known only when the spin is done; [`Self::solve`] then
-    /// counts it.
+    /// counts it. What is being solved begins anew.
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.collector.know_bias_instability(specific_force, angular_rate);
+        if matches!(self.state, SpinState::Solving) {
+            self.collector.begin_to_solve();
+        }
     }
 
     /// How it is set.

@@ -70,6 +70,27 @@ fn a_good_spin_goes_from_still_to_done_and_compensates() {
 }
 
 #[test]
+fn bias_instability_that_is_told_while_it_solves_counts_and_it_ends_all_the_same() {
+    let sigma = |told: SpinState<f32>| {
+        let mut machine = SpinMachine::<f32>::new(&SpinSettings::default());
+        machine.start();
+        for sample in narrowed(&two_turns().stream(NOISE, 3.0, 1)) {
+            if *machine.state() == told {
+                machine.know_bias_instability(0.01, 0.001);
+                break;
+            }
+            machine.push(&sample, Wheels::Unknown);
+        }
+        for _ in 0..100 {
+            machine.work();
+        }
+        assert_eq!(*machine.state(), SpinState::Done);
+        machine.solve(None).unwrap().gyroscope_bias.sigma
+    };
+    assert_eq!(sigma(SpinState::Solving), sigma(SpinState::Done));
+}
+
+#[test]
 fn before_it_is_started_it_takes_nothing_in() {
     let mut machine = SpinMachine::<f32>::new(&SpinSettings::default());
     for sample in narrowed(&two_turns().stream(NOISE, 0.0, 1)) {
