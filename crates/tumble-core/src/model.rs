@@ -80,6 +80,7 @@ impl<T: Real> ErrorModel<T> {
 
 impl<T: Real> Correction<T> {
     /// The truth behind the reading `y`.
+    #[inline(never)]
     pub fn apply(&self, y: &Vector3<T>) -> Vector3<T> {
         let b = &self.bias;
         times(&self.matrix, &Vector3::new(y.x - b.x, y.y - b.y, y.z - b.z)) // eq. 1

@@ -143,6 +143,7 @@ pub fn squared<T: Real>(v: &Vector3<T>) -> T {
 }
 
 /// Sum of the squares of all elements.
+#[inline(never)]
 pub fn squared_matrix<T: Real>(m: &Matrix3<T>) -> T {
     let [x, y, z] = columns(m);
     squared(&x) + squared(&y) + squared(&z)

@@ -332,6 +332,7 @@ fn of_all_axes<T: Real>(axes: &Axes, sensor: Sensor, each: T) -> T {
 }
 
 /// How much of a known error lies in the direction of a deviation (docs/theory/redundancy.md, eq. 15).
+#[inline(never)]
 fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
     let length = deviation.length();
     if length > T::zero() {

@@ -98,6 +98,7 @@ impl Axes {
     }
 
     /// Whether every sensor that has any is among these, accelerometer first.
+    #[inline(never)]
     pub fn covered_by(&self, sensors: [bool; 2]) -> bool {
         let both = SENSORS.into_iter().zip(sensors);
         both.into_iter().all(|(sensor, among)| among || !self.any(sensor))

@@ -139,6 +139,7 @@ struct PassMoments<'a, 'b, T: Real> {
 }
 
 /// Row `i` of a matrix; nothing where it has none.
+#[inline(never)]
 fn row_of<T: Real>(matrix: &Matrix3<T>, i: usize) -> [T; 3] {
     core::array::from_fn(|l| matrix.get((i, l)).copied().unwrap_or(T::zero()))
 }

@@ -437,6 +437,7 @@ impl<T: Real> Trial<'_, T> {
         problem.solve().ok_or(AdoptionRefusal::Unsolvable)
     }
 
+    #[inline(never)]
     fn problem<'b>(
         &'b self,
         pairs: &'b dyn PairMoments<T>,

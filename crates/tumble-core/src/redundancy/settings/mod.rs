@@ -313,6 +313,7 @@ impl<T: Real> RedundancySettings<T> {
     }
 
     /// Whether a secondary can exceed a threshold of deviation before it is refuted: else nothing would ever be calibrated.
+    #[inline(never)]
     pub fn may_be_exceeded(&self, sensor: Sensor, threshold: &Threshold<T>) -> bool {
         threshold.least() < self.plausible_at_rest(sensor, false)
     }
