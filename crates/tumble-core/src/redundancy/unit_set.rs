@@ -17,6 +17,16 @@ impl UnitSet {
         units
     }
 
+    /// Their numbers, in order.
+    pub fn units(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        core::iter::from_fn(move || {
+            let next = left.trailing_zeros();
+            left &= left.wrapping_sub(1);
+            usize::try_from(next).ok().filter(|_| next < u32::BITS)
+        })
+    }
+
     /// Whether a unit is among them.
     pub fn contains(self, unit: usize) -> bool {
         self.0 & bit(unit) != 0
@@ -75,8 +85,15 @@ fn bit(unit: usize) -> u32 {
 
 /// All pairs of `UNITS` units, each once, the unit of the lower number first.
 pub fn pairs<const UNITS: usize>() -> impl Iterator<Item = [usize; 2]> {
-    let next = |[i, j]: &[usize; 2]| Some(if i + 1 < *j { [i + 1, *j] } else { [0, j + 1] });
-    core::iter::successors(Some([0, 1]), next).take_while(|[_, j]| *j < UNITS)
+    let [mut i, mut j] = [0, 1];
+    core::iter::from_fn(move || {
+        let pair = (j < UNITS).then_some([i, j]);
+        i += 1;
+        if i >= j {
+            [i, j] = [0, j + 1];
+        }
+        pair
+    })
 }
 
 #[cfg(test)]

@@ -301,9 +301,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Median over units of angular rates as the primary would read them, rad/s; of those that are not at fault.
-    pub fn set_rate(&self, rate: &dyn Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
+    pub fn set_rate<'a>(
+        &self,
+        units: UnitSet,
+        rate: &dyn Fn(usize) -> Option<&'a Vector3<T>>,
+    ) -> Option<Vector3<T>> {
         let [_, judge] = &self.sensors;
-        judge.median_of(rate)
+        judge.median_of(units, rate)
     }
 
     /// The time of the set jumped: means begin anew, verdicts stay.
@@ -334,7 +338,22 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// Looks at the next window, and tells what it finds.
     pub fn look(&mut self, window: &SetWindow<'_, T, UNITS>, tell: &mut dyn FnMut(Sensor, Judgement<T>)) {
-        let said = SENSORS.map(|sensor| sensor.of(&self.sensors).set_reading(sensor, window.units));
+        let [mut voters, mut known] = [[UnitSet::default(); 2]; 2];
+        for (number, unit) in window.units.iter().enumerate() {
+            let Some(unit) = unit else { continue };
+            for sensor in SENSORS {
+                if unit.votes(sensor) {
+                    sensor.of_mut(&mut voters).insert(number);
+                }
+                if unit.is_known(sensor) {
+                    sensor.of_mut(&mut known).insert(number);
+                }
+            }
+        }
+        let said = SENSORS.map(|sensor| {
+            let said = |unit: usize| Some(sensor.of(&window.units.get(unit)?.as_ref()?.reading));
+            sensor.of(&self.sensors).median_of(*sensor.of(&known), &said)
+        });
         let [Some(f), Some(w)] = said else { return };
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let strains = self.motion.push(&[f, w], vibration, window.length);
@@ -350,15 +369,6 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 Sensor::Accelerometer => &f,
                 Sensor::Gyroscope => &w,
             };
-            let of_units = |is_so: fn(&UnitReading<T>, Sensor) -> bool| {
-                let is_so = |unit: &UnitReading<T>| is_so(unit, sensor);
-                UnitSet::of::<UNITS>(|unit| {
-                    window
-                        .units
-                        .get(unit)
-                        .is_some_and(|unit| unit.as_ref().is_some_and(is_so))
-                })
-            };
             let judge = sensor.of_mut(&mut self.sensors);
             judge.take(sensor, window, said, sensor.of(&strains));
             let case = sensor_judge::Case {
@@ -370,8 +380,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 usual_error: self.usual_error.variance(&self.turned),
                 turned: &self.turned,
                 force: f,
-                voters: of_units(UnitReading::votes),
-                known: of_units(UnitReading::is_known),
+                voters: *sensor.of(&voters),
+                known: *sensor.of(&known),
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
         }
@@ -393,11 +403,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             resting_rate: &self.resting_rate,
             guilty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_guilty(unit))),
             departs: core::array::from_fn(|unit| {
-                SENSORS.map(|sensor| {
-                    sensor
-                        .of(sensors)
-                        .departs(unit, window.tolerated.of(sensor), window.length)
-                })
+                SENSORS.map(|sensor| sensor.of(sensors).departs(unit, window.tolerated.of(sensor)))
             }),
             calm: sensors.iter().all(|judge| judge.is_calm(window.length)),
             number: window.number,

@@ -8,7 +8,6 @@ use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::judgement::motion::{Strain, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::unit_set::pairs;
 
 /// Constants of one scale (docs/theory/judgement.md, table 1).
 struct ScaleConstants {
@@ -96,12 +95,12 @@ impl<T: Real> ShownOverScale<T> {
         smaller(most, larger(least, share))
     }
 
-    fn learn(&mut self, of: &ScaleConstants, noise: T, squares: &Squares<T>, gain: T) {
+    fn learn(&mut self, noise: T, squares: &Squares<T>, gain: T) {
         let strain = squares.strain;
         if strain <= noise {
             return;
         }
-        let share = self.share(of);
+        let share = squares.share;
         let most = share * strain * real(2.0) + noise;
         let square = smaller(most, larger(T::zero(), squares.apart - noise));
         if self.strain == T::zero() {
@@ -143,7 +142,7 @@ impl<T: Real> Shown<T> {
     pub fn learn(&mut self, sensor: Sensor, comparison: &Comparison<T>, gains: &Gains<T>) {
         let scales = self.0.iter_mut().zip(&CONSTANTS).zip(&gains.0);
         for (((shown, of), gain), squares) in scales.zip(comparison.filled()) {
-            shown.learn(of, of.noise_variance(sensor), squares, *gain);
+            shown.learn(of.noise_variance(sensor), squares, *gain);
         }
     }
 }
@@ -207,6 +206,8 @@ struct Squares<T: Real> {
     ratio: T,
     /// What motion could have made of it.
     strain: T,
+    /// Share of that which the pair shows.
+    share: T,
 }
 
 /// How two sensors compare over the scales that both have filled, the shortest first.
@@ -224,6 +225,7 @@ impl<T: Real> Comparison<T> {
             apart: T::zero(),
             ratio: T::zero(),
             strain: T::zero(),
+            share: T::zero(),
         };
         Self {
             scales: 0,
@@ -281,11 +283,6 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
     pub fn of_mut(&mut self, [i, j]: [usize; 2]) -> Option<&mut Comparison<T>> {
         self.0.get_mut(i)?.get_mut(j)
     }
-
-    /// All pairs, each once.
-    pub fn pairs(&self) -> impl Iterator<Item = ([usize; 2], &Comparison<T>)> {
-        pairs::<UNITS>().filter_map(|[i, j]| Some(([i, j], self.0.get(i)?.get(j)?)))
-    }
 }
 
 /// What is known of two units before they are compared.
@@ -318,12 +315,18 @@ impl<T: Real> Comparison<T> {
             let drift = tolerated * tabulated(of.tolerated);
             let tail = tabulated::<T>(of.tail);
             let strain = known.tolerance.variance(strain);
-            let explained = of.noise_variance::<T>(sensor) + shown.share(of) * strain;
+            let share = shown.share(of);
+            let explained = of.noise_variance::<T>(sensor) + share * strain;
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
             let threshold = drift * drift + tail * tail * explained + residuals + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
             let ratio = apart / threshold;
-            *squares = Squares { apart, ratio, strain };
+            *squares = Squares {
+                apart,
+                ratio,
+                strain,
+                share,
+            };
             self.worst = larger(self.worst, ratio);
             self.scales += 1;
         }

@@ -30,11 +30,49 @@ impl<T: Real> Shares<T> {
     }
 }
 
-/// How many scales, the shortest first, have been filled by so many windows.
-pub fn filled<T: Real>(window: T, windows: u16) -> usize {
+/// How many scales, the shortest first, have been filled by so many windows, where `before` were by fewer.
+pub fn filled<T: Real>(before: u8, window: T, windows: u16) -> u8 {
     let seen = window * count::<T>(windows.into());
-    SECONDS
-        .iter()
-        .take_while(|scale| seen >= tabulated(**scale))
-        .count()
+    let mut filled = before;
+    while SECONDS
+        .get(usize::from(filled))
+        .is_some_and(|scale| seen >= tabulated(*scale))
+    {
+        filled += 1;
+    }
+    filled
+}
+
+/// Shares after so many windows, kept for the next unit: most have taken in as many.
+pub struct LatestShares<T: Real> {
+    window: T,
+    shares: Shares<T>,
+    windows: u16,
+    after: [T; SCALES],
+}
+
+impl<T: Real> LatestShares<T> {
+    /// Of windows of a length, s.
+    pub fn of(window: T) -> Self {
+        let shares = Shares::of(window);
+        Self {
+            window,
+            after: shares.after(1),
+            windows: 1,
+            shares,
+        }
+    }
+
+    /// Length of a window, s.
+    pub fn window(&self) -> T {
+        self.window
+    }
+
+    /// With so many windows taken in, the new one among them.
+    pub fn after(&mut self, windows: u16) -> &[T; SCALES] {
+        if windows != self.windows {
+            (self.windows, self.after) = (windows, self.shares.after(windows));
+        }
+        &self.after
+    }
 }

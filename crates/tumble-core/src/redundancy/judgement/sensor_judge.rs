@@ -10,7 +10,7 @@ use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
-use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
+use crate::redundancy::judgement::scales::{LatestShares, SCALES, SECONDS};
 use crate::redundancy::judgement::turn::Turned;
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
@@ -197,8 +197,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Whether a unit is on its way away from another: by a share of drift within specification, or of what it may be apart.
-    pub fn departs(&self, unit: usize, tolerated: T, window: T) -> bool {
-        let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM, window);
+    pub fn departs(&self, unit: usize, tolerated: T) -> bool {
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM);
         let others = (0..UNITS).filter(|other| *other != unit && !self.is_guilty(*other));
         let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).length()));
         apart.fold(T::zero(), larger) > tolerated * real(DEPARTS)
@@ -250,20 +250,16 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.calm = 0;
     }
 
-    /// Median of each axis over the units that vote and are not at fault.
-    pub fn set_reading(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> Option<Vector3<T>> {
-        self.median_of(&|unit| {
-            let unit = units.get(unit)?.as_ref()?;
-            unit.is_known(sensor).then_some(*sensor.of(&unit.reading))
-        })
-    }
-
-    /// Median of each axis of what units say that are not at fault.
+    /// Median of each axis of what those units say that are not at fault.
     #[inline(never)]
-    pub fn median_of(&self, said: &dyn Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
+    pub fn median_of<'a>(
+        &self,
+        units: UnitSet,
+        said: &dyn Fn(usize) -> Option<&'a Vector3<T>>,
+    ) -> Option<Vector3<T>> {
         let [mut x, mut y, mut z] = [[T::zero(); UNITS]; 3];
         let mut found = 0_usize;
-        for said in (0..UNITS).filter(|unit| !self.is_guilty(*unit)).filter_map(said) {
+        for said in units.without(self.guilty).units().filter_map(said) {
             insert(&mut x, found, said.x);
             insert(&mut y, found, said.y);
             insert(&mut z, found, said.z);
@@ -286,11 +282,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         strain: &Strain<T>,
     ) {
         self.windows = self.windows.saturating_add(1);
-        let shares = Shares::of(window.length);
-        self.strains.push(strain, &shares.after(self.windows));
+        let mut shares = LatestShares::of(window.length);
+        self.strains.push(strain, shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
             if let Some(unit) = unit.as_ref().filter(|unit| *sensor.of(&unit.votes)) {
-                deviation.push(&difference(sensor.of(&unit.reading), said), &shares);
+                deviation.push(&difference(sensor.of(&unit.reading), said), &mut shares);
             }
         }
     }
@@ -303,10 +299,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         shown: &mut ShownByPairs<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let mut comparisons = Comparisons::none();
-        self.compare(case, shown, &mut comparisons);
         self.find_noisy(case, tell);
-        let disagrees = self.find_odd(case, &comparisons, tell);
+        let mut comparisons = Comparisons::none();
+        let disagrees = self.compare(case, shown, &mut comparisons);
+        self.find_odd(case, &comparisons, disagrees, tell);
         if let Some(find) = case.find_witnessed {
             find(self, case, &comparisons, tell);
         }
@@ -315,19 +311,39 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.learn(case, &comparisons, shown, disagrees);
     }
 
-    /// How far all pairs are apart, on each scale that both have filled; of units that vote.
+    /// How far all pairs are apart, on each scale that both have filled; of units that vote. Keeps the worst of each unit with
+    /// those that are known and not guilty; gives whether any two disagree that are not guilty.
     fn compare(
-        &self,
+        &mut self,
         case: &Case<'_, T, UNITS>,
         shown: &ShownByPairs<T, UNITS>,
         comparisons: &mut Comparisons<T, UNITS>,
-    ) {
+    ) -> bool {
+        self.worst_squared = [T::zero(); UNITS];
+        let voters = case.voters.without(self.guilty);
+        let mut disagree = false;
         for [i, j] in pairs::<UNITS>().filter(|pair| case.voters.contain_both(*pair)) {
             let units = case.unit(i).zip(case.unit(j));
-            if let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) {
-                self.compare_pair(case, [i, j], [a, b], shown, comparison);
+            let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) else {
+                continue;
+            };
+            self.compare_pair(case, [i, j], [a, b], shown, comparison);
+            let worst = comparison.worst_squared();
+            disagree |= worst > T::one() && voters.contain_both([i, j]);
+            if !case.known.contain_both([i, j]) {
+                continue;
+            }
+            for (unit, other) in [(i, j), (j, i)] {
+                if let Some(most) = self
+                    .worst_squared
+                    .get_mut(unit)
+                    .filter(|_| voters.contains(other))
+                {
+                    *most = larger(*most, worst);
+                }
             }
         }
+        disagree
     }
 
     fn compare_pair(
@@ -342,7 +358,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
         let means = |unit: usize| {
-            let means = self.deviations.get(unit)?.means(case.window.length);
+            let means = self.deviations.get(unit)?.means();
             Some(means.get(..compared).unwrap_or(means))
         };
         if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
@@ -360,7 +376,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Who scatters more than the others make one expect.
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
-        for unit in (0..UNITS).filter(|unit| case.known.contains(*unit)) {
+        for unit in case.known.units() {
             let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
             let Some(scatter) = scatter_of(unit) else {
                 continue;
@@ -369,8 +385,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
                 continue;
             }
-            let innocent = case.known.without(self.guilty);
-            let others = (0..UNITS).filter(|other| *other != unit && innocent.contains(*other));
+            let others = case.known.without(self.guilty).units();
+            let others = others.filter(|other| *other != unit);
             let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
             let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
             let Some(usual) = usual_of(unit) else {
@@ -389,18 +405,19 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// The unit without which the others agree; whether any pair of voters disagrees.
+    /// The unit without which the others agree, where any two disagree.
     fn find_odd(
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
+        disagree: bool,
         tell: Tell<'_, T>,
-    ) -> bool {
-        let voters = case.voters.without(self.guilty);
-        if !self.note_worst(case, voters, comparisons) {
+    ) {
+        if !disagree {
             self.streaks = [Streak::NONE; SCALES];
-            return false;
+            return;
         }
+        let voters = case.voters.without(self.guilty);
         self.disagreed = true;
         for scale in 0..SCALES {
             let squared = |[i, j]: [usize; 2]| comparisons.of(i, j)?.ratio_squared(scale);
@@ -421,35 +438,6 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, tell),
             }
         }
-        true
-    }
-
-    /// Keeps the worst of each unit with those that are known and not guilty; whether any two voters disagree.
-    fn note_worst(
-        &mut self,
-        case: &Case<'_, T, UNITS>,
-        voters: UnitSet,
-        comparisons: &Comparisons<T, UNITS>,
-    ) -> bool {
-        self.worst_squared = [T::zero(); UNITS];
-        let mut disagree = false;
-        for ([i, j], comparison) in comparisons.pairs() {
-            let worst = comparison.worst_squared();
-            disagree |= worst > T::one() && voters.contain_both([i, j]);
-            if !case.known.contain_both([i, j]) {
-                continue;
-            }
-            for (unit, other) in [(i, j), (j, i)] {
-                if let Some(most) = self
-                    .worst_squared
-                    .get_mut(unit)
-                    .filter(|_| voters.contains(other))
-                {
-                    *most = larger(*most, worst);
-                }
-            }
-        }
-        disagree
     }
 
     /// The one that a witness contradicts, and no other, among units that are apart, though not yet by as much as motion and
@@ -535,10 +523,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// How far the first came away from the second lately, beyond what they were apart before: docs/theory/judgement.md, eq. 12.
-    fn came_apart(&self, i: usize, j: usize, window: T) -> Option<Vector3<T>> {
+    fn came_apart(&self, i: usize, j: usize) -> Option<Vector3<T>> {
         let (a, b) = (self.deviations.get(i)?, self.deviations.get(j)?);
-        let now = difference(a.mean(0, window)?, b.mean(0, window)?);
-        let before = a.mean(2, window).zip(b.mean(2, window));
+        let now = difference(a.mean(0)?, b.mean(0)?);
+        let before = a.mean(2).zip(b.mean(2));
         Some(before.map_or(now, |(a, b)| difference(&now, &difference(a, b))))
     }
 
@@ -617,7 +605,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     fn by_step(&self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
         let (first, second) = (case.steps(i)?, case.steps(j)?);
-        let apart = self.came_apart(i, j, case.window.length)?;
+        let apart = self.came_apart(i, j)?;
         let found = by_step(&apart, &first, &second).map(|proof| (i, proof));
         found.or_else(|| by_step(&-apart, &second, &first).map(|proof| (j, proof)))
     }
@@ -633,7 +621,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             })
         };
         let (a, b) = (left(i)?, left(j)?);
-        let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(1);
         let apart = mean(i)? - mean(j)?;
         let along = || apart.dot(&case.force) / case.force.length().max(real(1e-3));
         let along = (sensor == Sensor::Accelerometer).then(along);
@@ -667,9 +655,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn redeem(&mut self, case: &Case<'_, T, UNITS>, comparisons: &Comparisons<T, UNITS>, tell: Tell<'_, T>) {
         let guilty = self.guilty;
         // What a stranger is off by may hide for a while; only what makes it known speaks for it.
-        let units = self.redeemed.iter_mut().enumerate();
-        for (unit, redeemed) in units.filter(|(unit, _)| guilty.contains(*unit) && case.known.contains(*unit))
-        {
+        for unit in guilty.and(case.known).units() {
+            let Some(redeemed) = self.redeemed.get_mut(unit) else {
+                continue;
+            };
             let (mut compared, mut within) = (false, true);
             for other in (0..UNITS).filter(|other| *other != unit && !guilty.contains(*other)) {
                 if let Some(pair) = comparisons.of(unit, other).filter(|pair| pair.is_some()) {
@@ -706,14 +695,15 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.learnt = self.learnt.saturating_add(1);
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
         let innocent = case.known.without(self.guilty);
-        for ([i, j], comparison) in comparisons.pairs() {
-            let within = comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN);
-            let fit = within && innocent.contain_both([i, j]);
-            if let Some(shown) = shown.of_mut(case.sensor, i, j).filter(|_| fit) {
+        for [i, j] in pairs::<UNITS>().filter(|pair| innocent.contain_both(*pair)) {
+            let pair = comparisons.of(i, j).zip(shown.of_mut(case.sensor, i, j));
+            if let Some((comparison, shown)) = pair
+                && comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN)
+            {
                 shown.learn(case.sensor, comparison, &gains);
             }
         }
-        for unit in (0..UNITS).filter(|unit| innocent.contains(*unit)) {
+        for unit in innocent.units() {
             let within = self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
             let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
             let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {

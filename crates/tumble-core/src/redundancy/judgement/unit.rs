@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::products::{Length, cross, squared, zeros};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, sum};
-use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
+use crate::redundancy::judgement::scales::{LatestShares, SCALES, filled};
 use crate::redundancy::sensor::Sensor;
 
 /// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all.
@@ -21,6 +21,8 @@ pub struct SensorDeviation<T: Real> {
     offset: Vector3<T>,
     /// Windows taken in.
     windows: u16,
+    /// Scales that they fill, the shortest first.
+    filled: u8,
 }
 
 impl<T: Real> SensorDeviation<T> {
@@ -30,15 +32,17 @@ impl<T: Real> SensorDeviation<T> {
             means: [zeros(); SCALES],
             offset: zeros(),
             windows: 0,
+            filled: 0,
         }
     }
 
     /// Takes in how far it is from the set over the next window.
-    pub fn push(&mut self, deviation: &Vector3<T>, shares: &Shares<T>) {
+    pub fn push(&mut self, deviation: &Vector3<T>, shares: &mut LatestShares<T>) {
         self.windows = self.windows.saturating_add(1);
+        self.filled = filled(self.filled, shares.window(), self.windows);
         let value = difference(deviation, &self.offset);
         for (mean, share) in self.means.iter_mut().zip(shares.after(self.windows)) {
-            follow(mean, &value, share); // judgement.md, eq. 2
+            follow(mean, &value, *share); // judgement.md, eq. 2
         }
     }
 
@@ -81,16 +85,14 @@ impl<T: Real> SensorDeviation<T> {
         };
     }
 
-    /// Over each scale that is filled, the shortest first. `window` is the length of one, s.
-    pub fn means(&self, window: T) -> &[Vector3<T>] {
-        self.means
-            .get(..filled(window, self.windows))
-            .unwrap_or(&self.means)
+    /// Over each scale that is filled, the shortest first.
+    pub fn means(&self) -> &[Vector3<T>] {
+        self.means.get(..self.filled.into()).unwrap_or(&self.means)
     }
 
     /// Over one scale; `None` until it is filled.
-    pub fn mean(&self, scale: usize, window: T) -> Option<&Vector3<T>> {
-        self.means(window).get(scale)
+    pub fn mean(&self, scale: usize) -> Option<&Vector3<T>> {
+        self.means().get(scale)
     }
 }
 

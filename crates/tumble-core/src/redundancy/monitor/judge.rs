@@ -242,10 +242,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         length: T,
     ) -> Option<(Vector3<T>, Vector3<T>)> {
         let of_set = |choose: fn(&[Vector3<T>; 3]) -> &Vector3<T>| {
-            self.judge.set_rate(&|number| {
-                let said = said.get(number)?.as_ref().filter(|_| fit.contains(number))?;
-                Some(*choose(&said.rates))
-            })
+            self.judge
+                .set_rate(fit, &|number| Some(choose(&said.get(number)?.as_ref()?.rates)))
         };
         let now = of_set(|[_, _, now]| now)?;
         let before = of_set(|[_, before, _]| before)?;

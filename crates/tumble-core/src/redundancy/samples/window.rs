@@ -26,12 +26,11 @@ pub struct Means<T: Real, const K: usize> {
 impl<T: Real, const K: usize> Means<T, K> {
     /// Triangle-weighted means over this window, rising, and the next one, falling (docs/theory/redundancy.md, eq. 2).
     pub fn triangle(&self, next: &Self) -> [T; K] {
-        core::array::from_fn(
-            |i| match (self.rising.get(i), next.mean.get(i), next.rising.get(i)) {
-                (Some(up), Some(mean), Some(rising)) => *up + (*mean - *rising), // eq. 2
-                _ => T::zero(),
-            },
-        )
+        let mut means = self.rising;
+        for (up, (mean, rising)) in means.iter_mut().zip(next.mean.iter().zip(&next.rising)) {
+            *up += *mean - *rising; // eq. 2
+        }
+        means
     }
 }
 
