@@ -231,7 +231,7 @@ impl PyMonitor {
         self.said(py, &done, first_of(&unit_samples))
     }
 
-    /// Memory of a monitor, bytes, that calibrates one secondary at a time.
+    /// Memory of a monitor, bytes, that calibrates one secondary at a time and hears no witness.
     #[staticmethod]
     #[pyo3(signature = (secondaries, precision="f32"))]
     fn state_bytes(secondaries: usize, precision: &str) -> PyResult<usize> {

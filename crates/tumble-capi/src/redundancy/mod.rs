@@ -65,7 +65,7 @@ pub struct Redundancy {
 /// A monitor and the set that it watches.
 pub struct Watched {
     platform: Platform<f32, UNITS>,
-    monitor: Monitor<f32, UNITS, 1>,
+    monitor: Monitor<f32, UNITS, 1, 1>,
 }
 
 impl Storage for Redundancy {

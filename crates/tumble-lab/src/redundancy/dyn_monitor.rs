@@ -86,7 +86,7 @@ pub trait DynMonitor: Send + Sync {
 
 struct SizedMonitor<T: Real, const UNITS: usize> {
     platform: Platform<T, UNITS>,
-    monitor: Box<Monitor<T, UNITS, UNITS>>,
+    monitor: Box<Monitor<T, UNITS, UNITS, 1>>,
 }
 
 /// Builds a set of as many units as are given, primary first; `None` for a number of units there is no set of.
@@ -190,7 +190,7 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     }
 
     fn state_bytes(&self) -> usize {
-        size_of::<Monitor<T, UNITS, UNITS>>()
+        size_of::<Monitor<T, UNITS, UNITS, 1>>()
     }
 }
 

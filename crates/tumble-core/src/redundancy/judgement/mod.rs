@@ -35,7 +35,7 @@ use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::unit_set::UnitSet;
-use crate::redundancy::witness::{Surroundings, Testimony, Trust, Witness, WitnessRejection};
+use crate::redundancy::witness::{Surroundings, Testimony};
 
 /// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -207,26 +207,6 @@ pub struct Judge<T: Real, const UNITS: usize> {
     /// How far the set has turned lately, rad, and what that makes accelerometers say beyond carried gravity.
     turned: Turned<T>,
     usual_error: UsualError<T>,
-    /// What witnesses from outside say, once there were any.
-    testimony: Option<Testimony<T, UNITS>>,
-    /// What carries that on, told by the first witness: a program without witnesses links none of it.
-    by_testimony: Option<ByTestimony<T, UNITS>>,
-}
-
-/// What is done with what witnesses say, which only calls by this way reach.
-#[derive(Clone, Copy, Debug)]
-struct ByTestimony<T: Real, const UNITS: usize> {
-    /// [`Judge::hear_testimony`].
-    hear: fn(&mut Judge<T, UNITS>, &SetWindow<'_, T, UNITS>, [&Vector3<T>; 2]),
-    /// [`SensorJudge::find_witnessed`].
-    find: FindWitnessed<T, UNITS>,
-}
-
-/// There is but one.
-impl<T: Real, const UNITS: usize> PartialEq for ByTestimony<T, UNITS> {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
 }
 
 /// Share of what a pair may be apart from which on nobody follows either of the two.
@@ -255,29 +235,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             resting_rate: zeros(),
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
-            testimony: None,
-            by_testimony: None,
         }
-    }
-
-    /// Takes in what a witness from outside says of a time, microseconds of the common clock; gives whether it is no longer
-    /// believed, or is again.
-    ///
-    /// # Errors
-    /// Why it was left out.
-    pub(crate) fn listen(
-        &mut self,
-        time: u64,
-        witness: &Witness<T>,
-    ) -> Result<Option<Trust<T>>, WitnessRejection> {
-        witness.check(UNITS)?;
-        self.by_testimony = Some(ByTestimony {
-            hear: Self::hear_testimony,
-            find: SensorJudge::find_witnessed,
-        });
-        self.testimony
-            .get_or_insert_with(Testimony::new)
-            .take(time, witness)
     }
 
     /// What a unit says has another meaning from now on: it was calibrated.
@@ -336,8 +294,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
     }
 
-    /// Looks at the next window, and tells what it finds.
-    pub fn look(&mut self, window: &SetWindow<'_, T, UNITS>, tell: &mut dyn FnMut(Sensor, Judgement<T>)) {
+    /// Looks at the next window, beside what witnesses from outside say, once there were any, and tells what it finds.
+    pub(crate) fn look(
+        &mut self,
+        window: &SetWindow<'_, T, UNITS>,
+        testimony: Option<&mut Testimony<T, UNITS>>,
+        tell: &mut dyn FnMut(Sensor, Judgement<T>),
+    ) {
         let [mut voters, mut known] = [[UnitSet::default(); 2]; 2];
         for (number, unit) in window.units.iter().enumerate() {
             let Some(unit) = unit else { continue };
@@ -360,10 +323,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         self.carry_gravity(window);
         self.turned
             .push(&difference(&w, &self.resting_rate), window.length);
-        let by_testimony = self.by_testimony;
-        if let Some(ByTestimony { hear, .. }) = by_testimony {
-            hear(self, window, [&f, &w]);
-        }
+        let testimony = testimony.map(|testimony| {
+            self.hear(testimony, window, [&f, &w]);
+            &*testimony
+        });
+        let find_witnessed = testimony.map(|_| SensorJudge::find_witnessed as FindWitnessed<T, UNITS>);
         for sensor in SENSORS {
             let said = match sensor {
                 Sensor::Accelerometer => &f,
@@ -375,8 +339,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 sensor,
                 window,
                 evidence: &self.evidence,
-                testimony: self.testimony.as_ref(),
-                find_witnessed: by_testimony.map(|by| by.find),
+                testimony,
+                find_witnessed,
                 usual_error: self.usual_error.variance(&self.turned),
                 turned: &self.turned,
                 force: f,
@@ -391,11 +355,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// What the witness makes of the window, where there ever was one.
-    fn hear_testimony(&mut self, window: &SetWindow<'_, T, UNITS>, said: [&Vector3<T>; 2]) {
-        let Some(testimony) = &mut self.testimony else {
-            return;
-        };
+    /// What the witness makes of the window.
+    fn hear(
+        &self,
+        testimony: &mut Testimony<T, UNITS>,
+        window: &SetWindow<'_, T, UNITS>,
+        said: [&Vector3<T>; 2],
+    ) {
         let sensors = &self.sensors;
         let surroundings = Surroundings {
             units: window.units,

@@ -64,7 +64,7 @@ fn fly<const N: usize>(
                 angular_rate: 0.005,
             },
         };
-        judge.look(&window, &mut |sensor, judgement| {
+        judge.look(&window, None, &mut |sensor, judgement| {
             if let Judgement::OutOfFamily { unit, .. } = judgement {
                 found.push((t, unit, sensor));
             }

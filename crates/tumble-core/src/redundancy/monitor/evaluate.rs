@@ -17,7 +17,9 @@ use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
+    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+{
     /// Takes a window at rest, and evaluates where enough of them have been taken.
     pub(super) fn rest_on(
         &mut self,

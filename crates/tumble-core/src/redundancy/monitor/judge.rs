@@ -43,7 +43,9 @@ struct SetAtHand<T: Real> {
     length: T,
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
+    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+{
     /// Has all units judged over a window.
     #[inline(never)]
     pub(super) fn judge(
@@ -69,7 +71,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             tolerated: settings.health.tolerated,
         };
         let health = &mut self.health;
-        self.judge.look(&set, &mut |sensor, judgement| {
+        let testimony = self
+            .hearing
+            .first_mut()
+            .and_then(|hearing| hearing.testimony.as_mut());
+        self.judge.look(&set, testimony, &mut |sensor, judgement| {
             let mut contradict = |unit: usize, fault| {
                 if let Some(health) = health.get_mut(unit) {
                     health.contradict(sensor, fault);

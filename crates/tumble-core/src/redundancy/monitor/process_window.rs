@@ -17,7 +17,9 @@ use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::sample::CHANNELS;
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
+    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+{
     /// Looks at one window of all units.
     pub(super) fn process_window(
         &mut self,

@@ -111,8 +111,20 @@ fn resting() -> [Option<UnitReading<f64>>; 2] {
     [reading(Vector3::z() * GRAVITY, Vector3::zeros()); 2]
 }
 
+fn listen<const N: usize>(
+    testimony: &mut Option<Testimony<f64, N>>,
+    time: f64,
+    said: &Witness<f64>,
+) -> Result<Option<Trust<f64>>, WitnessRejection> {
+    said.check(N)?;
+    testimony
+        .get_or_insert_with(Testimony::new)
+        .take((time * 1e6) as u64, said)
+}
+
 fn look<const N: usize>(
     judge: &mut Judge<f64, N>,
+    testimony: &mut Option<Testimony<f64, N>>,
     number: u64,
     units: &[Option<UnitReading<f64>>; N],
     tell: &mut dyn FnMut(Sensor, Judgement<f64>),
@@ -131,12 +143,12 @@ fn look<const N: usize>(
             angular_rate: 0.0075,
         },
     };
-    judge.look(&window, tell);
+    judge.look(&window, testimony.as_mut(), tell);
 }
 
 impl<const N: usize> Flight<N> {
     fn fly(&self) -> Vec<(f64, Found)> {
-        let mut judge = Judge::<f64, N>::new();
+        let (mut judge, mut testimony) = (Judge::<f64, N>::new(), None);
         let mut draw = Draw(self.seed);
         let mut found = Vec::new();
         // Until a witness has spoken, nothing of one is kept.
@@ -151,7 +163,7 @@ impl<const N: usize> Flight<N> {
                     ..said
                 })
             });
-            look(&mut judge, k, &units, &mut |sensor, judgement| {
+            look(&mut judge, &mut testimony, k, &units, &mut |sensor, judgement| {
                 let what = match judgement {
                     Judgement::Blamed { unit, proof } if proof.ground == Ground::Witness => {
                         Found::Blamed(unit, sensor)
@@ -165,7 +177,7 @@ impl<const N: usize> Flight<N> {
             if k % 4 == 0 {
                 let at = t - self.latency;
                 let said = (self.says)(at, motion(at).1 + draw.vector(SIGMA));
-                match judge.listen((at * 1e6) as u64, &said) {
+                match listen(&mut testimony, at, &said) {
                     Ok(None) | Err(_) => {}
                     Ok(Some(Trust::Lost { .. })) => found.push((t, Found::Lost)),
                     Ok(Some(Trust::Regained)) => found.push((t, Found::Regained)),
@@ -365,12 +377,12 @@ fn a_witness_that_lied_is_believed_again_once_it_fits() {
 fn a_witness_that_comes_seconds_late_or_early_is_left_out() {
     let flown = |latency: f64| {
         let mut rejections = Vec::new();
-        let mut judge = Judge::<f64, 2>::new();
+        let (mut judge, mut testimony) = (Judge::<f64, 2>::new(), None);
         for k in 1..400 {
             let t = (k + 1) as f64 * H;
-            look(&mut judge, k, &resting(), &mut |_, _| {});
-            if let Err(why) = judge.listen(((t - latency).max(0.0) * 1e6) as u64, &velocity(Vector3::zeros()))
-            {
+            look(&mut judge, &mut testimony, k, &resting(), &mut |_, _| {});
+            let at = (t - latency).max(0.0);
+            if let Err(why) = listen(&mut testimony, at, &velocity(Vector3::zeros())) {
                 rejections.push(why);
             }
         }
@@ -476,7 +488,7 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
 
 #[test]
 fn what_is_left_out_of_a_witness_is_counted_and_told_of_once() {
-    let mut monitor = Monitor::<f64, 2, 1>::new();
+    let mut monitor = Monitor::<f64, 2, 1, 1>::new();
     let mut told = Vec::new();
     for time in 0..10 {
         for value in [Vector3::repeat(f64::NAN), Vector3::zeros()] {
