@@ -402,19 +402,20 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let mut rests = false;
         for (number, (evidence, unit)) in self.evidence.iter_mut().zip(window.units).enumerate() {
             let Some(unit) = unit else { continue };
-            for (sensor, judge) in SENSORS.into_iter().zip(&self.sensors) {
-                if !unit.is_known(sensor) || judge.is_guilty(number) {
-                    continue;
-                }
-                if let Some(at_rest) = unit.at_rest {
-                    if !evidence.rests {
-                        sensor.of_mut(&mut evidence.at_rest).learn(*sensor.of(&at_rest));
-                    }
-                    rests = true;
-                } else if sensor == Sensor::Accelerometer {
+            let learns =
+                |sensor: Sensor| unit.is_known(sensor) && !sensor.of(&self.sensors).is_guilty(number);
+            let Some(at_rest) = &unit.at_rest else {
+                if learns(Sensor::Accelerometer) {
                     let square = squared(evidence.gravity.error()) / real(3.0);
                     self.usual_error.learn(square, &self.turned, window.length);
                 }
+                continue;
+            };
+            for sensor in SENSORS.into_iter().filter(|sensor| learns(*sensor)) {
+                if !evidence.rests {
+                    sensor.of_mut(&mut evidence.at_rest).learn(*sensor.of(at_rest));
+                }
+                rests = true;
             }
         }
         if rests {

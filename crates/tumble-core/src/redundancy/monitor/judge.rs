@@ -12,7 +12,6 @@ use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::pair::TwoWindows;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::unit_set::UnitSet;
 
@@ -22,19 +21,8 @@ const RESTED: u32 = 16;
 /// Share of the primary's deviation at rest that a secondary may have to be held against it.
 const MUCH_LESS: f64 = 0.5;
 
-/// What a unit says over a window and the one before, compensated, at its own place.
-struct SaidByUnit<'a, T: Real> {
-    windows: TwoWindows<'a, T>,
-    /// Over both, m/s^2.
-    force: Vector3<T>,
-    /// Over both, over the one before, and over the window itself, rad/s.
-    rates: [Vector3<T>; 3],
-}
-
-/// What holds for all units over a window.
-struct SetAtHand<T: Real> {
-    /// Angular rate, rad/s, and angular acceleration, rad/s^2.
-    turning: Option<(Vector3<T>, Vector3<T>)>,
+/// What is known of all units before they are looked at.
+struct Known<T: Real> {
     /// Units of which enough is known, by accelerometers and by gyroscopes.
     known: [UnitSet; 2],
     /// Units whose readings count.
@@ -42,6 +30,9 @@ struct SetAtHand<T: Real> {
     /// Of a window, s.
     length: T,
 }
+
+/// Angular rate of a unit over two windows, over the one before and over the window itself, compensated, rad/s.
+type Rates<T> = [Vector3<T>; 3];
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     Monitor<T, UNITS, AT_ONCE, WITNESSED>
@@ -159,40 +150,44 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     ) {
         let known = SENSORS.map(|sensor| known(&self.judge, &self.stored, sensor));
         let live = UnitSet::of::<UNITS>(|number| self.lives(number));
-        let said = core::array::from_fn(|number| self.said(platform, number, window));
-        let [_, known_rates] = known;
-        let turning = self.turning(&said, known_rates.and(live), length);
-        let set = SetAtHand {
-            turning,
-            known,
-            live,
-            length,
-        };
-        for (number, (reading, said)) in readings.iter_mut().zip(&said).enumerate() {
-            if let Some(said) = said {
-                *reading = self.reading(platform, number, said, &set);
+        let set = Known { known, live, length };
+        let mut rates = [[Vector3::zeros(); 3]; UNITS];
+        let mut said = UnitSet::default();
+        for (number, (reading, rates)) in readings.iter_mut().zip(&mut rates).enumerate() {
+            *reading = self.reading(platform, number, window, &set, rates);
+            if reading.is_some() {
+                said.insert(number);
             }
+        }
+        let [_, known_rates] = known;
+        if let Some((rate, change)) = self.turning(&rates, known_rates.and(live).and(said), length) {
+            self.carry_to_primary(platform, &rate, &change, readings);
         }
     }
 
+    /// What a unit says over a window and the one before, compensated, at its own place.
     fn reading(
         &self,
         platform: &Platform<T, UNITS>,
         number: usize,
-        said: &SaidByUnit<'_, T>,
-        set: &SetAtHand<T>,
+        window: u64,
+        set: &Known<T>,
+        rates: &mut Rates<T>,
     ) -> Option<UnitReading<T>> {
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-        let (before, means) = said.windows;
-        let force = match &set.turning {
-            Some((rate, change)) => {
-                let arm = lever_arm(unit, stored);
-                let carried = sum(&cross(change, &arm), &cross(rate, &cross(rate, &arm)));
-                difference(&said.force, &carried)
-            }
-            None => said.force,
-        };
-        let [rate, ..] = said.rates;
+        let (before, means) = self.histories.get(number)?.pair(window)?;
+        let triangle = before.triangle(means);
+        let gyroscope = Sensor::Gyroscope;
+        *rates = [
+            gyroscope.triad(&triangle),
+            gyroscope.triad(&before.mean),
+            gyroscope.triad(&means.mean),
+        ];
+        self.compensate(platform, number, gyroscope, rates)?;
+        let [rate, ..] = *rates;
+        let mut force = [Sensor::Accelerometer.triad(&triangle)];
+        self.compensate(platform, number, Sensor::Accelerometer, &mut force)?;
+        let [force] = force;
         let votes = |sensor: Sensor| {
             let usable = *sensor.of(&before.usable) && *sensor.of(&means.usable);
             usable && set.live.contains(number) && unit.axes.complete(sensor)
@@ -204,38 +199,30 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let most = platform.settings().plausible_at_rest(sensor, false);
             most * most
         };
+        let of_primary = number == 0;
+        let [accelerometer, gyroscope] = stored;
         Some(UnitReading {
             reading: [force, rate],
             scatter: means.scatter.map(|variance| variance.square_root()),
             votes: SENSORS.map(votes),
             known: set.known.map(|known| known.contains(number)),
-            calibrated: SENSORS.map(|sensor| number == 0 || sensor.of(stored).calibrated),
-            matrix_shown: SENSORS.map(|sensor| number == 0 || sensor.of(stored).matrix_shown),
-            place: if number == 0 || unit.lever_arm.is_some() {
+            calibrated: [
+                of_primary || accelerometer.calibrated,
+                of_primary || gyroscope.calibrated,
+            ],
+            matrix_shown: [
+                of_primary || accelerometer.matrix_shown,
+                of_primary || gyroscope.matrix_shown,
+            ],
+            place: if of_primary || unit.lever_arm.is_some() {
                 T::zero()
             } else {
-                Sensor::Accelerometer.of(stored).place_sigma
+                accelerometer.place_sigma
             },
-            residual: SENSORS.map(|sensor| squared_residual(sensor.of(stored))),
+            residual: [squared_residual(accelerometer), squared_residual(gyroscope)],
             unfound: SENSORS.map(unfound),
             interval: self.steps.get(number)?.interval() * set.length,
             at_rest: self.at_rest(platform, number),
-        })
-    }
-
-    /// What a unit says over a window and the one before, compensated.
-    fn said(&self, platform: &Platform<T, UNITS>, number: usize, window: u64) -> Option<SaidByUnit<'_, T>> {
-        let windows = self.histories.get(number)?.pair(window)?;
-        let (before, means) = windows;
-        let triangle = before.triangle(means);
-        let [force, rate] = SENSORS.map(|sensor| sensor.triad(&triangle));
-        let [earlier, later] = [before, means].map(|means| Sensor::Gyroscope.triad(&means.mean));
-        let mut rates = [rate, earlier, later];
-        self.compensate(platform, number, Sensor::Gyroscope, &mut rates)?;
-        Some(SaidByUnit {
-            windows,
-            force: self.compensated(platform, number, Sensor::Accelerometer, &force)?,
-            rates,
         })
     }
 
@@ -243,18 +230,44 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     /// is known. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
     fn turning(
         &self,
-        said: &[Option<SaidByUnit<'_, T>>; UNITS],
+        rates: &[Rates<T>; UNITS],
         fit: UnitSet,
         length: T,
     ) -> Option<(Vector3<T>, Vector3<T>)> {
-        let of_set = |choose: fn(&[Vector3<T>; 3]) -> &Vector3<T>| {
+        let of_set = |choose: fn(&Rates<T>) -> &Vector3<T>| {
             self.judge
-                .set_rate(fit, &|number| Some(choose(&said.get(number)?.as_ref()?.rates)))
+                .set_rate(fit, &|number| Some(choose(rates.get(number)?)))
         };
         let now = of_set(|[_, _, now]| now)?;
         let before = of_set(|[_, before, _]| before)?;
         let over_both = of_set(|[both, ..]| both)?;
-        Some((over_both, difference(&now, &before).unscale(length)))
+        let change = difference(&now, &before);
+        Some((
+            over_both,
+            Vector3::new(change.x / length, change.y / length, change.z / length),
+        ))
+    }
+
+    /// Takes off what lever arms make accelerometers feel while the set turns at `rate`, rad/s, that changes by `change`, rad/s^2.
+    fn carry_to_primary(
+        &self,
+        platform: &Platform<T, UNITS>,
+        rate: &Vector3<T>,
+        change: &Vector3<T>,
+        readings: &mut [Option<UnitReading<T>>; UNITS],
+    ) {
+        let units = platform.units().iter().zip(&self.stored);
+        for ((unit, stored), reading) in units.zip(readings) {
+            let Some(UnitReading {
+                reading: [force, _], ..
+            }) = reading
+            else {
+                continue;
+            };
+            let arm = lever_arm(unit, stored);
+            let carried = sum(&cross(change, &arm), &cross(rate, &cross(rate, &arm)));
+            *force = difference(force, &carried);
+        }
     }
 
     /// Whether what a unit says counts, but for what is found here.
