@@ -114,6 +114,12 @@ impl Selection {
         self.commanded = true;
     }
 
+    /// The primary is the source and fit to be: it stays, whatever is asked for.
+    pub fn keep_primary(&mut self) {
+        self.commanded = false;
+        self.failing_since = None;
+    }
+
     /// Forgets for how long the source has been failing, which a jump of time makes meaningless.
     pub fn restart_time(&mut self) {
         self.failing_since = None;

@@ -104,21 +104,16 @@ impl Axes {
         both.into_iter().all(|(sensor, among)| among || !self.any(sensor))
     }
 
-    /// The sample with zeros in channels that the unit does not have, whatever was written there.
-    pub fn only<T: Real>(&self, sample: &Sample<T>) -> Sample<T> {
-        let mut present = *sample;
+    /// Puts zeros in channels that the unit does not have, whatever was written there.
+    pub fn blank<T: Real>(&self, sample: &mut Sample<T>) {
         if *self == Self::ALL {
-            return present;
+            return;
         }
-        let values = present
-            .specific_force
-            .iter_mut()
-            .chain(present.angular_rate.iter_mut());
-        for (value, has) in values.zip(&self.0) {
-            if !has {
-                *value = T::zero();
-            }
-        }
-        present
+        let blanked = |v: &Vector3<T>, [x, y, z]: &[bool; 3]| {
+            let only = |value: T, has: bool| if has { value } else { T::zero() };
+            Vector3::new(only(v.x, *x), only(v.y, *y), only(v.z, *z))
+        };
+        sample.specific_force = blanked(&sample.specific_force, self.of(Sensor::Accelerometer));
+        sample.angular_rate = blanked(&sample.angular_rate, self.of(Sensor::Gyroscope));
     }
 }

@@ -60,7 +60,7 @@ impl Bench {
             angular_rate: rate,
         };
         spoil(&mut sample);
-        let sample = self.axes.only(&sample);
+        self.axes.blank(&mut sample);
         self.health.push(&sample, &self.axes, &RANGE, &self.settings)
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{Length, cross};
+use crate::products::{Length, cross, zeros};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, sum};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
@@ -151,7 +151,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let known = SENSORS.map(|sensor| known(&self.judge, &self.stored, sensor));
         let live = UnitSet::of::<UNITS>(|number| self.lives(number));
         let set = Known { known, live, length };
-        let mut rates = [[Vector3::zeros(); 3]; UNITS];
+        let mut rates = [[zeros(); 3]; UNITS];
         let mut said = UnitSet::default();
         for (number, (reading, rates)) in readings.iter_mut().zip(&mut rates).enumerate() {
             *reading = self.reading(platform, number, window, &set, rates);
@@ -388,8 +388,9 @@ pub(super) fn is_strange<T: Real, const UNITS: usize>(
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     number: usize,
 ) -> bool {
+    let disputed = judge.is_disputed(Sensor::Accelerometer) || judge.is_disputed(Sensor::Gyroscope);
     let strange = |sensor| contradicts_as_stranger(judge, stored, sensor, number);
-    SENSORS.into_iter().any(strange)
+    disputed && SENSORS.into_iter().any(strange)
 }
 
 #[inline]

@@ -28,6 +28,7 @@ use crate::redundancy::samples::pair::products;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::selection::{Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
+use crate::redundancy::settings::HealthSettings;
 use crate::sample::{CHANNELS, Sample};
 
 /// Who is told of what happened.
@@ -147,8 +148,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let unit = platform.units().get(number)?;
         let settings = &platform.settings().health;
         let time = unit.common_time(sample.time);
-        let mut sample = unit.axes.only(sample);
-        sample.time = time;
+        let mut sample = Sample { time, ..*sample };
+        unit.axes.blank(&mut sample);
         let accepted = match self.clock.push(number, time, &ClockSettings::DEFAULT) {
             Verdict::Accept => true,
             Verdict::Drop => false,
@@ -172,10 +173,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 .push(&sample, &unit.axes, &unit.range, settings);
             self.integrate(platform, number, &sample, usable, report);
         }
-        for health in &mut self.health {
-            health.tick(now, settings);
-        }
-        self.report_health(now, report);
+        self.watch_health(now, settings, report);
         self.select(platform, now, report);
         let fit = accepted && usable == [true; 2] && self.source() == Some(number);
         fit.then(|| self.output(platform, number, &sample)).flatten()
@@ -248,46 +246,67 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         });
     }
 
-    fn report_health(&mut self, time: u64, report: Report<'_, T>) {
-        for (unit, (health, known)) in self.health.iter().zip(&mut self.known_healthy).enumerate() {
-            if health.is_sound() == *known {
-                continue;
-            }
-            let fault = health.fault();
-            *known = fault.is_none();
-            let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
-            report(Event { time, unit, kind });
-            // Readings at the end of the range are left out of pairs; what else was collected is as good as before.
-            if matches!(fault, None | Some(HealthFault::Saturated { .. })) {
-                continue;
-            }
-            // What a calibration may mend does not end it.
-            if unit != 0 && health.may_be_calibrated() {
-                continue;
-            }
-            for slot in &mut self.calibrations {
-                let concerns = slot.as_ref().map(CalibrationRun::secondary);
-                match concerns {
-                    Some(_) if unit == 0 => abandon(slot, time, Abandoned::PrimaryUnhealthy, report),
-                    Some(secondary) if secondary == unit => {
-                        abandon(slot, time, Abandoned::SecondaryUnhealthy, report);
-                    }
-                    _ => {}
-                }
+    /// Finds who is late, and tells whose health is another than it was.
+    fn watch_health(&mut self, now: u64, settings: &HealthSettings<T>, report: Report<'_, T>) {
+        for unit in 0..UNITS {
+            let known = self.health.get_mut(unit).zip(self.known_healthy.get_mut(unit));
+            let Some((health, known)) = known else { continue };
+            health.tick(now, settings);
+            let sound = health.is_sound();
+            if sound != *known {
+                *known = sound;
+                self.health_changed(unit, now, report);
             }
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn health_changed(&mut self, unit: usize, time: u64, report: Report<'_, T>) -> Option<()> {
+        let health = self.health.get(unit)?;
+        let fault = health.fault();
+        let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
+        report(Event { time, unit, kind });
+        // Readings at the end of the range are left out of pairs; what else was collected is as good as before.
+        if matches!(fault, None | Some(HealthFault::Saturated { .. })) {
+            return None;
+        }
+        // What a calibration may mend does not end it.
+        if unit != 0 && health.may_be_calibrated() {
+            return None;
+        }
+        for slot in &mut self.calibrations {
+            let concerns = slot.as_ref().map(CalibrationRun::secondary);
+            match concerns {
+                Some(_) if unit == 0 => abandon(slot, time, Abandoned::PrimaryUnhealthy, report),
+                Some(secondary) if secondary == unit => {
+                    abandon(slot, time, Abandoned::SecondaryUnhealthy, report);
+                }
+                _ => {}
+            }
+        }
+        Some(())
     }
 
     #[inline(never)]
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
         let (units, health, all_stored, judge) = (platform.units(), &self.health, &self.stored, &self.judge);
+        let is_fit = |unit: usize| {
+            let healthy = health
+                .get(unit)
+                .is_some_and(|unit| unit.healthy_since().is_some());
+            let complete = units.get(unit).is_some_and(|unit| unit.axes == Axes::ALL);
+            healthy && complete && !judge::is_strange(judge, all_stored, unit)
+        };
+        if self.selection.source() == Some(0) && is_fit(0) {
+            self.selection.keep_primary();
+            return;
+        }
         let candidate = |unit: usize| {
             let healthy_since = health.get(unit)?.healthy_since();
             let stored = all_stored.get(unit)?;
             Some(SourceCandidate {
-                healthy: healthy_since.is_some()
-                    && units.get(unit)?.axes == Axes::ALL
-                    && !judge::is_strange(judge, all_stored, unit),
+                healthy: is_fit(unit),
                 condition: health.get(unit)?.condition(),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
