@@ -45,7 +45,13 @@ pub fn combined<T: Real>(terms: &[(&Vector3<T>, T)]) -> Vector3<T> {
     })
 }
 
+/// `x + y + z`.
+pub fn total<T: Real>(v: &Vector3<T>) -> T {
+    v.x + v.y + v.z
+}
+
 /// What of `v` lies across `unit`, a vector of unit length.
+#[inline(never)]
 pub fn across<T: Real>(v: &Vector3<T>, unit: &Vector3<T>) -> Vector3<T> {
     combined(&[(v, T::one()), (unit, -unit.dot(v))])
 }

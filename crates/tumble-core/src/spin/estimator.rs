@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
-use crate::products::{Length, across, identity, transposed_matrix_product, transposed_product, unit, zeros};
+use crate::products::{
+    Length, across, identity, total, transposed_matrix_product, transposed_product, unit, zeros,
+};
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
@@ -413,5 +415,5 @@ fn shaking<'a, T: Real>(
 /// Six sigmas of the mean over a block, given its variance at rest and what turning adds.
 fn sigmas<T: Real>(at_rest: Vector3<T>, shaking: T) -> T {
     const SIGMAS: f64 = 6.0;
-    (at_rest.sum() + shaking).square_root() * real(SIGMAS)
+    (total(&at_rest) + shaking).square_root() * real(SIGMAS)
 }

@@ -3,7 +3,7 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::moments::Moments;
-use crate::products::{Length, zeros};
+use crate::products::{Length, total, zeros};
 use crate::real::{Real, count, real, seconds};
 use crate::sample::CHANNELS;
 use crate::spin::axis::RestingRate;
@@ -158,7 +158,7 @@ impl<T: Real> Rests<T> {
     /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes.
     pub fn agrees(&self, stop: &Stop<T>) -> bool {
         const DRIFT: f64 = 5e-4;
-        let variance = self.block_variance(3).sum();
+        let variance = total(&self.block_variance(3));
         let shares = T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
         (stop.angular_rate() - self.rate).length()
             <= real::<T>(DRIFT) + (variance * shares).square_root() * real(5.0)
@@ -212,10 +212,11 @@ impl<T: Real> Rests<T> {
         let white = self.sample_variance(first) / samples_a_block;
         let sum = |values: &[T; CHANNELS]| values.iter().skip(first).take(3).fold(T::zero(), |s, v| s + *v);
         let shown = sum(&self.block_squares) / count(self.freedom.max(1));
-        let excess = if self.freedom < FEWEST || white.sum() <= T::zero() {
+        let expected = total(&white);
+        let excess = if self.freedom < FEWEST || expected <= T::zero() {
             T::one()
         } else {
-            shown / white.sum()
+            shown / expected
         };
         white * excess
     }
