@@ -81,8 +81,8 @@ pub enum Verdict {
 /// What is kept of the time stamps of one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct UnitTimestamps {
-    /// Latest that was accepted.
-    latest: Option<u64>,
+    /// Latest that was accepted; zero before any.
+    accepted: u64,
     /// Latest of those that agree with each other but not with the set.
     suspect: u64,
     /// From one accepted sample to the next, microseconds.
@@ -97,9 +97,26 @@ struct UnitTimestamps {
     disputed: bool,
     /// Whether another unit was accepted since the latest sample.
     heard_others: bool,
+    /// Whether any was accepted.
+    is_known: bool,
 }
 
 impl UnitTimestamps {
+    /// With this one accepted.
+    fn since(accepted: u64, interval: u32) -> Self {
+        Self {
+            accepted,
+            interval,
+            is_known: true,
+            ..Self::default()
+        }
+    }
+
+    /// Latest that was accepted.
+    fn latest(&self) -> Option<u64> {
+        self.is_known.then_some(self.accepted)
+    }
+
     fn suspect(&mut self, time: u64, settings: &ClockSettings) {
         let step = time.saturating_sub(self.suspect);
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
@@ -129,24 +146,20 @@ impl UnitTimestamps {
 
     /// A sample is used. Its interval is at most twice the one before, or a single pause would allow any leap.
     fn accept(&mut self, time: u64) {
-        let passed = self.latest.map_or(0, |latest| time.saturating_sub(latest));
+        let passed = self.latest().map_or(0, |latest| time.saturating_sub(latest));
         let passed = u32::try_from(passed).unwrap_or(u32::MAX);
         let interval = match (self.interval, self.dropped) {
             (0, 0) => passed,
             (before, 0) => passed.min(before.saturating_mul(2)),
             (before, _) => before,
         };
-        *self = Self {
-            latest: Some(time),
-            interval,
-            ..Self::default()
-        };
+        *self = Self::since(time, interval);
     }
 
     /// Whether it keeps to the time of the set.
     fn keeps(&self, now: u64, settings: &ClockSettings) -> bool {
         let is_near = |latest: u64| latest.abs_diff(now) <= settings.largest_jump;
-        self.agreeing == 0 && self.latest.is_some_and(is_near)
+        self.agreeing == 0 && self.latest().is_some_and(is_near)
     }
 
     /// Another unit keeps to the time of the set.
@@ -192,11 +205,11 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         };
         let now = *self.now.get_or_insert(time);
         let near = time.abs_diff(now) <= settings.largest_jump;
-        let later = track.latest.is_none_or(|latest| time > latest);
+        let later = track.latest().is_none_or(|latest| time > latest);
         if near && later && !track.leaps(time, now, settings) {
             return self.accept(unit, time);
         }
-        if near && track.latest == Some(time) {
+        if near && track.latest() == Some(time) {
             track.agreeing = 0;
         } else {
             track.suspect(time, settings);
@@ -239,7 +252,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
         let undisputed = self.tracks.get(unit).is_some_and(|track| !track.disputed);
-        let alone = self.count(|track| track.latest.is_some()) <= 1;
+        let alone = self.count(|track| track.is_known) <= 1;
         let (times, proof) = if undisputed && self.is_pause(time, settings) {
             (2, if alone { 1 } else { settings.largest_step })
         } else {
@@ -283,11 +296,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         for track in &mut self.tracks {
             if track.agreeing > 0 && track.suspect.abs_diff(time) <= tolerance {
                 let steps = u32::from(track.agreeing).saturating_sub(1);
-                *track = UnitTimestamps {
-                    latest: Some(track.suspect),
-                    interval: track.undisputed / steps.max(1),
-                    ..UnitTimestamps::default()
-                };
+                *track = UnitTimestamps::since(track.suspect, track.undisputed / steps.max(1));
             } else if !pause {
                 *track = UnitTimestamps::default();
             }
