@@ -47,6 +47,7 @@ STACK = r"^device: stack (?:at least )?(\d+) bytes: (\w+)(?:, by the function at
 BY_REGISTER = (
     # Who is told of events.
     (r"\{\{closure\}\}|vtable.shim", r"^mission::flight::.*take::\{\{closure\}\}"),
+    (r"^tumble_core::redundancy::fit::", r"PairMoments<T>>::"),
     (r"^tumble_core::redundancy::|^platform::", r"PairMoments<T>>::|\{\{closure\}\}|vtable.shim"),
 )
 """Of functions that call by a register, and of what they may so call, patterns of names."""

@@ -18,11 +18,13 @@ pub fn symmetric<T: Real, const N: usize>(a: SMatrix<T, N, N>) -> (SVector<T, N>
         vectors[i][i] = T::one();
     }
     for _ in 0..SWEEPS {
+        let mut is_diagonal = true;
         for p in 0..N {
             for q in p + 1..N {
                 let Some(by) = annihilating(&a, p, q) else {
                     continue;
                 };
+                is_diagonal = false;
                 for k in 0..N {
                     (a[p][k], a[q][k]) = turned((a[p][k], a[q][k]), by);
                     (vectors[p][k], vectors[q][k]) = turned((vectors[p][k], vectors[q][k]), by);
@@ -31,6 +33,9 @@ pub fn symmetric<T: Real, const N: usize>(a: SMatrix<T, N, N>) -> (SVector<T, N>
                     (column[p], column[q]) = turned((column[p], column[q]), by);
                 }
             }
+        }
+        if is_diagonal {
+            break;
         }
     }
     for i in 0..N {

@@ -5,7 +5,6 @@ use mission::units::{Instant, UNITS, UnitReadings, platform};
 use mission::vectors::Cases;
 use mission::work_meter::{WorkMeter, WorkPart};
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::sample::Sample;
 
 /// Samples for each of the vectors.
@@ -27,13 +26,13 @@ pub fn fly<W: WorkMeter>(file: &[u8], watch: &mut W) -> Result<(), MissionError>
         let after = instant?;
         for part in 1..=TIMES {
             for (unit, sample) in between(&before, &after, part).iter().enumerate() {
-                let mut fitted = false;
-                watch.during(|| {
-                    monitor.push(&platform, unit, sample, &mut |event| {
-                        fitted |= matches!(event.kind, EventKind::Fitted { .. });
-                    })
-                });
-                watch.was(if fitted { WorkPart::Fit } else { WorkPart::Push });
+                let part = if monitor.is_fitting() {
+                    WorkPart::Fit
+                } else {
+                    WorkPart::Push
+                };
+                watch.during(|| monitor.push(&platform, unit, sample, &mut |_| {}));
+                watch.was(part);
             }
         }
         before = after;

@@ -165,15 +165,15 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
     fn take(&mut self, unit: usize, sample: &Sample<f32>, instant: &Instant) -> Result<(), MissionError> {
         let mut events = Events::default();
         let (monitor, platform) = (&mut self.monitor, &self.platform);
+        let part = if monitor.is_fitting() {
+            WorkPart::Fit
+        } else {
+            WorkPart::Push
+        };
         let output = self
             .watch
             .during(|| monitor.push(platform, unit, sample, &mut |event| events.take(&event)));
-        let fitted = events
-            .list
-            .iter()
-            .any(|event| matches!(event.kind, EventKind::Fitted { .. }));
-        self.watch
-            .was(if fitted { WorkPart::Fit } else { WorkPart::Push });
+        self.watch.was(part);
         self.tell(&events)?;
         for event in &events.list {
             if let EventKind::Adopted { record } = &event.kind {

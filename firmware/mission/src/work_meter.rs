@@ -7,7 +7,7 @@ pub enum WorkPart {
     Restore,
     /// A sample, that led to nothing but an output or an event.
     Push,
-    /// A sample with which a calibration was fitted.
+    /// A sample with which a calibration whose pairs are complete is fitted on.
     Fit,
     /// A record into flash.
     Save,

@@ -8,6 +8,9 @@ use crate::real::Real;
 use crate::redundancy::components::{difference, dot};
 use crate::redundancy::record::Record;
 
+/// How many numbers an error is.
+pub const ERROR_NUMBERS: usize = 15;
+
 /// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, `u` being what the primary reads turned
 /// into these axes by the nominal rotation, so that M is close to identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,11 +40,20 @@ impl<T: Real> RelativeError<T> {
             bias,
             lever_arm,
         };
-        let mut numbers = matrix.iter().chain(bias.iter()).chain(lever_arm.iter());
-        let finite = numbers.all(|x| x.is_finite());
+        let finite = error.numbers().all(|x| x.is_finite());
         let (_, determinant) = error.cofactors();
         let invertible = determinant.is_finite() && (T::one() / determinant).is_finite();
         (finite && invertible).then_some(error)
+    }
+
+    /// M column by column, b, r.
+    pub fn numbers(&self) -> impl Iterator<Item = T> {
+        let numbers = self
+            .matrix
+            .iter()
+            .chain(self.bias.iter())
+            .chain(self.lever_arm.iter());
+        numbers.copied()
     }
 
     /// Of a record, which holds the nominal rotation too.

@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, columns, identity, zeros};
 use crate::real::{Real, real};
-use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
@@ -104,16 +103,14 @@ pub struct FitCandidate<'a, T: Real> {
     pub axes: [bool; 3],
     /// Channels of the pairs.
     pub layout: Layout,
-    /// Fitted to the pairs of every other second, and to the rests.
-    pub half: &'a Fit<T>,
     /// Fitted to all pairs alone: what was fitted to a rest cannot be held against it.
-    pub motion: &'a Fit<T>,
+    pub motion: &'a RelativeError<T>,
     /// Fitted to all pairs and rests: what would be stored.
-    pub whole: &'a Fit<T>,
+    pub whole: &'a RelativeError<T>,
     /// What is stored.
     pub stored: &'a RelativeError<T>,
-    /// Pairs of the other seconds.
-    pub held_out: &'a dyn PairMoments<T>,
+    /// How well a fit to the pairs of every other second, and to the rests, explains those of the other seconds.
+    pub residuals: &'a Residuals<T>,
     /// All pairs.
     pub all: &'a dyn PairMoments<T>,
     /// The rest before.
@@ -152,38 +149,43 @@ pub struct Residuals<T: Real> {
     pub before: T,
 }
 
-impl<T: Real> FitCandidate<'_, T> {
-    /// How well it, and what is stored, explain pairs it was not fitted to.
-    pub fn residuals(&self) -> Residuals<T> {
-        Residuals {
-            after: self.root_mean_square(&self.half.error),
-            before: self.root_mean_square(self.stored),
+impl<T: Real> Residuals<T> {
+    /// How well a fit, and what is stored, explain pairs to which neither was fitted, on the axes that the sensor has.
+    #[inline(never)]
+    pub fn of(
+        fit: &RelativeError<T>,
+        stored: &RelativeError<T>,
+        held_out: &dyn PairMoments<T>,
+        layout: &Layout,
+        axes: [bool; 3],
+    ) -> Self {
+        let root_mean_square = |error: &RelativeError<T>| {
+            let (sum, number) = present(axes).fold((T::zero(), T::zero()), |(sum, number), i| {
+                let square = RowResidual::new(error, stored, layout, i).mean_square(held_out);
+                (sum + square, number + T::one())
+            });
+            (sum / number.max(T::one())).square_root()
+        };
+        Self {
+            after: root_mean_square(fit),
+            before: root_mean_square(stored),
         }
     }
+}
 
-    fn present(&self) -> impl Iterator<Item = usize> {
-        let axes = self.axes;
-        (0..3).filter(move |i| axes.get(*i) == Some(&true))
-    }
+/// Axes that a sensor has.
+fn present(axes: [bool; 3]) -> impl Iterator<Item = usize> {
+    (0..3).zip(axes).filter(|(_, present)| *present).map(|(i, _)| i)
+}
 
-    fn root_mean_square(&self, error: &RelativeError<T>) -> T {
-        let (sum, axes) = self.present().fold((T::zero(), T::zero()), |(sum, axes), i| {
-            let square = RowResidual::new(error, self.stored, &self.layout, i).mean_square(self.held_out);
-            (sum + square, axes + T::one())
-        });
-        (sum / axes.max(T::one())).square_root()
-    }
-
+impl<T: Real> FitCandidate<'_, T> {
     /// Judges it.
     ///
     /// # Errors
     /// The first [`AdoptionRefusal`].
-    pub fn judge(
-        &self,
-        residuals: &Residuals<T>,
-        settings: &RedundancySettings<T>,
-    ) -> Result<(), AdoptionRefusal<T>> {
-        let sensor = self.sensor;
+    #[inline(never)]
+    pub fn judge(&self, settings: &RedundancySettings<T>) -> Result<(), AdoptionRefusal<T>> {
+        let (sensor, residuals) = (self.sensor, self.residuals);
         let tolerated = settings.health.tolerated.of(sensor);
         let settings = &settings.adoption;
         if settings.adoption == Adoption::Always {
@@ -194,7 +196,7 @@ impl<T: Real> FitCandidate<'_, T> {
             settings.residual.of(sensor),
             RefusalReason::ResidualTooLarge,
         )?;
-        settings.allows(sensor, &self.whole.error)?;
+        settings.allows(sensor, self.whole)?;
         Excess::refuse(self.drift(), settings.drift.of(sensor), RefusalReason::Drifting)?;
         Excess::refuse(
             self.apart_at_rest(),
@@ -218,17 +220,15 @@ impl<T: Real> FitCandidate<'_, T> {
         let time = self.layout.time;
         let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
         let duration_over_spread = (spread * real(12.0)).square_root() / spread;
-        self.present().fold(T::zero(), |most, i| {
-            let residual = RowResidual::new(&self.motion.error, self.stored, &self.layout, i);
+        present(self.axes).fold(T::zero(), |most, i| {
+            let residual = RowResidual::new(self.motion, self.stored, &self.layout, i);
             most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread) // eq. 13
         })
     }
 
     fn apart_at_rest(&self) -> T {
-        let [apart] = (self.rest.second - self.motion.error.predict(&self.rest.first))
-            .data
-            .0;
-        self.present()
+        let [apart] = (self.rest.second - self.motion.predict(&self.rest.first)).data.0;
+        present(self.axes)
             .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
             .square_root()
     }

@@ -9,7 +9,7 @@ pub const fn packed(channels: usize) -> usize {
 
 /// Joint mean and centred sums of products of N channels, of which `PACKED` = [`packed`]`(N)` are kept.
 ///
-/// Welford (1962) for products, merged by Chan, Golub and LeVeque (1979), eq. 2.1: centred, so that `f32` holds.
+/// Welford (1962) for products, [merged](Merged) by Chan, Golub and LeVeque (1979), eq. 2.1: centred, so that `f32` holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointMoments<T: Real, const N: usize, const PACKED: usize> {
     samples: u32,
@@ -57,27 +57,6 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         }
     }
 
-    /// Takes in all that another has seen.
-    pub fn merge(&mut self, other: &Self) {
-        if other.samples == 0 {
-            return;
-        }
-        let total = self.samples.saturating_add(other.samples);
-        let share = count::<T>(other.samples) / count(total);
-        let pull = count::<T>(self.samples) * share;
-        let apart: [T; N] = core::array::from_fn(|i| other.mean[i] - self.mean[i]);
-        for (mean, apart) in self.mean.iter_mut().zip(&apart) {
-            *mean += *apart * share;
-        }
-        let mut packed = self.products.iter_mut().zip(&other.products);
-        for (i, a) in apart.iter().enumerate() {
-            for (b, (product, more)) in apart.iter().skip(i).zip(&mut packed) {
-                *product += *more + *a * *b * pull;
-            }
-        }
-        self.samples = total;
-    }
-
     /// How many samples were taken in.
     pub fn samples(&self) -> u32 {
         self.samples
@@ -90,14 +69,71 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
 
     /// Covariance of two channels (divisor n); zero for a channel there is not.
     pub fn covariance(&self, i: usize, j: usize) -> T {
-        let (i, j) = if i <= j { (i, j) } else { (j, i) };
-        if j >= N {
-            return T::zero();
-        }
-        let packed = (2 * N + 1).saturating_sub(i) * i / 2 + (j - i);
-        let product = self.products.get(packed).copied().unwrap_or(T::zero());
-        product / count(self.samples.max(1))
+        let product = self.products.get(place::<N>(i, j)).filter(|_| i.max(j) < N);
+        product.map_or(T::zero(), |product| *product / count(self.samples.max(1)))
     }
+}
+
+/// Joint moments of all that two have seen.
+pub struct Merged<'a, T: Real, const N: usize, const PACKED: usize> {
+    parts: [&'a JointMoments<T, N, PACKED>; 2],
+    /// How far the means of the second are from those of the first.
+    apart: [T; N],
+    /// Share of the mean that is that of the second.
+    share: T,
+    /// What the square of how far the means are apart adds to a sum of squares.
+    pull: T,
+    /// How many samples were taken in.
+    samples: T,
+}
+
+impl<'a, T: Real, const N: usize, const PACKED: usize> Merged<'a, T, N, PACKED> {
+    /// Of both.
+    pub fn of(first: &'a JointMoments<T, N, PACKED>, second: &'a JointMoments<T, N, PACKED>) -> Self {
+        let samples = count::<T>(first.samples.saturating_add(second.samples).max(1));
+        let share = count::<T>(second.samples) / samples;
+        let mut apart = second.mean;
+        for (apart, mean) in apart.iter_mut().zip(&first.mean) {
+            *apart -= *mean;
+        }
+        Self {
+            parts: [first, second],
+            apart,
+            share,
+            pull: count::<T>(first.samples) * share,
+            samples,
+        }
+    }
+
+    /// How many samples were taken in.
+    pub fn samples(&self) -> u32 {
+        let [first, second] = self.parts;
+        first.samples.saturating_add(second.samples)
+    }
+
+    /// Mean of a channel; zero for one there is not.
+    pub fn mean(&self, i: usize) -> T {
+        let [first, _] = self.parts;
+        let means = first.mean.get(i).zip(self.apart.get(i));
+        means.map_or(T::zero(), |(mean, apart)| *mean + *apart * self.share)
+    }
+
+    /// Covariance of two channels (divisor n); zero for a channel there is not.
+    pub fn covariance(&self, i: usize, j: usize) -> T {
+        let [first, second] = self.parts.map(|part| &part.products);
+        let apart = self.apart.get(i).zip(self.apart.get(j));
+        let at = place::<N>(i, j);
+        let products = first.get(at).zip(second.get(at)).zip(apart);
+        products.map_or(T::zero(), |((first, second), (a, b))| {
+            (*first + (*second + *a * *b * self.pull)) / self.samples
+        })
+    }
+}
+
+/// Where the product of two of N channels is kept.
+fn place<const N: usize>(i: usize, j: usize) -> usize {
+    let (i, j) = if i <= j { (i, j) } else { (j, i) };
+    (2 * N - 1).wrapping_sub(i).wrapping_mul(i) / 2 + j
 }
 
 #[cfg(test)]
@@ -145,12 +181,12 @@ mod tests {
         #[test]
         fn merging_parts_in_any_split_is_the_same_as_one_pass(samples in samples(), cut in 0_usize..100) {
             let cut = cut.min(samples.len());
-            let mut merged = of(&samples[..cut]);
-            merged.merge(&of(&samples[cut..]));
+            let (first, second) = (of(&samples[..cut]), of(&samples[cut..]));
+            let merged = Merged::of(&first, &second);
             let whole = of(&samples);
             prop_assert_eq!(merged.samples(), whole.samples());
             for i in 0..3 {
-                prop_assert!((merged.mean()[i] - whole.mean()[i]).abs() < 1e-9);
+                prop_assert!((merged.mean(i) - whole.mean()[i]).abs() < 1e-9);
                 for j in 0..3 {
                     prop_assert!((merged.covariance(i, j) - whole.covariance(i, j)).abs() < 1e-8);
                 }

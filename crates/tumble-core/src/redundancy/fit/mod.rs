@@ -12,18 +12,20 @@ mod excitation;
 pub mod joint_moments;
 pub mod residual;
 pub mod rests;
+mod row_moments;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::products::{
-    congruent, matrix_product, of_columns, product, transposed_matrix_product, transposed_product, zeros,
+    columns, congruent, diagonal, matrix_product, of_columns, product, squared, squared_matrix,
+    transposed_matrix_product, transposed_product, zeros,
 };
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::excitation::ExcitedDirections;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::fit::rests::{RowPairs, WeighedRests};
-use crate::redundancy::relative_error::RelativeError;
-use crate::redundancy::samples::pair::FORCE_CHANNELS;
+use crate::redundancy::fit::row_moments::{BelievedRow, RowMoments};
+use crate::redundancy::relative_error::{ERROR_NUMBERS, RelativeError};
 use crate::redundancy::settings::Rung;
 
 /// Variance of the primary's noise in a pair, measured at rest.
@@ -46,7 +48,7 @@ pub struct FitProblem<'a, T: Real> {
     /// Axes that the sensor has.
     pub axes: [bool; 3],
     /// Noise of the primary.
-    pub noise: PrimaryNoise<T>,
+    pub noise: &'a PrimaryNoise<T>,
     /// What is stored, and stays where nothing is shown.
     pub stored: &'a RelativeError<T>,
     /// Top of the ladder.
@@ -80,207 +82,219 @@ pub struct Fit<T: Real> {
     pub pairs: u32,
 }
 
+/// Variances of the [numbers](RelativeError::numbers) of an error; zero for what a fit left as it was.
+pub type ErrorVariances<T> = [T; ERROR_NUMBERS];
+
+/// Mean square of what two fits to different pairs are apart, over what their variances allow for: one, unless residuals
+/// hang together for longer than a pair takes, as those of vibration do.
+pub fn disagreement<T: Real>(errors: [&RelativeError<T>; 2], variances: [&ErrorVariances<T>; 2]) -> T {
+    let ([first, second], [of_first, of_second]) = (errors, variances);
+    let apart = first
+        .numbers()
+        .zip(second.numbers())
+        .map(|(one, other)| one - other);
+    let variances = of_first.iter().zip(of_second).map(|(one, other)| *one + *other);
+    let shown = apart.zip(variances).filter(|(_, variance)| *variance > T::zero());
+    let (sum, terms) = shown.fold((T::zero(), T::zero()), |(sum, terms), (apart, variance)| {
+        (sum + apart * apart / variance, terms + T::one())
+    });
+    sum / terms.max(T::one())
+}
+
 impl<T: Real> Fit<T> {
-    /// Mean square of what this fit and one to other pairs are apart, over what their covariances allow for: one, unless
-    /// residuals hang together for longer than a pair takes, as those of vibration do.
-    pub fn disagreement(&self, other: &Self) -> T {
-        let (mut sum, mut terms) = (T::zero(), T::zero());
-        let mut compare = |apart: T, variance: T| {
-            if variance > T::zero() {
-                sum += apart * apart / variance;
-                terms += T::one();
-            }
-        };
-        let matrix = (self.error.matrix - other.error.matrix).data.0;
-        for (i, (one, another)) in self.row_covariance.iter().zip(&other.row_covariance).enumerate() {
-            for j in 0..3 {
-                compare(matrix[j][i], one.data.0[j][j] + another.data.0[j][j]);
-            }
+    /// Nothing found: a place for one.
+    #[inline(never)]
+    pub fn none() -> Self {
+        Self {
+            error: RelativeError::none(),
+            rung: Rung::Offset,
+            directions: 0,
+            shown: [zeros(); 3],
+            row_covariance: [zeros(); 3],
+            bias_sigma: zeros(),
+            lever_arm_shown: zeros(),
+            lever_arm_covariance: zeros(),
+            pairs: 0,
         }
-        let [bias] = (self.error.bias - other.error.bias).data.0;
-        let [arm] = (self.error.lever_arm - other.error.lever_arm).data.0;
-        let [one, another] = [self, other].map(|of| of.bias_sigma.data.0[0]);
-        let arms = (self.lever_arm_covariance + other.lever_arm_covariance).data.0;
-        for j in 0..3 {
-            compare(bias[j], one[j] * one[j] + another[j] * another[j]);
-            compare(arm[j], arms[j][j]);
-        }
-        sum / terms.max(T::one())
     }
 
-    /// With every variance so many times as large.
-    pub fn less_certain(mut self, times: T) -> Self {
+    /// Its variances.
+    pub fn variances(&self) -> ErrorVariances<T> {
+        let [x, y, z] = self.row_covariance.each_ref().map(Matrix3::diagonal);
+        let matrix = Matrix3::from_columns(&[x, y, z]).transpose();
+        let bias = self.bias_sigma.component_mul(&self.bias_sigma);
+        let lever_arm = self.lever_arm_covariance.diagonal();
+        let mut variances = [T::zero(); ERROR_NUMBERS];
+        let found = matrix.iter().chain(bias.iter()).chain(lever_arm.iter());
+        variances
+            .iter_mut()
+            .zip(found)
+            .for_each(|(variance, found)| *variance = *found);
+        variances
+    }
+
+    /// Makes every variance so many times as large.
+    pub fn weaken(&mut self, times: T) {
         for covariance in &mut self.row_covariance {
             *covariance *= times;
         }
         self.lever_arm_covariance *= times;
         self.bias_sigma *= times.square_root();
-        self
     }
 }
 
-/// M meets the lever arm in products, of which each pass leaves the square of what was wrong.
-const PASSES: u32 = 3;
+/// What a step of a fit led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LadderState {
+    /// Another step would lead elsewhere.
+    GoesOn,
+    /// A fit was found.
+    Found,
+    /// Numbers fail.
+    Unsolvable,
+}
+
+/// Most steps of Gauss and Newton: M meets the lever arm in products, of which each step leaves the square of what was wrong.
+const STEPS: u8 = 3;
+
+/// Square of a step that is none, in sigmas.
+const SETTLED: f64 = 1e-4;
+
+/// Square of how far a believed lever arm may be from the directions that are shown, over that of how far it is from the stored
+/// one: more than single precision leaves of none.
+const STRAYED: f64 = 1e-8;
 
 /// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
 /// (docs/theory/redundancy.md, eq. 12).
 const SHARED: f64 = 1.5; // eq. 12: kappa
 
-/// A weighted sum of channels of a pair.
-type ChannelSum<T, const TERMS: usize> = [(usize, T); TERMS];
-
-/// The covariances a pass needs of a row, with the primary taken to where the lever arm is believed to put the secondary.
-struct PassMoments<'a, 'b, T: Real> {
-    problem: &'a FitProblem<'b, T>,
-    /// Pairs, and rests as they count in this row.
-    pairs: RowPairs<'a, T>,
-    /// Change of the lever arm so far.
-    change: Vector3<T>,
+/// What one row shows, given M and the lever arm as they are believed.
+struct RowStep<T: Real> {
+    excited: ExcitedDirections<T>,
+    /// What the motion explains of what is not explained yet.
+    explained: Vector3<T>,
+    /// What the motion explains of the lever.
+    carried: Matrix3<T>,
 }
 
-/// Row `i` of a matrix; nothing where it has none.
-#[inline(never)]
-fn row_of<T: Real>(matrix: &Matrix3<T>, i: usize) -> [T; 3] {
-    core::array::from_fn(|l| matrix.get((i, l)).copied().unwrap_or(T::zero()))
+/// The rows of a matrix.
+fn rows_of<T: Real>(matrix: &Matrix3<T>) -> [Vector3<T>; 3] {
+    columns(&matrix.transpose())
 }
 
-/// Row `i` of the pairs (docs/theory/redundancy.md, eq. 7), for a given M: the channels of the lever are those of `M W`.
-struct RowMoments<T: Real> {
-    /// Covariance of the motion with what is not explained yet.
+/// Means of what one row relates.
+struct RowMeans<T: Real> {
     motion: Vector3<T>,
-    /// Covariance of the motion with the lever.
-    motion_lever: Matrix3<T>,
-    /// Covariance of the lever with what is not explained yet.
+    /// At the row of M times the lever, as much of it as the rests leave.
     lever: Vector3<T>,
-    /// Covariance of the lever with itself.
-    lever_lever: Matrix3<T>,
+    /// Of what the secondary says beyond what is stored.
+    beyond: T,
+    /// Variance of that mean, over that of the mean of the pairs alone.
+    variance: T,
 }
 
-impl<T: Real> PassMoments<'_, '_, T> {
-    fn lever_channel(&self, l: usize, k: usize) -> usize {
-        // Where there is no lever, a channel there is not: its covariances are zero.
-        let first = self.problem.layout.lever;
-        first.map_or(FORCE_CHANNELS, |first| first + 3 * l + k)
-    }
-
-    /// Axis `j` of the motion at the secondary: `u + W change`.
-    fn moved(&self, j: usize) -> ChannelSum<T, 4> {
-        let [[x, y, z]] = self.change.data.0;
-        let carried = |k: usize, change: T| (self.lever_channel(j, k), change);
-        [(j, T::one()), carried(0, x), carried(1, y), carried(2, z)] // eq. 7: u'' = u' + R W delta
-    }
-
-    /// Column `k` of a row of M times W.
-    fn lever(&self, row: &[T; 3], k: usize) -> ChannelSum<T, 3> {
-        core::array::from_fn(|l| (self.lever_channel(l, k), row[l])) // eq. 7: (M_k R W)_i
-    }
-
-    /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
-    fn beyond(&self, i: usize) -> ChannelSum<T, 10> {
-        let stored = row_of(&self.problem.stored.matrix, i);
-        let [change] = self.change.data.0;
-        core::array::from_fn(|term| match term.checked_sub(1) {
-            None => (self.problem.layout.second + i, T::one()), // eq. 7: d_i
-            Some(at) => {
-                let (l, k) = (at / 3, at % 3);
-                let weight = stored[l] * change[k];
-                (self.lever_channel(l, k), -weight) // eq. 7: - (M_0 R W delta)_i
-            }
-        })
-    }
-
-    /// Terms that add nothing are left out, of which there are many: no lever arm was found yet, or none is looked for.
-    fn covariance(&self, a: &[(usize, T)], b: &[(usize, T)]) -> T {
-        let adds = |(channel, weight): &&(usize, T)| *channel < FORCE_CHANNELS && *weight != T::zero();
-        let mut sum = T::zero();
-        for (i, a) in a.iter().filter(adds) {
-            for (j, b) in b.iter().filter(adds) {
-                sum += *a * *b * self.pairs.covariance_of(*i, *j);
-            }
-        }
-        sum
-    }
-
-    /// Covariance of the motion, less the primary's noise.
-    fn motion(&self) -> Matrix3<T> {
-        let all = Matrix3::from_fn(|i, j| self.covariance(&self.moved(i), &self.moved(j)));
-        all - self.problem.noise.reading // eq. 10: Sigma
-    }
-
-    /// The primary's noise is in the motion and, through the stored M, in what is not explained.
-    fn row(&self, m: &Matrix3<T>, i: usize) -> RowMoments<T> {
-        let stored: [T; 3] = row_of(&self.problem.stored.matrix, i);
-        let noise = product(&self.problem.noise.reading, &stored.into());
-        let (m, beyond) = (&row_of(m, i), self.beyond(i));
-        RowMoments {
-            motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)), // eq. 10: c_i
-            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, k))), // eq. 8: A_i
-            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, k), &beyond)), // eq. 8: g_i
-            lever_lever: Matrix3::from_fn(|k, n| self.covariance(&self.lever(m, k), &self.lever(m, n))),
-        }
-    }
-}
-
-/// One pass of the ladder.
-struct LadderPass<T: Real> {
+/// Where the ladder has led so far.
+struct Ladder<T: Real> {
     matrix: Matrix3<T>,
     lever_arm: Vector3<T>,
-    excited: [ExcitedDirections<T>; 3],
+    rows: [RowStep<T>; 3],
     lever: ExcitedDirections<T>,
-    motion_lever: [Matrix3<T>; 3],
+    /// Whether another step would lead nowhere else.
+    settled: bool,
+}
+
+impl<T: Real> Ladder<T> {
+    #[inline(never)]
+    fn from(error: &RelativeError<T>) -> Self {
+        Self {
+            matrix: error.matrix,
+            lever_arm: error.lever_arm,
+            rows: core::array::from_fn(|_| RowStep {
+                excited: ExcitedDirections::nothing(),
+                explained: zeros(),
+                carried: zeros(),
+            }),
+            lever: ExcitedDirections::nothing(),
+            settled: false,
+        }
+    }
 }
 
 impl<T: Real> FitProblem<'_, T> {
-    /// Goes up the ladder as far as the motion excites it. `None` where numbers fail.
-    pub fn solve(&self) -> Option<Fit<T>> {
-        let mut pass = self.pass(&self.stored.matrix, &self.stored.lever_arm);
-        for _ in 1..PASSES {
-            pass = self.pass(&pass.matrix, &pass.lever_arm);
-        }
-        self.conclude(&pass)
-    }
-
-    /// A step of Gauss and Newton from `m` and `arm`.
-    fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> LadderPass<T> {
-        let change = arm - self.stored.lever_arm;
-        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| self.moments(i, change).row(m, i));
-        let excited = core::array::from_fn(|i| self.excited(&self.moments(i, change).motion(), i));
-        let lever = self.lever(&rows, &excited);
-        let unexplained = self
-            .present(&rows, &excited)
-            .fold(zeros(), |sum, (row, excited)| {
-                sum + row.lever
-                    - transposed_product(&row.motion_lever, &product(&excited.inverse, &row.motion)) // eq. 8: g_i - A_i^T Sigma^+ c_i
-            });
-        let step = product(&lever.inverse, &unexplained); // eq. 8: s
-        let changes: [Vector3<T>; 3] = core::array::from_fn(|i| {
-            let (row, excited) = (&rows[i], &excited[i]);
-            product(
-                &excited.inverse,
-                &(row.motion - product(&row.motion_lever, &step)),
-            ) // eq. 9: Delta_i
-        });
-        LadderPass {
-            matrix: self.stored.matrix + of_columns(changes).transpose(),
-            lever_arm: arm + step,
-            excited,
-            lever,
-            motion_lever: rows.map(|row| row.motion_lever),
-        }
-    }
-
-    /// Of one row, worked out when asked for: those of three take a device half a kilobyte of stack.
-    fn moments(&self, row: usize, change: Vector3<T>) -> PassMoments<'_, '_, T> {
-        PassMoments {
-            problem: self,
-            pairs: self.row_pairs(row),
-            change,
-        }
-    }
-
+    /// Goes up the ladder, as far as the motion excites it, by a step of Gauss and Newton from `near`, which is taken along.
+    /// `taken` were before.
     #[inline(never)]
+    pub fn go_on(&self, near: &mut RelativeError<T>, taken: u8, found: &mut Fit<T>) -> LadderState {
+        let mut ladder = Ladder::from(near);
+        self.step(&mut ladder);
+        (near.matrix, near.lever_arm) = (ladder.matrix, ladder.lever_arm);
+        if !ladder.settled && taken.saturating_add(1) < STEPS {
+            return LadderState::GoesOn;
+        }
+        match self.conclude(&ladder, found) {
+            Some(()) => LadderState::Found,
+            None => LadderState::Unsolvable,
+        }
+    }
+
+    /// A step of Gauss and Newton.
+    #[inline(never)]
+    fn step(&self, ladder: &mut Ladder<T>) {
+        let change = ladder.lever_arm - self.stored.lever_arm;
+        let v = &self.noise.angular_acceleration;
+        let noise = diagonal(v.y + v.z, v.z + v.x, v.x + v.y); // eq. 10
+        let (mut complement, mut unexplained, mut left) = (-noise, zeros(), T::zero());
+        let matrices = rows_of(&ladder.matrix)
+            .into_iter()
+            .zip(rows_of(&self.stored.matrix));
+        for ((number, row), (matrix, stored)) in ladder.rows.iter_mut().enumerate().zip(matrices) {
+            let believed = BelievedRow {
+                number,
+                matrix,
+                stored,
+                change,
+            };
+            let moments = RowMoments::of(self, &believed);
+            row.excited = self.excited(&moments.motion, number);
+            row.explained = product(&row.excited.inverse, &moments.motion_beyond);
+            row.carried = matrix_product(&row.excited.inverse, &moments.motion_lever);
+            if self.axes.get(number) != Some(&true) {
+                continue;
+            }
+            unexplained += moments.lever_beyond - transposed_product(&moments.motion_lever, &row.explained); // eq. 8: g_i - A_i^T Sigma^+ c_i
+            complement += moments.lever - transposed_matrix_product(&moments.motion_lever, &row.carried); // eq. 8: S
+            left += moments.beyond - moments.motion_beyond.dot(&row.explained);
+        }
+        self.excite_lever(&complement, &mut ladder.lever);
+        self.take_step(ladder, &unexplained, left);
+    }
+
+    /// Takes the step that leaves least unexplained of a sum of squares, of which the motion alone leaves so much.
+    #[inline(never)]
+    fn take_step(&self, ladder: &mut Ladder<T>, unexplained: &Vector3<T>, left: T) {
+        let change = ladder.lever_arm - self.stored.lever_arm;
+        let step = product(&ladder.lever.inverse, unexplained); // eq. 8: s
+        let changes = ladder.rows.each_ref();
+        let changes = changes.map(|row| row.explained - product(&row.carried, &step)); // eq. 9: Delta_i
+        let matrix = self.stored.matrix + of_columns(changes).transpose();
+        // The step took that much from the sum of squares; of that, the next takes what M times it changes.
+        let taken = step.dot(unexplained);
+        let next = squared_matrix(&(matrix - ladder.matrix)) * taken;
+        // Along directions that show nothing it stays what is stored, whatever was believed.
+        let shown = product(&ladder.lever.projection, &change);
+        let strayed = squared(&(change - shown)) > squared(&change) * real(STRAYED);
+        ladder.settled = !strayed && next <= (left - taken) * self.share(0) * real(SETTLED / 3.0);
+        ladder.matrix = matrix;
+        ladder.lever_arm = self.stored.lever_arm + shown + step;
+    }
+
     fn row_pairs(&self, row: usize) -> RowPairs<'_, T> {
         RowPairs::new(self.pairs, self.layout, self.rests.as_ref(), row)
+    }
+
+    /// What the mean of the pairs varies, over what a pair does, with so many unknowns of a row.
+    fn share(&self, unknowns: u32) -> T {
+        real::<T>(SHARED) / count(self.pairs.samples().saturating_sub(unknowns).max(1)) // eq. 11: kappa / n
     }
 
     /// The directions along which row `i` of M may be fitted.
@@ -288,7 +302,7 @@ impl<T: Real> FitProblem<'_, T> {
         let least = self.excitation * self.excitation;
         let complete = self.axes == [true; 3];
         match self.highest {
-            _ if !self.axes[i] => ExcitedDirections::nothing(),
+            _ if self.axes.get(i) != Some(&true) => ExcitedDirections::nothing(),
             Rung::Offset => ExcitedDirections::nothing(),
             Rung::Affine | Rung::AffineAndLeverArm if complete => ExcitedDirections::of(*motion, least),
             Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
@@ -297,86 +311,78 @@ impl<T: Real> FitProblem<'_, T> {
         }
     }
 
-    fn present<'c>(
-        &'c self,
-        rows: &'c [RowMoments<T>; 3],
-        excited: &'c [ExcitedDirections<T>; 3],
-    ) -> impl Iterator<Item = (&'c RowMoments<T>, &'c ExcitedDirections<T>)> {
-        let all = rows.iter().zip(excited).zip(self.axes);
-        all.filter(|(_, present)| *present).map(|(row, _)| row)
+    fn finds_lever_arm(&self) -> bool {
+        self.lever_arm_excitation.is_some() && self.highest == Rung::AffineAndLeverArm
     }
 
-    /// What the lever arm shows beyond what the motion explains: the Schur complement, less the primary's noise.
-    fn lever(&self, rows: &[RowMoments<T>; 3], excited: &[ExcitedDirections<T>; 3]) -> ExcitedDirections<T> {
-        let (Some(least), Rung::AffineAndLeverArm) = (self.lever_arm_excitation, self.highest) else {
-            return ExcitedDirections::nothing();
-        };
-        let v = &self.noise.angular_acceleration;
-        let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y)); // eq. 10
-        let complement = self.present(rows, excited).fold(-noise, |sum, (row, excited)| {
-            sum + row.lever_lever
-                - transposed_matrix_product(
-                    &row.motion_lever,
-                    &matrix_product(&excited.inverse, &row.motion_lever),
-                ) // eq. 8: S
-        });
-        ExcitedDirections::of(complement, least * least)
+    /// The directions along which the lever arm shows beyond what the motion explains.
+    fn excite_lever(&self, complement: &Matrix3<T>, excited: &mut ExcitedDirections<T>) {
+        if let Some(least) = self.lever_arm_excitation.filter(|_| self.finds_lever_arm()) {
+            *excited = ExcitedDirections::of(*complement, least * least);
+        }
     }
 
-    fn conclude(&self, pass: &LadderPass<T>) -> Option<Fit<T>> {
-        let excited = &pass.excited;
-        let sums: [RowPairs<'_, T>; 3] = core::array::from_fn(|i| self.row_pairs(i));
-        let motions: [Vector3<T>; 3] = core::array::from_fn(|i| Vector3::from_fn(|j, _| sums[i].mean_of(j)));
-        // At row i of M W, as much of it as the rests leave.
-        let arms: [Vector3<T>; 3] = core::array::from_fn(|i| {
-            let lever = self.layout.lever.map_or(zeros(), |first| {
-                Matrix3::from_fn(|l, k| sums[i].mean_of(first + 3 * l + k))
-            });
-            transposed_product(&lever, &Vector3::from(row_of(&pass.matrix, i)))
+    /// Means of row `i`, with `m` the row of M that was found.
+    #[inline(never)]
+    fn row_means(&self, i: usize, m: &Vector3<T>) -> RowMeans<T> {
+        let pairs = self.row_pairs(i);
+        let lever = self.layout.lever.map_or(zeros(), |first| {
+            Matrix3::from_fn(|l, k| pairs.mean_of(first + 3 * l + k))
         });
+        RowMeans {
+            motion: Vector3::from_fn(|j, _| pairs.mean_of(j)),
+            lever: transposed_product(&lever, m),
+            beyond: pairs.mean_of(self.layout.second + i),
+            variance: pairs.variance_of_mean(),
+        }
+    }
+
+    #[inline(never)]
+    fn conclude(&self, ladder: &Ladder<T>, fit: &mut Fit<T>) -> Option<()> {
+        let Ladder {
+            matrix,
+            lever_arm,
+            rows,
+            ..
+        } = ladder;
         let stored = self.stored;
-        let bias = stored.bias
-            + Vector3::from_fn(|i, _| {
-                let explained = Vector3::from(row_of(&(pass.matrix - stored.matrix), i)).dot(&motions[i])
-                    + arms[i].dot(&(pass.lever_arm - stored.lever_arm));
-                let change = sums[i].mean_of(self.layout.second + i) - explained;
-                if self.axes[i] { change } else { T::zero() }
-            });
-        let error = RelativeError::new(pass.matrix, bias, pass.lever_arm)?;
-        let directions = excited.iter().fold(0, |most, row| row.directions.max(most));
-        let pairs = self.pairs.samples();
-        let unknowns = 1 + u32::from(directions);
-        let share = real::<T>(SHARED) / count(pairs.saturating_sub(unknowns).max(1)); // eq. 11: kappa / n
-        let variance: [T; 3] = core::array::from_fn(|i| self.residual_variance(&error, i) * share);
+        let (more, farther) = (matrix - stored.matrix, lever_arm - stored.lever_arm);
+        let [x, y, z] = rows_of(matrix);
+        let means = [
+            self.row_means(0, &x),
+            self.row_means(1, &y),
+            self.row_means(2, &z),
+        ];
+        let mut bias = stored.bias;
+        let of_rows = bias.iter_mut().zip(self.axes).zip(&means).zip(rows_of(&more));
+        for (((bias, present), mean), more) in of_rows {
+            if present {
+                *bias += mean.beyond - (more.dot(&mean.motion) + mean.lever.dot(&farther));
+            }
+        }
+        fit.error = RelativeError::new(*matrix, bias, *lever_arm)?;
+        fit.directions = rows.iter().fold(0, |most, row| row.excited.directions.max(most));
+        fit.rung = self.rung(fit.directions, ladder.lever.directions);
+        fit.pairs = self.pairs.samples();
+        let share = self.share(1 + u32::from(fit.directions));
+        let variance = [0, 1, 2].map(|i| self.residual_variance(&fit.error, i) * share);
         let [x, y, z] = variance;
-        let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0)); // eq. 11: C_r
-        let carried_by_lever: [Matrix3<T>; 3] =
-            core::array::from_fn(|i| matrix_product(&excited[i].inverse, &pass.motion_lever[i]));
-        let row_covariance: [Matrix3<T>; 3] = core::array::from_fn(|i| {
-            let by_lever = congruent(&carried_by_lever[i], &lever_arm_covariance);
-            excited[i].inverse * variance[i] + by_lever // eq. 11: cov Delta_i
-        });
-        let bias_sigma = Vector3::from_fn(|i, _| {
-            let (motion, arm) = (motions[i], arms[i]);
-            let across = -product(&matrix_product(&carried_by_lever[i], &lever_arm_covariance), &arm);
-            let spread = motion.dot(&product(&row_covariance[i], &motion))
-                + arm.dot(&product(&lever_arm_covariance, &arm));
-            let of_mean = variance[i] * sums[i].variance_of_mean();
-            (of_mean + spread + motion.dot(&across) * real(2.0))
-                .max(T::zero())
-                .square_root()
-        });
-        Some(Fit {
-            error,
-            rung: self.rung(directions, pass.lever.directions),
-            directions,
-            shown: core::array::from_fn(|i| excited[i].projection),
-            row_covariance,
-            bias_sigma,
-            lever_arm_shown: pass.lever.projection,
-            lever_arm_covariance,
-            pairs,
-        })
+        fit.lever_arm_shown = ladder.lever.projection;
+        fit.lever_arm_covariance = ladder.lever.inverse * ((x + y + z) * real(1.0 / 3.0)); // eq. 11: C_r
+        let of_arm = &fit.lever_arm_covariance;
+        fit.shown = rows.each_ref().map(|row| row.excited.projection);
+        let found = fit.row_covariance.iter_mut().zip(fit.bias_sigma.iter_mut());
+        for (((covariance, sigma), row), (mean, variance)) in found.zip(rows).zip(means.iter().zip(variance))
+        {
+            let by_lever = congruent(&row.carried, of_arm);
+            *covariance = row.excited.inverse * variance + by_lever; // eq. 11: cov Delta_i
+            let across = -product(&row.carried, &product(of_arm, &mean.lever));
+            let spread = mean.motion.dot(&product(covariance, &mean.motion))
+                + mean.lever.dot(&product(of_arm, &mean.lever));
+            let square = variance * mean.variance + spread + mean.motion.dot(&across) * real(2.0);
+            *sigma = square.max(T::zero()).square_root();
+        }
+        Some(())
     }
 
     fn rung(&self, directions: u8, lever_directions: u8) -> Rung {

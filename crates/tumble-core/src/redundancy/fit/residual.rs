@@ -1,7 +1,7 @@
 //! Moments of pairs as a fit sees them, and what a relation leaves unexplained of them.
 
 use crate::real::Real;
-use crate::redundancy::fit::joint_moments::{JointMoments, packed};
+use crate::redundancy::fit::joint_moments::{JointMoments, Merged, packed};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, RATE_CHANNELS};
 
@@ -28,6 +28,20 @@ impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for JointMomen
 
     fn mean_of(&self, channel: usize) -> T {
         self.mean().get(channel).copied().unwrap_or(T::zero())
+    }
+
+    fn covariance_of(&self, i: usize, j: usize) -> T {
+        self.covariance(i, j)
+    }
+}
+
+impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for Merged<'_, T, N, PACKED> {
+    fn samples(&self) -> u32 {
+        Merged::samples(self)
+    }
+
+    fn mean_of(&self, channel: usize) -> T {
+        self.mean(channel)
     }
 
     fn covariance_of(&self, i: usize, j: usize) -> T {
@@ -111,8 +125,14 @@ impl<T: Real> RowResidual<T> {
 
     /// Its variance.
     pub fn variance(&self, pairs: &dyn PairMoments<T>) -> T {
-        let terms = self.weights.iter().take(self.channels).enumerate();
-        let sum = terms.fold(T::zero(), |sum, (i, w)| sum + *w * self.covariance_with(pairs, i));
+        // Most channels count for nothing where no lever arm was found.
+        let counts = |(_, w): &(usize, &T)| **w != T::zero();
+        let terms = || self.weights.iter().take(self.channels).enumerate().filter(counts);
+        let sum = terms().fold(T::zero(), |sum, (i, a)| {
+            let after = terms().filter(|(j, _)| *j > i);
+            let twice = after.fold(T::zero(), |sum, (j, b)| sum + *b * pairs.covariance_of(i, j));
+            sum + *a * (*a * pairs.covariance_of(i, i) + twice + twice)
+        });
         sum.max(T::zero())
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::eigen;
-use crate::products::{columns, outer, zeros};
+use crate::products::{columns, outer, product, zeros};
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::joint_moments::{JointMoments, packed};
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -160,101 +160,118 @@ pub struct RestWeight<T: Real> {
     steady: T,
 }
 
-/// Rests, and what they count for in each row.
+/// What rests count for in each row.
+pub type RestWeights<T> = [RestWeight<T>; 3];
+
+/// Rests, and what they count for.
 #[derive(Clone, Copy)]
 pub struct WeighedRests<'a, T: Real> {
     /// Their moments.
     pub rests: &'a Rests<T>,
     /// What they count for.
-    pub weights: [RestWeight<T>; 3],
+    pub weights: &'a RestWeights<T>,
 }
 
-/// Pairs and rests, and what the pairs say alone.
-pub struct RestWeighing<'a, 'r, T: Real> {
-    /// Of the pairs alone.
-    pub problem: &'a FitProblem<'a, T>,
-    /// Its solution.
-    pub alone: &'a Fit<T>,
-    /// How much less certain pairs are than their number says.
-    pub times: T,
-    /// Which sensor.
-    pub sensor: Sensor,
-    /// The rests.
-    pub rests: &'r Rests<T>,
+/// What the pairs say alone, as far as rests are weighed by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestWeighing<T: Real> {
+    sensor: Sensor,
+    times: T,
+    /// Variance of a pair in each row, if all were independent.
+    of_pair: [T; 3],
+    /// Square of how far the rests are from what the pairs say, beyond what the pairs leave open; mean of the axes.
+    apart: T,
 }
 
-impl<'r, T: Real> RestWeighing<'_, 'r, T> {
-    /// What the rests count for, with their scatter as it usually is.
-    pub fn first(&self) -> WeighedRests<'r, T> {
-        self.with(self.scatter(T::zero(), T::zero()))
+impl<T: Real> RestWeighing<T> {
+    /// By a problem of pairs alone and its solution.
+    #[inline(never)]
+    pub fn new(
+        sensor: Sensor,
+        problem: &FitProblem<'_, T>,
+        alone: &Fit<T>,
+        times: T,
+        rests: &Rests<T>,
+    ) -> Self {
+        let pairs = problem.pairs;
+        let of_pair: [T; 3] = core::array::from_fn(|row| {
+            let residual = RowResidual::new(&alone.error, problem.stored, &problem.layout, row);
+            residual.variance(pairs) * times * real(SHARED)
+        });
+        let away = rests.first() - Vector3::from_fn(|j, _| pairs.mean_of(j));
+        let (mut apart, mut axes) = (T::zero(), T::zero());
+        for ((i, covariance), of_pair) in alone.row_covariance.iter().enumerate().zip(of_pair) {
+            if problem.axes.get(i) != Some(&true) {
+                continue;
+            }
+            let [mean, _] = rests.left(&alone.error, problem.stored, i);
+            let left_open =
+                away.dot(&product(covariance, &away)) * times + of_pair / count(pairs.samples().max(1));
+            apart += mean * mean - left_open;
+            axes += T::one();
+        }
+        Self {
+            sensor,
+            times,
+            of_pair,
+            apart: apart / axes.max(T::one()),
+        }
     }
 
-    /// The same with their scatter as they show it about a fit, that was made with what they counted for before.
-    pub fn again(&self, fit: &Fit<T>) -> WeighedRests<'r, T> {
-        let (number, motion) = (count::<T>(self.rests.number()), self.rests.motion());
-        let before = self.scatter(T::zero(), T::zero());
+    /// How much less certain pairs are than their number says.
+    pub fn times(&self) -> T {
+        self.times
+    }
+
+    /// What the rests count for, with their scatter as it usually is.
+    pub fn usual(&self, rests: &Rests<T>) -> RestWeights<T> {
+        self.with(rests, self.scatter(rests, T::zero(), T::zero()))
+    }
+
+    /// The same with their scatter as they show it about the solution of a problem in which they counted for that.
+    #[inline(never)]
+    pub fn as_shown(&self, problem: &FitProblem<'_, T>, fit: &Fit<T>, rests: &Rests<T>) -> RestWeights<T> {
+        let (number, motion) = (count::<T>(rests.number()), rests.motion());
+        let before = self.scatter(rests, T::zero(), T::zero());
         let (mut strayed, mut freedom) = (T::zero(), T::zero());
-        for (i, covariance) in self.rows(fit) {
-            let [_, variance] = self.rests.left(&fit.error, self.problem.stored, i);
+        for (i, covariance) in fit.row_covariance.iter().enumerate() {
+            if problem.axes.get(i) != Some(&true) {
+                continue;
+            }
+            let [_, variance] = rests.left(&fit.error, problem.stored, i);
             // What the fit took from the rests themselves.
             let taken = covariance.component_mul(&motion).sum() * self.times / before;
             strayed += number * variance;
             freedom += (number * (T::one() - taken) - T::one()).max(T::zero());
         }
-        self.with(self.scatter(strayed, freedom))
+        self.with(rests, self.scatter(rests, strayed, freedom))
     }
 
     /// Variance of a mean at rest about what it usually is, from how far rests strayed from a fit over so many degrees of
     /// freedom (docs/theory/redundancy.md, eq. 17).
-    fn scatter(&self, strayed: T, freedom: T) -> T {
+    fn scatter(&self, rests: &Rests<T>, strayed: T, freedom: T) -> T {
         let usual = drift::<T>(self.sensor);
-        let before = (usual * usual + self.rests.noise) * real(DRIFT_RESTS);
+        let before = (usual * usual + rests.noise) * real(DRIFT_RESTS);
         (before + strayed) / (freedom + real(DRIFT_RESTS)) // eq. 17
     }
 
-    fn with(&self, scatter: T) -> WeighedRests<'r, T> {
-        let number = count::<T>(self.rests.number().max(1));
+    fn with(&self, rests: &Rests<T>, scatter: T) -> RestWeights<T> {
+        let number = count::<T>(rests.number().max(1));
         let of_mean = scatter / number + self.apart_from_motion(scatter / number);
         let finite = |weight: T| if weight.is_finite() { weight } else { T::zero() };
         let slope = slope::<T>(self.sensor);
-        WeighedRests {
-            rests: self.rests,
-            weights: core::array::from_fn(|i| RestWeight {
-                each: finite(self.of_pair(i) / scatter),   // eq. 16: w
-                mean: finite(self.of_pair(i) / of_mean),   // eq. 16: n_0
-                steady: self.of_pair(i) / (slope * slope), // eq. 19: kappa tau sigma_i^2 / sigma_t^2
-            }),
-        }
-    }
-
-    /// Variance of a pair, if all were independent.
-    fn of_pair(&self, row: usize) -> T {
-        let Self { problem, alone, .. } = self;
-        let residual = RowResidual::new(&alone.error, problem.stored, &problem.layout, row);
-        residual.variance(problem.pairs) * self.times * real(SHARED)
+        self.of_pair.map(|of_pair| RestWeight {
+            each: finite(of_pair / scatter),   // eq. 16: w
+            mean: finite(of_pair / of_mean),   // eq. 16: n_0
+            steady: of_pair / (slope * slope), // eq. 19: kappa tau sigma_i^2 / sigma_t^2
+        })
     }
 
     /// Variance of what the bias at rest is from that in motion: as usual, or as the pairs alone show it
     /// (docs/theory/redundancy.md, eq. 18).
     fn apart_from_motion(&self, of_mean: T) -> T {
         let usual = from_motion::<T>(self.sensor);
-        let pairs = self.problem.pairs;
-        let away = self.rests.first() - Vector3::from_fn(|j, _| pairs.mean_of(j));
-        let (mut shown, mut axes) = (T::zero(), T::zero());
-        for (i, covariance) in self.rows(self.alone) {
-            let [apart, _] = self.rests.left(&self.alone.error, self.problem.stored, i);
-            let of_pairs =
-                away.dot(&(covariance * away)) * self.times + self.of_pair(i) / count(pairs.samples().max(1));
-            shown += apart * apart - of_mean - of_pairs;
-            axes += T::one();
-        }
-        (shown / axes.max(T::one())).max(usual * usual) // eq. 18
-    }
-
-    /// Covariances of the rows of M that the sensor has.
-    fn rows<'f>(&self, fit: &'f Fit<T>) -> impl Iterator<Item = (usize, &'f Matrix3<T>)> {
-        let rows = fit.row_covariance.iter().enumerate().zip(self.problem.axes);
-        rows.filter(|(_, present)| *present).map(|(row, _)| row)
+        (self.apart - of_mean).max(usual * usual) // eq. 18
     }
 }
 
@@ -301,11 +318,16 @@ impl<'a, T: Real> RowPairs<'a, T> {
             per_time: T::zero(),
         };
         if let Some((rests, weight)) = weighed {
-            row.apart = core::array::from_fn(|channel| {
-                let rest = row.at_rest(channel);
-                rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel)
-            });
-            row.with_time = core::array::from_fn(|channel| row.joint(channel, layout.time));
+            for (channel, apart) in row.apart.iter_mut().enumerate() {
+                let rest = at_rest(layout, channel);
+                *apart = rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel);
+            }
+            for channel in 0..FORCE_CHANNELS {
+                let with_time = row.joint(channel, layout.time);
+                if let Some(place) = row.with_time.get_mut(channel) {
+                    *place = with_time;
+                }
+            }
             let time = row.joint(layout.time, layout.time) + weight.steady / number;
             row.per_time = if time > T::zero() {
                 T::one() / time
@@ -322,7 +344,7 @@ impl<'a, T: Real> RowPairs<'a, T> {
         let Some(rests) = self.rests else {
             return pairs;
         };
-        let among = self.at_rest(i).zip(self.at_rest(j));
+        let among = at_rest(self.layout, i).zip(at_rest(self.layout, j));
         let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
         let apart = of_channel(&self.apart, i) * of_channel(&self.apart, j);
         pairs + within * self.within + apart * self.share // eq. 16
@@ -332,14 +354,14 @@ impl<'a, T: Real> RowPairs<'a, T> {
     pub fn variance_of_mean(&self) -> T {
         T::one() - self.share // eq. 16
     }
+}
 
-    /// What a channel of the pairs is among those of the rests.
-    fn at_rest(&self, channel: usize) -> Option<usize> {
-        match channel.checked_sub(self.layout.second) {
-            Some(axis) => Some(SECOND + axis),
-            None if channel == self.layout.time => Some(TIME),
-            None => Some(channel).filter(|channel| *channel < TIME),
-        }
+/// What a channel of the pairs is among those of the rests.
+fn at_rest(layout: Layout, channel: usize) -> Option<usize> {
+    match channel.checked_sub(layout.second) {
+        Some(axis) => Some(SECOND + axis),
+        None if channel == layout.time => Some(TIME),
+        None => Some(channel).filter(|channel| *channel < TIME),
     }
 }
 
@@ -359,6 +381,9 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
 
     /// Of what time does not explain, as far as drift is likely: a drift of the bias, straight in time, is no part of M.
     fn covariance_of(&self, i: usize, j: usize) -> T {
+        if self.rests.is_none() {
+            return self.pairs.covariance_of(i, j);
+        }
         let drift = of_channel(&self.with_time, i) * of_channel(&self.with_time, j) * self.per_time;
         self.joint(i, j) - drift // eq. 19
     }

@@ -1,4 +1,4 @@
-//! The end of a calibration: fits are made, judged, and adopted or refused.
+//! The end of a calibration: a fit with each sample, and what is found adopted or refused.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,11 +7,13 @@ use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, Excess, RefusalReason};
-use crate::redundancy::health::Health;
-use crate::redundancy::monitor::Report;
-use crate::redundancy::monitor::calibration::{CalibrationRun, FitOutcome};
+use crate::redundancy::health::RefutedBy;
+use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Event, EventKind};
-use crate::redundancy::platform::MountedUnit;
+use crate::redundancy::monitor::judge::may_be_refuted;
+use crate::redundancy::monitor::trial::FitOutcome;
+use crate::redundancy::monitor::{Monitor, Report};
+use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::Record;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::RedundancySettings;
@@ -21,7 +23,7 @@ const SHOWN: f64 = 0.75;
 
 /// What became of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Conclusion<T: Real> {
+enum Conclusion<T: Real> {
     /// What is stored stays.
     NothingNew,
     /// What is stored was replaced.
@@ -44,38 +46,75 @@ impl<T: Real> Conclusion<T> {
     }
 }
 
-/// Fits what was collected, replaces what is stored where that is better, and says what became of each
-/// sensor.
-pub(super) fn conclude<T: Real>(
-    settings: &RedundancySettings<T>,
-    calibration: &CalibrationRun<T>,
-    unit: &MountedUnit<T>,
-    stored: &mut [StoredCalibration<T>; 2],
-    health: &Health<T>,
-    time: u64,
-    report: Report<'_, T>,
-) -> [Conclusion<T>; 2] {
-    let mut conclusions = [Conclusion::NothingNew; 2];
-    let number = calibration.secondary();
-    let wanted = SENSORS.into_iter().zip(calibration.sensors());
-    for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
-        let stored = sensor.of_mut(stored);
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
+    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+{
+    /// Whether pairs of a calibration are complete, so that samples are fitted with.
+    pub fn is_fitting(&self) -> bool {
+        self.calibrations.iter().flatten().any(CalibrationRun::is_fitting)
+    }
+
+    /// Makes the next fit of a calibration whose pairs are complete.
+    pub(super) fn fit_on(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
+        if self.is_fitting() {
+            let now = self.clock.now().unwrap_or(0);
+            self.make_fit(platform, now, report);
+        }
+    }
+
+    /// Adopts or refuses what the last fit of a sensor found.
+    #[inline(never)]
+    fn make_fit(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) -> Option<()> {
+        let settings = platform.settings();
+        let fits =
+            |slot: &&mut Option<CalibrationRun<T>>| slot.as_ref().is_some_and(CalibrationRun::is_fitting);
+        let slot = self.calibrations.iter_mut().find(fits)?;
+        let calibration = slot.as_mut()?;
+        let number = calibration.secondary();
+        let unit = platform.units().get(number)?;
+        let (stored, health) = (self.stored.get_mut(number)?, self.health.get_mut(number)?);
+        let found_wrong = SENSORS.map(|sensor| health.is_contradicted(sensor));
+        let mut found = Fit::none();
+        let (sensor, outcome) = calibration.fit_on(unit, stored, found_wrong, settings, &mut found)?;
         let mut tell = |kind| {
             report(Event {
                 time,
                 unit: number,
                 kind,
-            })
+            });
         };
-        let outcome =
-            match calibration.conclude(sensor, unit, stored, health.is_contradicted(sensor), settings) {
-                Ok(outcome) => outcome,
-                Err(why) => {
-                    tell(EventKind::Refused { sensor, why });
-                    *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
-                    continue;
+        // The next rest shows whether it was right.
+        match conclude(sensor, &outcome, unit, sensor.of_mut(stored), settings, &mut tell) {
+            Conclusion::NothingNew => {}
+            Conclusion::Replaced => {
+                self.rest.adopted();
+                self.judge.recalibrated(sensor, number);
+                health.calibrated(sensor);
+            }
+            Conclusion::Refuted(excess) => {
+                if may_be_refuted(&self.judge, sensor, number) {
+                    health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
                 }
-            };
+            }
+        }
+        if !calibration.fit_next(stored) {
+            *slot = None;
+        }
+        Some(())
+    }
+}
+
+/// Replaces what is stored where what was found is better.
+#[inline(never)]
+fn conclude<T: Real>(
+    sensor: Sensor,
+    outcome: &Result<FitOutcome<'_, T>, AdoptionRefusal<T>>,
+    unit: &MountedUnit<T>,
+    stored: &mut StoredCalibration<T>,
+    settings: &RedundancySettings<T>,
+    tell: &mut dyn FnMut(EventKind<T>),
+) -> Conclusion<T> {
+    let adopted = outcome.as_ref().map_err(|why| *why).and_then(|outcome| {
         tell(EventKind::Fitted {
             sensor,
             rung: outcome.fit.rung,
@@ -84,36 +123,36 @@ pub(super) fn conclude<T: Real>(
             residual: outcome.residuals.after,
             residual_before: outcome.residuals.before,
         });
-        match outcome.verdict {
-            Err(why) => {
-                *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
-                tell(EventKind::Refused { sensor, why });
-            }
-            Ok(()) => {
-                let sequence = stored.sequence.saturating_add(1);
-                let record = record(sensor, unit, &outcome, sequence);
-                let (error, residual) = (outcome.fit.error, outcome.residuals.after);
-                let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
-                stored.replace(error, residual, sequence, factory);
-                stored.matrix_shown = record.shows_matrix();
-                stored.place_sigma = record.lever_arm_sigma.length();
-                stored.followed = record.followed;
-                *sensor.of_mut(&mut conclusions) = Conclusion::Replaced;
-                tell(EventKind::Adopted { record });
-            }
+        outcome.verdict.map(|()| outcome)
+    });
+    match adopted {
+        Err(why) => {
+            tell(EventKind::Refused { sensor, why });
+            Conclusion::refused(&why)
+        }
+        Ok(outcome) => {
+            let sequence = stored.sequence.saturating_add(1);
+            let record = record(sensor, unit, outcome, sequence);
+            let (error, residual) = (outcome.fit.error, outcome.residuals.after);
+            let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
+            stored.replace(error, residual, sequence, factory);
+            stored.matrix_shown = record.shows_matrix();
+            stored.place_sigma = record.lever_arm_sigma.length();
+            stored.followed = record.followed;
+            tell(EventKind::Adopted { record });
+            Conclusion::Replaced
         }
     }
-    conclusions
 }
 
 /// What is to be stored, in the frames of records: the nominal rotation is part of M there.
 fn record<T: Real>(
     sensor: Sensor,
     unit: &MountedUnit<T>,
-    outcome: &FitOutcome<T>,
+    outcome: &FitOutcome<'_, T>,
     sequence: u32,
 ) -> Record<T> {
-    let fit = &outcome.fit;
+    let fit = outcome.fit;
     let arm_known = sensor == Sensor::Accelerometer && unit.lever_arm.is_some();
     Record {
         identity: unit.identity,

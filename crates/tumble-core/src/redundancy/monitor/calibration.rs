@@ -1,20 +1,18 @@
-//! Calibration mode of one secondary: waits for motion, collects pairs, fits them, and has them judged.
+//! Calibration mode of one secondary: waits for motion, collects pairs, and has them fitted and judged.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use crate::products::{congruent, product};
 use crate::real::{Real, SECOND, count, real, seconds, whole_spans};
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Following, Residuals, RestReadings};
-use crate::redundancy::fit::joint_moments::JointMoments;
-use crate::redundancy::fit::residual::{
-    FORCE_LAYOUT, FORCE_PACKED, Layout, PairMoments, RATE_LAYOUT, RATE_PACKED,
-};
-use crate::redundancy::fit::rests::{RestWeighing, Rests, WeighedRests};
-use crate::redundancy::fit::{Fit, FitProblem, PrimaryNoise};
+use crate::redundancy::fit::adoption::{AdoptionRefusal, RestReadings};
+use crate::redundancy::fit::joint_moments::{JointMoments, Merged};
+use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, PairMoments, RATE_LAYOUT, RATE_PACKED};
+use crate::redundancy::fit::rests::Rests;
+use crate::redundancy::fit::{Fit, PrimaryNoise};
 use crate::redundancy::monitor::event::Abandoned;
+use crate::redundancy::monitor::trial::{FitOutcome, Trial, TrialData};
 use crate::redundancy::platform::MountedUnit;
-use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -22,12 +20,14 @@ use crate::redundancy::settings::{CollectionSettings, RedundancySettings};
 use crate::sample::CHANNELS;
 
 /// Where it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CalibrationPhase {
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum CalibrationPhase<T: Real> {
     /// The platform has not moved yet.
     WaitingForMotion,
     /// Pairs are taken while it moves.
     Collecting,
+    /// There are enough: a sensor is being fitted.
+    Fitting(Sensor, Trial<T>),
 }
 
 /// What was measured at the rest that triggered.
@@ -39,6 +39,31 @@ pub struct RestBefore<T: Real> {
     pub variance: [T; CHANNELS],
     /// Means of the secondary, as read.
     pub secondary: [T; CHANNELS],
+}
+
+impl<T: Real> RestBefore<T> {
+    fn readings(&self, sensor: Sensor, unit: &MountedUnit<T>) -> RestReadings<T> {
+        RestReadings {
+            first: product(&unit.sensor_from_primary, &sensor.triad(&self.primary)),
+            second: sensor.triad(&self.secondary),
+        }
+    }
+
+    /// The primary's noise in a pair, from its windows at rest: two thirds of their variance in a triangle, and twice it
+    /// in the difference of two.
+    #[inline(never)]
+    fn noise(&self, sensor: Sensor, unit: &MountedUnit<T>, window: u64) -> PrimaryNoise<T> {
+        let turn = &unit.sensor_from_primary;
+        let of = |sensor: Sensor| sensor.triad(&self.variance);
+        let length = seconds::<T>(window);
+        PrimaryNoise {
+            reading: congruent(
+                turn,
+                &Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))),
+            ), // redundancy.md, eq. 10: N
+            angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)), // redundancy.md, eq. 10: 2 v / h^2
+        }
+    }
 }
 
 /// Means of both over the same rest, as read.
@@ -58,7 +83,7 @@ pub struct RestPair<'a, T: Real> {
 pub struct CalibrationRun<T: Real> {
     secondary: usize,
     sensors: [bool; 2],
-    phase: CalibrationPhase,
+    phase: CalibrationPhase<T>,
     since: u64,
     /// From which ages count.
     origin: u64,
@@ -99,10 +124,8 @@ impl<T: Real, const K: usize, const PACKED: usize> Halves<T, K, PACKED> {
         self.fitted.samples().saturating_add(self.held_out.samples())
     }
 
-    fn whole(&self) -> JointMoments<T, K, PACKED> {
-        let mut whole = self.fitted;
-        whole.merge(&self.held_out);
-        whole
+    fn merged(&self) -> Merged<'_, T, K, PACKED> {
+        Merged::of(&self.fitted, &self.held_out)
     }
 }
 
@@ -115,19 +138,6 @@ pub enum CalibrationProgress {
     Complete,
     /// Time is up.
     Abandoned(Abandoned),
-}
-
-/// Outcome for one sensor: what was found, how well it does, and whether it is adopted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FitOutcome<T: Real> {
-    /// Fitted to all pairs.
-    pub fit: Fit<T>,
-    /// On held-out pairs.
-    pub residuals: Residuals<T>,
-    /// How far it has followed the primary with it.
-    pub following: Following<T>,
-    /// Whether it is adopted.
-    pub verdict: Result<(), AdoptionRefusal<T>>,
 }
 
 impl<T: Real> CalibrationRun<T> {
@@ -157,7 +167,7 @@ impl<T: Real> CalibrationRun<T> {
         rest: &RestPair<'_, T>,
         stored: &[StoredCalibration<T>; 2],
     ) {
-        if !core::mem::replace(&mut self.moved, false) {
+        if self.is_fitting() || !core::mem::replace(&mut self.moved, false) {
             return;
         }
         self.shared = rest.shared;
@@ -186,9 +196,21 @@ impl<T: Real> CalibrationRun<T> {
         self.sensors
     }
 
-    /// Where it is.
-    pub fn phase(&self) -> CalibrationPhase {
-        self.phase
+    /// Whether the platform has not moved yet.
+    pub fn waits_for_motion(&self) -> bool {
+        self.phase == CalibrationPhase::WaitingForMotion
+    }
+
+    /// Whether its pairs are complete, and fits are made.
+    pub fn is_fitting(&self) -> bool {
+        self.fitted_sensor().is_some()
+    }
+
+    fn fitted_sensor(&self) -> Option<Sensor> {
+        match &self.phase {
+            CalibrationPhase::Fitting(sensor, _) => Some(*sensor),
+            _ => None,
+        }
     }
 
     /// Time since it was triggered, s.
@@ -215,7 +237,8 @@ impl<T: Real> CalibrationRun<T> {
         moves
     }
 
-    /// Takes in a pair; `usable` says which sensors of both may be used. What is `stored` must stay the same meanwhile.
+    /// Takes in a pair while it collects; `usable` says which sensors of both may be used. What is `stored` must stay the same
+    /// meanwhile.
     pub fn take(
         &mut self,
         time: u64,
@@ -223,6 +246,9 @@ impl<T: Real> CalibrationRun<T> {
         usable: [bool; 2],
         stored: &[StoredCalibration<T>; 2],
     ) {
+        if self.phase != CalibrationPhase::Collecting {
+            return;
+        }
         self.moved = true;
         let second = whole_spans(time, SECOND).0;
         let age = self.age(time);
@@ -239,7 +265,10 @@ impl<T: Real> CalibrationRun<T> {
     /// Whether there is enough, or no time left.
     pub fn check(&self, time: u64, settings: &CollectionSettings<T>, window: u64) -> CalibrationProgress {
         let passed = time.saturating_sub(self.since);
-        if self.phase == CalibrationPhase::WaitingForMotion {
+        if self.is_fitting() {
+            return CalibrationProgress::GoesOn;
+        }
+        if self.waits_for_motion() {
             let late = passed > settings.motion_timeout;
             return if late {
                 CalibrationProgress::Abandoned(Abandoned::NoMotion)
@@ -270,192 +299,65 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Fits one sensor and judges the fit. One that was `found_wrong` beside the others does not follow the primary, but them.
-    ///
-    /// # Errors
-    /// [`AdoptionRefusal`] where there is no fit to be judged.
-    pub fn conclude(
-        &self,
-        sensor: Sensor,
+    /// Takes no more pairs: the next of its sensors is to be fitted, the accelerometer first. Says whether there is one.
+    pub fn fit_next(&mut self, stored: &[StoredCalibration<T>; 2]) -> bool {
+        let left = match self.phase {
+            CalibrationPhase::Fitting(Sensor::Accelerometer, _) => [false, true],
+            CalibrationPhase::Fitting(Sensor::Gyroscope, _) => [false; 2],
+            _ => [true; 2],
+        };
+        let next = SENSORS
+            .into_iter()
+            .find(|sensor| *sensor.of(&left) && self.calibrates(*sensor));
+        if let Some(sensor) = next {
+            self.phase = CalibrationPhase::Fitting(sensor, Trial::new(&sensor.of(stored).error));
+        }
+        next.is_some()
+    }
+
+    /// Takes the next step of a fit, of which the last has it `found`; gives the outcome of a sensor with the last of all. One that was `found_wrong` beside
+    /// the others does not follow the primary, but them.
+    #[inline(never)]
+    pub fn fit_on<'f>(
+        &mut self,
         unit: &MountedUnit<T>,
-        stored: &StoredCalibration<T>,
-        found_wrong: bool,
+        stored: &[StoredCalibration<T>; 2],
+        found_wrong: [bool; 2],
         settings: &RedundancySettings<T>,
-    ) -> Result<FitOutcome<T>, AdoptionRefusal<T>> {
-        let trial = Trial {
+        found: &'f mut Fit<T>,
+    ) -> Option<(Sensor, Result<FitOutcome<'f, T>, AdoptionRefusal<T>>)> {
+        let sensor = self.fitted_sensor()?;
+        let stored = sensor.of(stored);
+        let (forces, rates) = (self.forces.merged(), self.rates.merged());
+        let (fitted, held_out, all, layout): (
+            &dyn PairMoments<T>,
+            &dyn PairMoments<T>,
+            &dyn PairMoments<T>,
+            _,
+        ) = match sensor {
+            Sensor::Accelerometer => (&self.forces.fitted, &self.forces.held_out, &forces, FORCE_LAYOUT),
+            Sensor::Gyroscope => (&self.rates.fitted, &self.rates.held_out, &rates, RATE_LAYOUT),
+        };
+        let follows = stored.calibrated && !sensor.of(&found_wrong);
+        let data = TrialData {
             sensor,
             unit,
             stored: &stored.error,
-            followed: (stored.calibrated && !found_wrong).then_some(stored.followed),
+            followed: follows.then_some(stored.followed),
             shared: *sensor.of(&self.shared),
             settings,
-            rest: self.rest_pair(sensor, unit),
-            noise: self.noise(sensor, unit, settings.window),
+            rest: self.rest.readings(sensor, unit),
+            noise: self.rest.noise(sensor, unit, settings.window),
             rests: sensor.of(&self.rests),
-        };
-        match sensor {
-            Sensor::Accelerometer => {
-                let Halves { fitted, held_out } = &self.forces;
-                trial.run(fitted, held_out, &self.forces.whole(), FORCE_LAYOUT)
-            }
-            Sensor::Gyroscope => {
-                let Halves { fitted, held_out } = &self.rates;
-                trial.run(fitted, held_out, &self.rates.whole(), RATE_LAYOUT)
-            }
-        }
-    }
-
-    fn rest_pair(&self, sensor: Sensor, unit: &MountedUnit<T>) -> RestReadings<T> {
-        RestReadings {
-            first: product(&unit.sensor_from_primary, &sensor.triad(&self.rest.primary)),
-            second: sensor.triad(&self.rest.secondary),
-        }
-    }
-
-    /// The primary's noise in a pair, from its windows at rest: two thirds of their variance in a triangle, and twice it
-    /// in the difference of two.
-    fn noise(&self, sensor: Sensor, unit: &MountedUnit<T>, window: u64) -> PrimaryNoise<T> {
-        let turn = &unit.sensor_from_primary;
-        let of = |sensor: Sensor| sensor.triad(&self.rest.variance);
-        let length = seconds::<T>(window);
-        PrimaryNoise {
-            reading: congruent(
-                turn,
-                &Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))),
-            ), // redundancy.md, eq. 10: N
-            angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)), // redundancy.md, eq. 10: 2 v / h^2
-        }
-    }
-}
-
-/// A sensor whose pairs are complete.
-struct Trial<'a, T: Real> {
-    sensor: Sensor,
-    unit: &'a MountedUnit<T>,
-    stored: &'a RelativeError<T>,
-    /// How far it has followed the primary; `None` where that does not count.
-    followed: Option<Vector3<T>>,
-    shared: T,
-    settings: &'a RedundancySettings<T>,
-    rest: RestReadings<T>,
-    noise: PrimaryNoise<T>,
-    rests: &'a Rests<T>,
-}
-
-impl<T: Real> Trial<'_, T> {
-    fn run(
-        &self,
-        fitted: &dyn PairMoments<T>,
-        held_out: &dyn PairMoments<T>,
-        all: &dyn PairMoments<T>,
-        layout: Layout,
-    ) -> Result<FitOutcome<T>, AdoptionRefusal<T>> {
-        let needed = self.settings.collection.fewest_pairs;
-        let pairs = all.samples();
-        if pairs < needed || fitted.samples() == 0 || held_out.samples() == 0 {
-            return Err(AdoptionRefusal::TooFewPairs { pairs, needed });
-        }
-        let half = self.fit(fitted, layout, None)?;
-        // Both halves hold every other second: what residuals have in common over a second shows between them.
-        let times = half
-            .disagreement(&self.fit(held_out, layout, None)?)
-            .max(T::one());
-        let motion = self.fit(all, layout, None)?;
-        let (half, whole) = match self.weighed(all, layout, &motion, times)? {
-            None => (half, motion),
-            Some(rests) => (
-                self.fit(fitted, layout, Some(rests))?,
-                self.fit(all, layout, Some(rests))?,
-            ),
-        };
-        let whole = whole.less_certain(times);
-        let following = self.following(&whole, all);
-        let candidate = FitCandidate {
-            sensor: self.sensor,
-            axes: *self.unit.axes.of(self.sensor),
-            layout,
-            half: &half,
-            motion: &motion,
-            whole: &whole,
-            stored: self.stored,
+            fitted,
             held_out,
             all,
-            rest: &self.rest,
-            following: &following,
-        };
-        let residuals = candidate.residuals();
-        Ok(FitOutcome {
-            fit: whole,
-            residuals,
-            following,
-            verdict: candidate.judge(&residuals, self.settings),
-        })
-    }
-
-    /// How far it would follow the primary (docs/theory/redundancy.md, eq. 20, 21).
-    fn following(&self, fit: &Fit<T>, pairs: &dyn PairMoments<T>) -> Following<T> {
-        let Some(before) = self.followed else {
-            return Following::free();
-        };
-        let u = Vector3::from_fn(|j, _| pairs.mean_of(j));
-        let shift = fit.error.predict(&u) - self.stored.predict(&u); // eq. 20
-        Following {
-            followed: self.rests.unsupported(self.sensor, &(before + shift)),
-            shared: self.shared,
-        }
-    }
-
-    /// What the rests count for; `None` where there are none, or none are wanted.
-    fn weighed(
-        &self,
-        pairs: &dyn PairMoments<T>,
-        layout: Layout,
-        alone: &Fit<T>,
-        times: T,
-    ) -> Result<Option<WeighedRests<'_, T>>, AdoptionRefusal<T>> {
-        if self.rests.number() == 0 || !self.settings.fit.fit_rests {
-            return Ok(None);
-        }
-        let weighing = RestWeighing {
-            problem: &self.problem(pairs, layout, None),
-            alone,
-            times,
-            sensor: self.sensor,
-            rests: self.rests,
-        };
-        let usual = self.fit(pairs, layout, Some(weighing.first()))?;
-        Ok(Some(weighing.again(&usual)))
-    }
-
-    fn fit(
-        &self,
-        pairs: &dyn PairMoments<T>,
-        layout: Layout,
-        rests: Option<WeighedRests<'_, T>>,
-    ) -> Result<Fit<T>, AdoptionRefusal<T>> {
-        let problem = self.problem(pairs, layout, rests);
-        problem.solve().ok_or(AdoptionRefusal::Unsolvable)
-    }
-
-    #[inline(never)]
-    fn problem<'b>(
-        &'b self,
-        pairs: &'b dyn PairMoments<T>,
-        layout: Layout,
-        rests: Option<WeighedRests<'b, T>>,
-    ) -> FitProblem<'b, T> {
-        let settings = &self.settings.fit;
-        let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none();
-        FitProblem {
-            pairs,
-            rests,
             layout,
-            axes: *self.unit.axes.of(self.sensor),
-            noise: self.noise,
-            stored: self.stored,
-            highest: settings.highest_rung,
-            excitation: settings.excitation.of(self.sensor),
-            lever_arm_excitation: unknown_arm.then_some(settings.excitation_lever_arm),
-        }
+        };
+        let CalibrationPhase::Fitting(_, trial) = &mut self.phase else {
+            return None;
+        };
+        let outcome = trial.go_on(&data, found).transpose();
+        outcome.map(|outcome| (sensor, outcome))
     }
 }

@@ -8,6 +8,7 @@ mod judge;
 mod process_window;
 pub mod rest_state;
 mod restore;
+pub mod trial;
 mod witness;
 
 use nalgebra::Vector3;
@@ -136,9 +137,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     }
 
     /// Takes in the next sample of a unit, and gives the output it makes, if the unit is the source. Samples of different
-    /// units may come in any order as long as none is more than a window behind the others.
-    #[inline(never)]
+    /// units may come in any order as long as none is more than a window behind the others. A calibration whose pairs are
+    /// complete is fitted on with each, which takes about as long as 40 samples.
     pub fn push(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sample: &Sample<T>,
+        report: Report<'_, T>,
+    ) -> Option<Output<T>> {
+        self.fit_on(platform, report);
+        self.take(platform, number, sample, report)
+    }
+
+    #[inline(never)]
+    fn take(
         &mut self,
         platform: &Platform<T, UNITS>,
         number: usize,

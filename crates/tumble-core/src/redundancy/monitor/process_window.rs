@@ -2,11 +2,9 @@
 
 use crate::products::cross;
 use crate::real::{Real, SECOND, seconds, whole_spans};
-use crate::redundancy::health::RefutedBy;
-use crate::redundancy::monitor::adopt::{Conclusion, conclude};
-use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
+use crate::redundancy::monitor::calibration::CalibrationProgress;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
-use crate::redundancy::monitor::judge::{is_contested, may_be_refuted};
+use crate::redundancy::monitor::judge::is_contested;
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -122,7 +120,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let number = calibration.secondary();
-            if calibration.phase() == CalibrationPhase::WaitingForMotion {
+            if calibration.waits_for_motion() {
                 let mean = &readings.1.mean;
                 if usable == [true; 2] && calibration.watch(time, mean, &settings.collection) {
                     report(Event {
@@ -150,7 +148,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         Some(())
     }
 
-    /// Ends calibrations that have all they need, or no time left.
+    /// Ends the collection where a calibration has all it needs, or no time left.
     #[inline(never)]
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
         let settings = platform.settings();
@@ -173,29 +171,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 CalibrationProgress::Complete => {
                     let number = calibration.secondary();
                     self.rest.settled(number);
-                    let unit = platform.units().get(number).zip(self.stored.get_mut(number));
-                    let unit = unit.zip(self.health.get(number));
-                    let conclusions = unit.map_or([Conclusion::NothingNew; 2], |((unit, stored), health)| {
-                        conclude(settings, calibration, unit, stored, health, time, report)
-                    });
-                    // The next rest shows whether it was right.
-                    for (sensor, conclusion) in SENSORS.into_iter().zip(conclusions) {
-                        let health = self.health.get_mut(number);
-                        match (conclusion, health) {
-                            (Conclusion::NothingNew, _) | (_, None) => {}
-                            (Conclusion::Replaced, Some(health)) => {
-                                self.rest.adopted();
-                                self.judge.recalibrated(sensor, number);
-                                health.calibrated(sensor);
-                            }
-                            (Conclusion::Refuted(excess), Some(health)) => {
-                                if may_be_refuted(&self.judge, sensor, number) {
-                                    health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
-                                }
-                            }
-                        }
+                    let stored = self.stored.get(number);
+                    if !stored.is_some_and(|stored| calibration.fit_next(stored)) {
+                        *slot = None;
                     }
-                    *slot = None;
                 }
             }
         }

@@ -1,0 +1,147 @@
+//! Moments of one row of a fit: of the primary's motion, of the lever, and of what the secondary says beyond what is
+//! stored (docs/theory/redundancy.md, eq. 7 to 10).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::products::product;
+use crate::real::Real;
+use crate::redundancy::fit::FitProblem;
+use crate::redundancy::fit::residual::PairMoments;
+
+/// Channels of a row: the motion 3, what the secondary says beyond what is stored, and the lever 9, row by row.
+const CHANNELS: usize = 13;
+
+/// What the secondary says.
+const BEYOND: usize = 3;
+
+/// First of the lever.
+const LEVER: usize = 4;
+
+/// Covariances of the channels, and in the upper corner of the sums made of them.
+type Covariances<T> = [[T; CHANNELS]; CHANNELS];
+
+/// What is believed of a row: what a step needs are sums of channels by these weights.
+pub(super) struct BelievedRow<T: Real> {
+    /// The row.
+    pub number: usize,
+    /// Of M.
+    pub matrix: Vector3<T>,
+    /// Of the stored M.
+    pub stored: Vector3<T>,
+    /// How far the lever arm is from the stored one, m.
+    pub change: Vector3<T>,
+}
+
+/// Covariances of a row, for a given M and lever arm.
+pub(super) struct RowMoments<T: Real> {
+    /// Covariance of the motion, less the primary's noise.
+    pub motion: Matrix3<T>,
+    /// Covariance of the motion with what is not explained yet.
+    pub motion_beyond: Vector3<T>,
+    /// Covariance of the motion with the lever.
+    pub motion_lever: Matrix3<T>,
+    /// Covariance of the lever with what is not explained yet.
+    pub lever_beyond: Vector3<T>,
+    /// Covariance of the lever with itself.
+    pub lever: Matrix3<T>,
+    /// Variance of what is not explained yet.
+    pub beyond: T,
+}
+
+impl<T: Real> RowMoments<T> {
+    /// Of a row.
+    #[inline(never)]
+    pub fn of(problem: &FitProblem<'_, T>, row: &BelievedRow<T>) -> Self {
+        let mut moments = [[T::zero(); CHANNELS]; CHANNELS];
+        problem.covariances(row.number, &mut moments);
+        row.sum(&mut moments, problem.channels());
+        Self::out_of(&moments, &problem.noise.reading, &row.stored)
+    }
+
+    /// Out of covariances of the sums. The primary's noise is in the motion and, through the stored M, in what is not explained.
+    #[inline(never)]
+    fn out_of(moments: &Covariances<T>, noise: &Matrix3<T>, stored: &Vector3<T>) -> Self {
+        let at = |a: usize, b: usize| {
+            let moment = moments.get(a).and_then(|moments| moments.get(b));
+            moment.copied().unwrap_or(T::zero())
+        };
+        Self {
+            motion: Matrix3::from_fn(at) - noise, // eq. 10: Sigma
+            motion_beyond: product(noise, stored) + Vector3::from_fn(|j, _| at(j, BEYOND)), // eq. 10: c_i
+            motion_lever: Matrix3::from_fn(|j, k| at(j, LEVER + k)), // eq. 8: A_i
+            lever_beyond: Vector3::from_fn(|k, _| at(LEVER + k, BEYOND)), // eq. 8: g_i
+            lever: Matrix3::from_fn(|k, n| at(LEVER + k, LEVER + n)),
+            beyond: at(BEYOND, BEYOND),
+        }
+    }
+}
+
+impl<T: Real> BelievedRow<T> {
+    /// Makes of channels the motion where the secondary is believed to be 3, what it says beyond what is stored there, and
+    /// the row of M times the lever 3.
+    fn sums(&self, channels: &mut [T; CHANNELS]) {
+        let [mx, my, mz, beyond, xx, xy, xz, yx, yy, yz, zx, zy, zz] = channels;
+        let rows = [[*xx, *xy, *xz], [*yx, *yy, *yz], [*zx, *zy, *zz]].map(Vector3::from);
+        let arm = Vector3::from(rows.map(|row| row.dot(&self.change)));
+        *mx += arm.x; // eq. 7: u'' = u' + R W delta
+        *my += arm.y;
+        *mz += arm.z;
+        *beyond -= self.stored.dot(&arm); // eq. 7: d_i - (M_0 R W delta)_i
+        let ([x, y, z], m) = (rows, &self.matrix);
+        [*xx, *xy, *xz] = (x * m.x + y * m.y + z * m.z).into(); // eq. 7: (M_k R W)_i
+    }
+
+    /// Makes of covariances of so many channels those of the sums: rows first, then columns.
+    #[inline(never)]
+    fn sum(&self, covariances: &mut Covariances<T>, channels: usize) {
+        // Where no lever arm is looked for, a sum is its channel.
+        if channels <= LEVER {
+            return;
+        }
+        covariances.iter_mut().for_each(|row| self.sums(row));
+        for j in 0..LEVER + 3 {
+            let mut column = [T::zero(); CHANNELS];
+            for (value, row) in column.iter_mut().zip(covariances.iter()) {
+                *value = row.get(j).copied().unwrap_or(T::zero());
+            }
+            self.sums(&mut column);
+            for (value, row) in column.iter().zip(covariances.iter_mut()) {
+                if let Some(place) = row.get_mut(j) {
+                    *place = *value;
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> FitProblem<'_, T> {
+    /// Channels that count.
+    fn channels(&self) -> usize {
+        if self.finds_lever_arm() { CHANNELS } else { LEVER }
+    }
+
+    /// Covariances of the channels of row `i`.
+    #[inline(never)]
+    fn covariances(&self, i: usize, covariances: &mut Covariances<T>) {
+        let (pairs, layout) = (self.row_pairs(i), self.layout);
+        let channel = |at: usize| match at {
+            0..BEYOND => Some(at),
+            BEYOND => Some(layout.second + i),
+            _ => layout.lever.map(|first| first + at - LEVER),
+        };
+        for a in 0..self.channels() {
+            let Some(first) = channel(a) else { return };
+            for b in 0..=a {
+                let covariance = channel(b).map_or(T::zero(), |second| pairs.covariance_of(second, first));
+                put(covariances, a, b, covariance);
+                put(covariances, b, a, covariance);
+            }
+        }
+    }
+}
+
+fn put<T: Real>(table: &mut Covariances<T>, i: usize, j: usize, value: T) {
+    if let Some(place) = table.get_mut(i).and_then(|row| row.get_mut(j)) {
+        *place = value;
+    }
+}
