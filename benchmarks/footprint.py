@@ -178,7 +178,7 @@ STACK_NAMES = {
     "SpinSlice": "a sample with which a spin is solved on",
     "SpinSolve": "solving a spin at once, with a true angle",
     "Push": "a sample of a redundant set",
-    "Fit": "a sample with which a calibration is fitted",
+    "Fit": "a sample with which a calibration is fitted on",
     "Restore": "restoring records after a start",
     "Save": "saving a record",
 }
@@ -188,7 +188,7 @@ INSTRUCTION_NAMES = {
     "SpinSlice": "a sample with which a spin is solved on",
     "Push": "a sample of a redundant set, 40 a second",
     "PushDense": "a sample of a redundant set, 200 a second",
-    "Fit": "a sample with which a calibration is fitted",
+    "Fit": "a sample with which a calibration is fitted on",
     "Restore": "restoring records after a start, with none and with four",
     "Save": "saving a record",
     "SaveIntoAFullBank": "saving a record into a full bank",

@@ -47,6 +47,44 @@ fn an_error_that_grows_again_is_replaced_and_counted() {
 }
 
 #[test]
+fn a_calibration_is_fitted_with_the_samples_that_follow_and_a_record_that_comes_meanwhile_ends_it() {
+    let platform = platform(settings(), units(&aged()));
+    let phases = [(2.5, Phase::Rest), (12.0, Phase::Free(1.0))];
+    let arrivals = Mission::new(SEED, &aged()).phases(&phases).samples();
+    let mut flight = Flight::<f64, 2>::new(SEED);
+    let mut interrupted = None;
+    let mut steps = 0;
+    for arrival in &arrivals {
+        let is_fitting = flight.monitor.is_fitting();
+        let before = flight.events.len();
+        if is_fitting && steps == 0 {
+            let mut other = Flight::<f64, 2>::new(SEED);
+            other.monitor = flight.monitor;
+            interrupted = Some(other);
+        }
+        steps += usize::from(is_fitting);
+        flight.take(&platform, std::slice::from_ref(arrival));
+        let fitted = flight.events[before..]
+            .iter()
+            .filter(|event| matches!(event.kind, EventKind::Fitted { .. }));
+        assert!(fitted.count() <= usize::from(is_fitting), "{}", flight.story());
+    }
+    assert!((12..=36).contains(&steps), "{steps} steps\n{}", flight.story());
+    assert_eq!(
+        (
+            flight.adopted(1, Sensor::Accelerometer).len(),
+            flight.adopted(1, Sensor::Gyroscope).len()
+        ),
+        (1, 1)
+    );
+    let mut interrupted = interrupted.expect("it was fitted");
+    let [good, _] = learned::<f64>();
+    interrupted.restore(&platform, &good);
+    assert!(!interrupted.monitor.is_fitting());
+    assert_told!(interrupted, 1, 1 x EventKind::Abandoned { why: Abandoned::RecordReplaced });
+}
+
+#[test]
 fn a_record_that_is_of_another_unit_not_finite_or_implausible_is_rejected_and_what_is_stored_stays() {
     let [good, _] = learned::<f64>();
     let platform = platform(settings(), units(&aged()));

@@ -157,7 +157,7 @@ pub enum LadderState {
 /// Most steps of Gauss and Newton: M meets the lever arm in products, of which each step leaves the square of what was wrong.
 const STEPS: u8 = 3;
 
-/// Square of a step that is none, in sigmas.
+/// Square of a step that is none, in sigmas (docs/theory/redundancy.md, eq. 23).
 const SETTLED: f64 = 1e-4;
 
 /// Square of how far a believed lever arm may be from the directions that are shown, over that of how far it is from the stored
@@ -180,6 +180,18 @@ struct RowStep<T: Real> {
 /// The rows of a matrix.
 fn rows_of<T: Real>(matrix: &Matrix3<T>) -> [Vector3<T>; 3] {
     columns(&matrix.transpose())
+}
+
+/// What the rows show of the lever arm, in sums over them.
+struct LeverSums<T: Real> {
+    /// What the lever shows beyond what the motion explains.
+    complement: Matrix3<T>,
+    /// Covariance of the lever.
+    lever: Matrix3<T>,
+    /// What the motion does not explain.
+    unexplained: Vector3<T>,
+    /// Variance that the motion leaves.
+    left: T,
 }
 
 /// Means of what one row relates.
@@ -243,7 +255,12 @@ impl<T: Real> FitProblem<'_, T> {
         let change = ladder.lever_arm - self.stored.lever_arm;
         let v = &self.noise.angular_acceleration;
         let noise = diagonal(v.y + v.z, v.z + v.x, v.x + v.y); // eq. 10
-        let (mut complement, mut unexplained, mut left) = (-noise, zeros(), T::zero());
+        let mut sums = LeverSums {
+            complement: -noise,
+            lever: zeros(),
+            unexplained: zeros(),
+            left: T::zero(),
+        };
         let matrices = rows_of(&ladder.matrix)
             .into_iter()
             .zip(rows_of(&self.stored.matrix));
@@ -261,29 +278,33 @@ impl<T: Real> FitProblem<'_, T> {
             if self.axes.get(number) != Some(&true) {
                 continue;
             }
-            unexplained += moments.lever_beyond - transposed_product(&moments.motion_lever, &row.explained); // eq. 8: g_i - A_i^T Sigma^+ c_i
-            complement += moments.lever - transposed_matrix_product(&moments.motion_lever, &row.carried); // eq. 8: S
-            left += moments.beyond - moments.motion_beyond.dot(&row.explained);
+            sums.unexplained +=
+                moments.lever_beyond - transposed_product(&moments.motion_lever, &row.explained); // eq. 8: g_i - A_i^T Sigma^+ c_i
+            sums.lever += moments.lever;
+            sums.complement += moments.lever - transposed_matrix_product(&moments.motion_lever, &row.carried); // eq. 8: S
+            sums.left += moments.beyond - moments.motion_beyond.dot(&row.explained);
         }
-        self.excite_lever(&complement, &mut ladder.lever);
-        self.take_step(ladder, &unexplained, left);
+        self.excite_lever(&sums.complement, &mut ladder.lever);
+        self.take_step(ladder, &sums);
     }
 
-    /// Takes the step that leaves least unexplained of a sum of squares, of which the motion alone leaves so much.
+    /// Takes the step that leaves least unexplained.
     #[inline(never)]
-    fn take_step(&self, ladder: &mut Ladder<T>, unexplained: &Vector3<T>, left: T) {
+    fn take_step(&self, ladder: &mut Ladder<T>, sums: &LeverSums<T>) {
         let change = ladder.lever_arm - self.stored.lever_arm;
-        let step = product(&ladder.lever.inverse, unexplained); // eq. 8: s
+        let step = product(&ladder.lever.inverse, &sums.unexplained); // eq. 8: s
         let changes = ladder.rows.each_ref();
         let changes = changes.map(|row| row.explained - product(&row.carried, &step)); // eq. 9: Delta_i
         let matrix = self.stored.matrix + of_columns(changes).transpose();
-        // The step took that much from the sum of squares; of that, the next takes what M times it changes.
-        let taken = step.dot(unexplained);
-        let next = squared_matrix(&(matrix - ladder.matrix)) * taken;
+        // Of what the step moved at the secondary, the next takes what M changed times it.
+        let moved = step.dot(&product(&sums.lever, &step));
+        let next = squared_matrix(&(matrix - ladder.matrix)) * moved;
+        let left = sums.left - step.dot(&sums.unexplained);
         // Along directions that show nothing it stays what is stored, whatever was believed.
         let shown = product(&ladder.lever.projection, &change);
         let strayed = squared(&(change - shown)) > squared(&change) * real(STRAYED);
-        ladder.settled = !strayed && next <= (left - taken) * self.share(0) * real(SETTLED / 3.0);
+        // redundancy.md, eq. 23
+        ladder.settled = !strayed && next <= left * self.share(0) * real(SETTLED / 3.0);
         ladder.matrix = matrix;
         ladder.lever_arm = self.stored.lever_arm + shown + step;
     }

@@ -11,7 +11,7 @@ use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::judge::may_be_refuted;
-use crate::redundancy::monitor::trial::FitOutcome;
+use crate::redundancy::monitor::trial::{FitOutcome, TrialEnd};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::Record;
@@ -108,7 +108,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
 #[inline(never)]
 fn conclude<T: Real>(
     sensor: Sensor,
-    outcome: &Result<FitOutcome<'_, T>, AdoptionRefusal<T>>,
+    outcome: &TrialEnd<'_, T>,
     unit: &MountedUnit<T>,
     stored: &mut StoredCalibration<T>,
     settings: &RedundancySettings<T>,

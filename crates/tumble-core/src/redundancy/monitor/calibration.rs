@@ -5,13 +5,13 @@ use nalgebra::Matrix3;
 use crate::products::{congruent, product};
 use crate::real::{Real, SECOND, count, real, seconds, whole_spans};
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::fit::adoption::{AdoptionRefusal, RestReadings};
+use crate::redundancy::fit::adoption::RestReadings;
 use crate::redundancy::fit::joint_moments::{JointMoments, Merged};
 use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, PairMoments, RATE_LAYOUT, RATE_PACKED};
 use crate::redundancy::fit::rests::Rests;
 use crate::redundancy::fit::{Fit, PrimaryNoise};
 use crate::redundancy::monitor::event::Abandoned;
-use crate::redundancy::monitor::trial::{FitOutcome, Trial, TrialData};
+use crate::redundancy::monitor::trial::{Trial, TrialData, TrialEnd};
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
@@ -325,7 +325,7 @@ impl<T: Real> CalibrationRun<T> {
         found_wrong: [bool; 2],
         settings: &RedundancySettings<T>,
         found: &'f mut Fit<T>,
-    ) -> Option<(Sensor, Result<FitOutcome<'f, T>, AdoptionRefusal<T>>)> {
+    ) -> Option<(Sensor, TrialEnd<'f, T>)> {
         let sensor = self.fitted_sensor()?;
         let stored = sensor.of(stored);
         let (forces, rates) = (self.forces.merged(), self.rates.merged());

@@ -138,7 +138,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
 
     /// Takes in the next sample of a unit, and gives the output it makes, if the unit is the source. Samples of different
     /// units may come in any order as long as none is more than a window behind the others. A calibration whose pairs are
-    /// complete is fitted on with each, which takes about as long as 40 samples.
+    /// complete is fitted in steps, one with each sample.
     pub fn push(
         &mut self,
         platform: &Platform<T, UNITS>,

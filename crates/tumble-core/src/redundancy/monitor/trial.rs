@@ -56,6 +56,12 @@ pub struct FitOutcome<'f, T: Real> {
     pub verdict: Result<(), AdoptionRefusal<T>>,
 }
 
+/// The end of a trial.
+///
+/// # Errors
+/// [`AdoptionRefusal`] where there is no fit to be judged.
+pub type TrialEnd<'f, T> = Result<FitOutcome<'f, T>, AdoptionRefusal<T>>;
+
 /// What is fitted, with what the fits before found for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TrialFit<T: Real> {
