@@ -79,7 +79,7 @@ def counted(
 
 def _is_calibrated(mission: DrawnMission, replayed: Replay) -> bool:
     """Tell whether all that can be calibrated was; a sign that is wrong from the start cannot."""
-    stored = replayed.stored_at(max(mission.onset, 1e-9))
+    stored = replayed.stored.at(max(mission.onset, 1e-9))
     if mission.kind == "wrong sign":
         return True
     return all((number, name) in stored for number in range(1, mission.units) for name in SENSORS)
@@ -108,7 +108,7 @@ def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay)
         name = figures["sensor"]
         before, after = (
             error_of(
-                replayed.stored_at(moment).get((number, name)),
+                replayed.stored.at(moment).get((number, name)),
                 simulated.units[number],
                 simulated.units[0],
                 name,

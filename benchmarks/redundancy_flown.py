@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_mission import LASTING, Mission
+from benchmarks.redundancy_stored import Record, StoredHistory
 from benchmarks.redundancy_truth import carried, corrected
 from tumble import _core
 from tumble.recording import FloatArray
@@ -31,10 +31,6 @@ BURST = 0.02
 """s of the pieces from then on, where a clock stays wrong: as if samples came in bursts."""
 CLOCK_FAULTS: frozenset[FaultKind] = frozenset({"clock-jump", "time-backwards", "late", "gap", "doubled"})
 
-Event = tuple[float, int, str, dict[str, Any]]
-Record = Mapping[str, object]
-Stored = Mapping[tuple[int, str], Record]
-
 
 @dataclass(slots=True)
 class Flown:
@@ -43,8 +39,7 @@ class Flown:
     mission: Mission
     flight: SimulatedFlight
     events: list[Event] = field(default_factory=list)
-    stored: list[tuple[float, Stored]] = field(default_factory=list)
-    """What was stored from each time on."""
+    stored: StoredHistory = field(default_factory=StoredHistory)
     seconds: float = 0.0
     pieces: list[_core.RedundancyReplay] = field(default_factory=list)
 
@@ -62,14 +57,6 @@ class Flown:
         """Put the pieces of an array of each unit together."""
         each = [piece[name] for piece in self.pieces]  # type: ignore[literal-required]
         return [np.concatenate(unit) for unit in zip(*each, strict=True)]
-
-    def stored_at(self, time: float) -> Stored:
-        """Give what was stored just before a time."""
-        known: Stored = {}
-        for since, stored in self.stored:
-            if since < time:
-                known = stored
-        return known
 
 
 def replayed(mission: Mission) -> Flown:
@@ -89,13 +76,9 @@ def replayed(mission: Mission) -> Flown:
         )
         flown.pieces.append(piece)
         flown.seconds += piece["seconds"]
-        flown.events += [
-            (float(t), int(unit), name, dict(figures)) for t, unit, name, figures in piece["events"]
-        ]
-        adopted = [event[0] for event in piece["events"] if event[2] == "adopted"]
-        if adopted:
-            records = {(int(str(r["identity"])) - 1, str(r["sensor"])): r for r in monitor.records()}
-            flown.stored.append((min(adopted), records))
+        events = [(float(t), int(unit), name, dict(figures)) for t, unit, name, figures in piece["events"]]
+        flown.events += events
+        flown.stored.take(events, monitor.records())
     return flown
 
 

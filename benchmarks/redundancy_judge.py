@@ -110,7 +110,7 @@ def _left(
     clean &= np.isfinite(readings).all(axis=1)
     if not clean.sum() * flown.window > SHORTEST:
         return np.nan, np.nan
-    records = [flown.stored_at(moment).get((number, name)) for moment in (at, np.nextafter(at, np.inf))]
+    records = [flown.stored.at(moment).get((number, name)) for moment in (at, np.nextafter(at, np.inf))]
     as_read = readings @ unit.nominal_mounting.T
     before, after = (
         root_mean_square(

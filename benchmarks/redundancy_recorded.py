@@ -23,8 +23,9 @@ from benchmarks import redundancy_board as board
 from benchmarks.redundancy_fault import InjectedFault, Kind, draw_fault
 from benchmarks.redundancy_figures import SETS, by_kind, cells, flown, header, wide_console
 from benchmarks.redundancy_judgement import INVALID, Event, judge, without_source
-from benchmarks.redundancy_replay import MISLED, Stored, edges, replay, spoilt
+from benchmarks.redundancy_replay import MISLED, edges, replay, spoilt
 from benchmarks.redundancy_set import Samples
+from benchmarks.redundancy_stored import Stored
 from benchmarks.results import Content, machine, save
 from tumble import _core
 
@@ -64,7 +65,7 @@ def replayed(
             raise RuntimeError(f"a record that was adopted is not restored: {why}")
     said = spoilt([_recorded()[number].part(-np.inf, end) for number in numbers], faulty, fault)
     found = replay(monitor, said, edges(end, fault))
-    return found.events, found.stored_at(end)
+    return found.events, found.stored.at(end)
 
 
 @cache

@@ -12,6 +12,7 @@ from benchmarks.redundancy_draw import SETTINGS, DrawnMission
 from benchmarks.redundancy_fault import InjectedFault
 from benchmarks.redundancy_judgement import Event, source_spans
 from benchmarks.redundancy_set import SENSORS, Body, Samples, SimulatedSet, Unit
+from benchmarks.redundancy_stored import StoredHistory
 from tumble import _core
 from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
@@ -32,24 +33,13 @@ MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
 SPARSE = 100
 """Steps of the body from one moment to the next at which errors of records are taken."""
 
-Stored = Mapping[tuple[int, str], Mapping[str, object]]
-
 
 @dataclass(slots=True)
 class Replay:
     """What the monitor gave."""
 
     events: list[Event] = field(default_factory=list)
-    stored: list[tuple[float, Stored]] = field(default_factory=list)
-    """What was stored from each time on, s."""
-
-    def stored_at(self, time: float) -> Stored:
-        """Give what was stored just before a time."""
-        known: Stored = {}
-        for since, stored in self.stored:
-            if since < time:
-                known = stored
-        return known
+    stored: StoredHistory = field(default_factory=StoredHistory)
 
 
 def flown(
@@ -122,13 +112,9 @@ def replay(
             [each.angular_rate[part] for each, part in zip(said, parts, strict=True)],
             witnesses=witnesses[heard[index] : heard[index + 1]],
         )
-        found.events += [
-            (float(t), int(unit), what, dict(figures)) for t, unit, what, figures in piece["events"]
-        ]
-        adopted = [event[0] for event in piece["events"] if event[2] == "adopted"]
-        if adopted:
-            records = {(int(str(r["identity"])) - 1, str(r["sensor"])): r for r in monitor.records()}
-            found.stored.append((min(adopted), records))
+        events = [(float(t), int(unit), what, dict(figures)) for t, unit, what, figures in piece["events"]]
+        found.events += events
+        found.stored.take(events, monitor.records())
     return found
 
 

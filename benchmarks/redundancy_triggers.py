@@ -120,7 +120,7 @@ def _mean(flown: Flown, number: int, name: TriadName, at: float) -> FloatArray:
 
 
 def _as_primary(flown: Flown, number: int, name: str, mean: FloatArray, at: float) -> FloatArray:
-    record = flown.stored_at(at).get((number, name))
+    record = flown.stored.at(at).get((number, name))
     if record is None:
         return np.asarray(flown.flight.units[number].nominal_mounting.T @ mean)
     return np.asarray(np.linalg.solve(np.asarray(record["matrix"]), mean - np.asarray(record["bias"])))

@@ -10,8 +10,8 @@ using namespace time_literals;
 /* A timer instead of a topic: the unit that publishes it may fail. */
 static constexpr unsigned INTERVAL = 2500_us;
 
-/* A task of its own: a fit takes 10 kB of stack, more than work queues have. */
-static constexpr int STACK = 16384;
+/* A task of its own: a fit takes 4 kB of stack, more than work queues have. */
+static constexpr int STACK = 8192;
 
 /* A unit that sends nothing for so long after the start is not waited for. */
 static constexpr uint64_t PATIENCE = 2_s;

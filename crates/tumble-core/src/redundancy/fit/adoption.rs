@@ -228,8 +228,8 @@ impl<T: Real> FitCandidate<'_, T> {
 
     fn apart_at_rest(&self) -> T {
         let [apart] = (self.rest.second - self.motion.predict(&self.rest.first)).data.0;
-        present(self.axes)
-            .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
+        let axes = apart.iter().zip(self.axes).filter(|(_, present)| *present);
+        axes.fold(T::zero(), |sum, (apart, _)| sum + *apart * *apart)
             .square_root()
     }
 }

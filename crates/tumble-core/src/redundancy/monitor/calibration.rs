@@ -198,7 +198,7 @@ impl<T: Real> CalibrationRun<T> {
 
     /// Whether the platform has not moved yet.
     pub fn waits_for_motion(&self) -> bool {
-        self.phase == CalibrationPhase::WaitingForMotion
+        matches!(self.phase, CalibrationPhase::WaitingForMotion)
     }
 
     /// Whether its pairs are complete, and fits are made.
@@ -246,7 +246,7 @@ impl<T: Real> CalibrationRun<T> {
         usable: [bool; 2],
         stored: &[StoredCalibration<T>; 2],
     ) {
-        if self.phase != CalibrationPhase::Collecting {
+        if !matches!(self.phase, CalibrationPhase::Collecting) {
             return;
         }
         self.moved = true;
