@@ -44,12 +44,12 @@ def test_of_what_is_done_often_mean_middle_and_largest_are_told():
     assert (push["median"], push["largest"]) == (20.0, 1_000_000.0)
 
 
-def test_of_a_spin_all_slices_count_and_of_fits_the_largest():
+def test_of_a_spin_and_of_a_fit_all_samples_count():
     instructions = footprint.understood(
-        said(footprint.CHECKED) + "SpinSlice 1 160\nSpinSlice 1 320\nFit 1 160\nFit 1 480\n"
+        said(footprint.CHECKED) + "SpinSlice 1 160\nSpinSlice 1 320\nFitDense 1 160\nFitDense 1 480\n"
     )
     whole = [footprint.whole_instructions(instructions, phase) for phase in footprint.WHOLE_GOALS]
-    assert whole == [30.0, 30.0]
+    assert whole == [30.0, 40.0]
 
 
 def test_what_is_done_once_or_twice_is_told_one_by_one():
