@@ -230,7 +230,7 @@ WHOLE_NAMES = {"SpinSlice": "solving a whole spin", "FitDense": "fitting both se
 
 
 def whole_instructions(instructions: Content, phase: str) -> float:
-    """Of all samples with which the one spin is solved on, or the one calibration of the dense flight fitted on."""
+    """Of all samples with which the spin is solved on, or the calibration of the dense flight fitted on."""
     return float(instructions[phase]["sum"])
 
 
