@@ -1,4 +1,4 @@
-//! The end of a calibration: a fit with each sample, and what is found adopted or refused.
+//! The end of a calibration: a step of a fit with each sample, and what is found adopted or refused.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -49,22 +49,22 @@ impl<T: Real> Conclusion<T> {
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     Monitor<T, UNITS, AT_ONCE, WITNESSED>
 {
-    /// Whether pairs of a calibration are complete, so that samples are fitted with.
+    /// Whether the pairs of a calibration are complete, so that the next sample takes a step of its fits along.
     pub fn is_fitting(&self) -> bool {
         self.calibrations.iter().flatten().any(CalibrationRun::is_fitting)
     }
 
-    /// Makes the next fit of a calibration whose pairs are complete.
+    /// Takes the next step of a calibration whose pairs are complete.
     pub(super) fn fit_on(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
         if self.is_fitting() {
             let now = self.clock.now().unwrap_or(0);
-            self.make_fit(platform, now, report);
+            self.take_step(platform, now, report);
         }
     }
 
-    /// Adopts or refuses what the last fit of a sensor found.
+    /// Takes a step; adopts or refuses what the last of a sensor found.
     #[inline(never)]
-    fn make_fit(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) -> Option<()> {
+    fn take_step(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) -> Option<()> {
         let settings = platform.settings();
         let fits =
             |slot: &&mut Option<CalibrationRun<T>>| slot.as_ref().is_some_and(CalibrationRun::is_fitting);
