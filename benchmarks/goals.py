@@ -18,7 +18,8 @@ from benchmarks.footprint import (
     INSTRUCTION_GOALS,
     INSTRUCTION_NAMES,
     LARGEST_GOAL,
-    MEMORY_GOAL,
+    MEMORY_GOALS,
+    MEMORY_NAMES,
     STACK_GOALS,
     STACK_NAMES,
     WHOLE_GOALS,
@@ -505,7 +506,10 @@ def _footprint(content: Content) -> Iterator[Goal]:
         yield Goal(what, f"{allowed // 1024} KiB", f"{flash / 1024:.1f} KiB", flash <= allowed)
     instructions = content["instructions"]
     for what, allowed, reached, unit in (
-        ("state: all that exist at one time", MEMORY_GOAL, at_one_time(content["bytes"]), " bytes"),
+        *(
+            (f"state: {MEMORY_NAMES[name]}", most, at_one_time(content["bytes"], name), " bytes")
+            for name, most in MEMORY_GOALS.items()
+        ),
         *(
             (f"stack: {STACK_NAMES[name]}", most, content["stack_bytes"][name], " bytes")
             for name, most in STACK_GOALS.items()
