@@ -2,7 +2,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "flash.h"
 #include "robot.h"
@@ -58,43 +57,22 @@ static void open_store(tumble_store *store)
     need(tumble_store_init(store, sizeof *store, &flash, 0, FLASH_PAGES * FLASH_PAGE, NULL), "store");
 }
 
-/* A spin shows bias only; scale, non-orthogonality and mounting stay as they are, and records say of what was not shown
-   that it may be off by any amount: zero would say that it is certain. */
-static void keep(tumble_store *store, tumble_sensor sensor, const struct tumble_spin_vector *bias, uint64_t now)
-{
-    struct tumble_record record = {.identity = IDENTITY, .sensor = sensor, .rung = TUMBLE_RUNG_OFFSET};
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            record.matrix[i][j] = i == j ? 1.0f : 0.0f;
-            record.matrix_sigma[i][j] = INFINITY;
-        }
-        record.bias[i] = bias->value[i];
-        record.bias_sigma[i] = bias->sigma[i];
-        record.lever_arm_sigma[i] = INFINITY;
-    }
-    record.residual = record.residual_before = INFINITY;
-    record.temperature = NAN;
-    record.sequence = 1;
-    need(tumble_store_save(store, now, &record, NULL), "save");
-}
-
-static void load(tumble_store *store, tumble_sensor sensor, struct tumble_error_model *model)
+static void keep(tumble_store *store, tumble_sensor sensor, const struct tumble_spin_estimate *estimate, uint64_t now)
 {
     struct tumble_record record;
-    need(tumble_store_load(store, IDENTITY, sensor, TUMBLE_WHICH_IN_FORCE, &record), "load");
-    memcpy(model->matrix, record.matrix, sizeof model->matrix);
-    memcpy(model->bias, record.bias, sizeof model->bias);
+    need(tumble_record_from_spin(&record, IDENTITY, sensor, estimate), "record");
+    need(tumble_store_save(store, now, &record, NULL), "save");
 }
 
 /* What firmware does at its start: it reads the calibration from flash. */
 static void start(struct tumble_correction *correction)
 {
     tumble_store store;
-    struct tumble_calibration calibration;
+    struct tumble_record accelerometer, gyroscope;
     open_store(&store);
-    load(&store, TUMBLE_SENSOR_ACCELEROMETER, &calibration.accelerometer);
-    load(&store, TUMBLE_SENSOR_GYROSCOPE, &calibration.gyroscope);
-    need(tumble_correction_init(correction, &calibration), "correction");
+    need(tumble_store_load(&store, IDENTITY, TUMBLE_SENSOR_ACCELEROMETER, TUMBLE_WHICH_IN_FORCE, &accelerometer), "load");
+    need(tumble_store_load(&store, IDENTITY, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_IN_FORCE, &gyroscope), "load");
+    need(tumble_correction_from_records(correction, &accelerometer, &gyroscope), "correction");
 }
 
 int main(void)
@@ -110,8 +88,8 @@ int main(void)
     open_store(&store);
     need(tumble_store_erase(&store), "erase");
     const uint64_t now = robot_read().time;
-    keep(&store, TUMBLE_SENSOR_ACCELEROMETER, &estimate.accelerometer_bias, now);
-    keep(&store, TUMBLE_SENSOR_GYROSCOPE, &estimate.gyroscope_bias, now);
+    keep(&store, TUMBLE_SENSOR_ACCELEROMETER, &estimate, now);
+    keep(&store, TUMBLE_SENSOR_GYROSCOPE, &estimate, now);
 
     struct tumble_correction correction;
     start(&correction);

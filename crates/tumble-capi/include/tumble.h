@@ -2239,6 +2239,16 @@ tumble_status tumble_record_encode(const struct tumble_record *record,
 tumble_status tumble_record_decode(const uint8_t *bytes, size_t length, struct tumble_record *record);
 
 /**
+ * Computes what undoes the errors that two records of one unit tell of, as tumble_correction_init() does of a calibration.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE if they are not of an accelerometer and a gyroscope, in this order;
+ * ::TUMBLE_ERROR_NO_SUCH_UNIT if they are of different units; ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
+ */
+tumble_status tumble_correction_from_records(struct tumble_correction *correction,
+                                             const struct tumble_record *accelerometer,
+                                             const struct tumble_record *gyroscope);
+
+/**
  * Makes storage a monitor of `count` units, the primary first. `size` is `sizeof(tumble_redundancy)`; `count` is
  * #TUMBLE_UNITS. `calibration` is the primary's own, with which the output is calibrated whoever is its source; null:
  * its readings are taken for the truth. All that is given is copied.
@@ -2436,6 +2446,19 @@ tumble_status tumble_spin_solve(const struct tumble_spin *spin,
                                 const struct tumble_spin_true_angle *true_angle,
                                 struct tumble_spin_estimate *estimate,
                                 struct tumble_spin_failure *failure);
+
+/**
+ * Makes a record of the bias that a spin showed of a sensor of the unit `identity`: M is that of a sensor without error,
+ * and sigmas of what a spin does not show are infinite. It is the first of its sensor, `sequence` 1, at a temperature that
+ * nobody knows; both may be written before it is kept.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE; ::TUMBLE_ERROR_SPIN if the spin does not show this bias;
+ * ::TUMBLE_ERROR_NOT_FINITE.
+ */
+tumble_status tumble_record_from_spin(struct tumble_record *record,
+                                      uint64_t identity,
+                                      tumble_sensor sensor,
+                                      const struct tumble_spin_estimate *estimate);
 
 /**
  * Fills settings with their defaults.

@@ -89,10 +89,7 @@ pub unsafe extern "C" fn tumble_correction_init(
     let (place, calibration) = unsafe { (Place::at(correction), look(calibration)) };
     status((|| {
         let (place, calibration) = (place?, calibration?);
-        place.write(Correction {
-            accelerometer: inverse(&calibration.accelerometer)?,
-            gyroscope: inverse(&calibration.gyroscope)?,
-        });
+        place.write(Correction::of(calibration)?);
         Ok(())
     })())
 }
@@ -218,6 +215,16 @@ impl ErrorModel {
         Ok(Model {
             matrix: matrix(&self.matrix),
             bias: vector(&self.bias),
+        })
+    }
+}
+
+impl Correction {
+    /// What undoes a calibration, if it can be undone.
+    pub fn of(calibration: &Calibration) -> StatusResult<Self> {
+        Ok(Self {
+            accelerometer: inverse(&calibration.accelerometer)?,
+            gyroscope: inverse(&calibration.gyroscope)?,
         })
     }
 }

@@ -10,8 +10,8 @@ use tumble_core::redundancy::settings::Rung as CoreRung;
 use tumble_store::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
 
 use crate::code::{Code, code};
-use crate::model::{matrix, rows, vector};
-use crate::pointer::{Place, read};
+use crate::model::{Calibration, Correction, ErrorModel as Model, matrix, rows, vector};
+use crate::pointer::{Place, look, read};
 use crate::status::{Status, StatusResult, status};
 
 /// Most bytes of an encoded record.
@@ -141,6 +141,33 @@ pub unsafe extern "C" fn tumble_record_decode(
     })())
 }
 
+/// Computes what undoes the errors that two records of one unit tell of, as tumble_correction_init() does of a calibration.
+///
+/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE if they are not of an accelerometer and a gyroscope, in this order;
+/// ::TUMBLE_ERROR_NO_SUCH_UNIT if they are of different units; ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_correction_from_records(
+    correction: *mut Correction,
+    accelerometer: *const Record,
+    gyroscope: *const Record,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (place, accelerometer, gyroscope) =
+        unsafe { (Place::at(correction), look(accelerometer), look(gyroscope)) };
+    status((|| {
+        let (place, accelerometer, gyroscope) = (place?, accelerometer?, gyroscope?);
+        let calibration = Calibration {
+            accelerometer: accelerometer.model_of(Sensor::Accelerometer)?,
+            gyroscope: gyroscope.model_of(Sensor::Gyroscope)?,
+        };
+        if accelerometer.identity != gyroscope.identity {
+            return Err(Status::TumbleErrorNoSuchUnit);
+        }
+        place.write(Correction::of(&calibration)?);
+        Ok(())
+    })())
+}
+
 // SAFETY: repr(u32), numbered from 0.
 unsafe impl Code for Sensor {
     const COUNT: u32 = 2;
@@ -192,6 +219,17 @@ impl Rung {
 }
 
 impl Record {
+    /// Its error model, if it is one of this sensor.
+    fn model_of(&self, sensor: Sensor) -> StatusResult<Model> {
+        if code(self.sensor)? != sensor {
+            return Err(Status::TumbleErrorCode);
+        }
+        Ok(Model {
+            matrix: self.matrix,
+            bias: self.bias,
+        })
+    }
+
     /// As C has it; temperature in degC.
     pub fn of(record: &Core<f32>, temperature: Option<f32>) -> Self {
         Self {

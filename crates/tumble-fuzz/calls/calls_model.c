@@ -13,6 +13,7 @@ static tumble_sample *truth;
 static float *vector;
 static float *measured;
 static tumble_record *record;
+static tumble_record *other;
 static uint8_t *bytes;
 static size_t *length;
 
@@ -30,6 +31,7 @@ static void make_room(void)
     vector = memory_ending(3 * sizeof *vector);
     measured = memory_ending(3 * sizeof *measured);
     record = memory_ending(sizeof *record);
+    other = memory_ending(sizeof *other);
     bytes = memory_ending(TUMBLE_RECORD_BYTES + 1);
     length = memory_ending(sizeof *length);
 }
@@ -71,9 +73,13 @@ static void correct(void)
 {
     any_model(&calibration->accelerometer);
     any_model(&calibration->gyroscope);
+    any_record(record);
+    any_record(other);
     unwritten(correction, sizeof *correction);
-    if (!done(tumble_correction_init(required(correction), required(calibration)), correction,
-              sizeof *correction)) {
+    const tumble_status status =
+        draw_once_in(2) ? tumble_correction_init(required(correction), required(calibration))
+                        : tumble_correction_from_records(required(correction), required(record), required(other));
+    if (!done(status, correction, sizeof *correction)) {
         draw_spoil(correction, sizeof *correction);
     }
     uint32_t unit;

@@ -11,6 +11,7 @@ static tumble_spin_progress *progress;
 static tumble_spin_true_angle *angle;
 static tumble_spin_estimate *estimate;
 static tumble_spin_failure *failure;
+static tumble_record *record;
 
 static void make_room(void)
 {
@@ -25,6 +26,7 @@ static void make_room(void)
     angle = memory_ending(sizeof *angle);
     estimate = memory_ending(sizeof *estimate);
     failure = memory_ending(sizeof *failure);
+    record = memory_ending(sizeof *record);
 }
 
 /** What says that nothing was done has done nothing. */
@@ -81,6 +83,23 @@ static void ask(void)
     }
 }
 
+/** What the spin showed, or says that it did, as a record. */
+static void keep(void)
+{
+    if (draw_once_in(4)) {
+        draw_spoil(estimate, sizeof *estimate);
+    }
+    unwritten(record, sizeof *record);
+    if (done(tumble_record_from_spin(required(record), draw_bits(), draw_code(2), required(estimate)), record,
+             sizeof *record)) {
+        uint8_t bytes[TUMBLE_RECORD_BYTES];
+        size_t length;
+        CHECK(tumble_record_encode(record, bytes, sizeof bytes, &length) == TUMBLE_OK,
+              "a record of a spin cannot be kept");
+        tell(bytes, length);
+    }
+}
+
 static void solve(void)
 {
     angle->clockwise = draw_number();
@@ -95,6 +114,7 @@ static void solve(void)
         CHECK(all_finite(estimate->gyroscope_bias.value, 3), "a bias of the gyroscope is not finite");
         CHECK(all_finite(estimate->up, 3), "up is not finite");
         tell(bias->value, sizeof bias->value);
+        keep();
     }
 }
 

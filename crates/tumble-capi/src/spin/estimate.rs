@@ -1,9 +1,15 @@
 //! What a spin shows.
 
+use core::mem::MaybeUninit;
+
+use tumble_core::redundancy::record::Record as CoreRecord;
+use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate as Core, TrueAngle, VectorEstimate};
 
-use crate::code::unless_zero;
+use crate::code::{code, truth, unless_zero};
+use crate::model::vector;
 use crate::pointer::{Place, look, view};
+use crate::record::{Record, Sensor};
 use crate::spin::{Spin, SpinFailure};
 use crate::status::{Status, StatusResult, status};
 
@@ -16,7 +22,7 @@ pub struct SpinValue {
     /// 1-sigma of it.
     pub sigma: f32,
     /// Whether the spin shows it; if not, the numbers mean nothing.
-    pub observed: bool,
+    pub observed: MaybeUninit<bool>,
 }
 
 /// Three numbers with their 1-sigma.
@@ -28,7 +34,7 @@ pub struct SpinVector {
     /// 1-sigma of each.
     pub sigma: [f32; 3],
     /// Whether the spin shows them; if not, the numbers mean nothing.
-    pub observed: bool,
+    pub observed: MaybeUninit<bool>,
 }
 
 /// Angles truly turned, from dock to dock or from wheel odometry.
@@ -58,7 +64,7 @@ pub struct SpinEstimate {
     /// Accelerometer bias if the floor is level, m/s^2.
     pub published: SpinVector,
     /// Whether the level-free bias is the one of choice.
-    pub level_free_is_default: bool,
+    pub level_free_is_default: MaybeUninit<bool>,
     /// Turning axis, upwards, unit length.
     pub up: [f32; 3],
     /// Roll of the IMU against the floor, rad, positive with the left side up.
@@ -76,7 +82,7 @@ pub struct SpinEstimate {
     /// Rate about the axis while the robot seemed to stand still, rad/s.
     pub slow_turn: SpinValue,
     /// Whether that rate is none of chance's, and was taken off the gyroscope bias.
-    pub turned_while_still: bool,
+    pub turned_while_still: MaybeUninit<bool>,
     /// Angle turned clockwise, rad, positive.
     pub clockwise: f32,
     /// Angle turned counter-clockwise, rad, positive.
@@ -126,6 +132,36 @@ pub unsafe extern "C" fn tumble_spin_solve(
     })())
 }
 
+/// Makes a record of the bias that a spin showed of a sensor of the unit `identity`: M is that of a sensor without error,
+/// and sigmas of what a spin does not show are infinite. It is the first of its sensor, `sequence` 1, at a temperature that
+/// nobody knows; both may be written before it is kept.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE; ::TUMBLE_ERROR_SPIN if the spin does not show this bias;
+/// ::TUMBLE_ERROR_NOT_FINITE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_record_from_spin(
+    record: *mut Record,
+    identity: u64,
+    sensor: MaybeUninit<Sensor>,
+    estimate: *const SpinEstimate,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (place, estimate) = unsafe { (Place::at(record), look(estimate)) };
+    status((|| {
+        let (place, estimate, sensor) = (place?, estimate?, code(sensor)?.in_core());
+        let bias = estimate.bias(sensor);
+        if !truth(bias.observed) {
+            return Err(Status::TumbleErrorSpin);
+        }
+        if !bias.value.iter().chain(&bias.sigma).all(|x| x.is_finite()) {
+            return Err(Status::TumbleErrorNotFinite);
+        }
+        let shown = CoreRecord::of_bias(identity, sensor, &vector(&bias.value), &vector(&bias.sigma));
+        place.write(Record::of(&shown, None));
+        Ok(())
+    })())
+}
+
 impl SpinTrueAngle {
     fn in_core(&self) -> StatusResult<TrueAngle<f32>> {
         let numbers = [self.clockwise, self.counter_clockwise, self.sigma];
@@ -144,6 +180,13 @@ impl SpinTrueAngle {
 }
 
 impl SpinEstimate {
+    fn bias(&self, sensor: CoreSensor) -> &SpinVector {
+        match sensor {
+            CoreSensor::Accelerometer => &self.accelerometer_bias,
+            CoreSensor::Gyroscope => &self.gyroscope_bias,
+        }
+    }
+
     fn of(found: &Core<f32>) -> Self {
         Self {
             accelerometer_bias: SpinVector::of(found.accelerometer_bias()),
@@ -151,7 +194,7 @@ impl SpinEstimate {
             covariance: found.covariance.transpose().into(),
             level_free: SpinVector::of(&found.level_free),
             published: SpinVector::of(&found.level_floor),
-            level_free_is_default: found.level_free_is_default,
+            level_free_is_default: MaybeUninit::new(found.level_free_is_default),
             up: found.up.into(),
             roll: SpinValue::of(&found.roll),
             pitch: SpinValue::of(&found.pitch),
@@ -160,7 +203,7 @@ impl SpinEstimate {
             lever_arm: SpinVector::of(&found.lever_arm),
             scale: SpinValue::of(&found.scale),
             slow_turn: SpinValue::of(&found.slow_turn),
-            turned_while_still: found.turned_while_still,
+            turned_while_still: MaybeUninit::new(found.turned_while_still),
             clockwise: found.turned.clockwise.angle,
             counter_clockwise: found.turned.counter_clockwise.angle,
             resting_time: found.resting_time,
@@ -176,7 +219,7 @@ impl SpinValue {
         Self {
             value: value.value,
             sigma: value.sigma,
-            observed: value.is_known(),
+            observed: MaybeUninit::new(value.is_known()),
         }
     }
 }
@@ -186,7 +229,7 @@ impl SpinVector {
         Self {
             value: bias.value.into(),
             sigma: bias.sigma.into(),
-            observed: bias.observed,
+            observed: MaybeUninit::new(bias.observed),
         }
     }
 }

@@ -159,11 +159,52 @@ static void what_a_record_may_not_hold_is_refused(void)
     refuses_to_encode(TUMBLE_ERROR_CODE, &record, TUMBLE_RECORD_BYTES);
 }
 
+static void corrects_as_the_calibration_does_that_it_holds(void)
+{
+    const tumble_record accelerometer = record_of(TUMBLE_SENSOR_ACCELEROMETER, 1);
+    const tumble_record gyroscope = record_of(TUMBLE_SENSOR_GYROSCOPE, 2);
+    tumble_calibration calibration;
+    memcpy(calibration.accelerometer.matrix, accelerometer.matrix, sizeof accelerometer.matrix);
+    memcpy(calibration.accelerometer.bias, accelerometer.bias, sizeof accelerometer.bias);
+    memcpy(calibration.gyroscope.matrix, gyroscope.matrix, sizeof gyroscope.matrix);
+    memcpy(calibration.gyroscope.bias, gyroscope.bias, sizeof gyroscope.bias);
+    tumble_correction expected, found;
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&expected, &calibration));
+    ANSWERS(TUMBLE_OK, tumble_correction_from_records(&found, &accelerometer, &gyroscope));
+    CHECK(memcmp(&expected, &found, sizeof found) == 0);
+}
+
+static void records_that_make_no_correction_are_refused(void)
+{
+    const tumble_record accelerometer = record_of(TUMBLE_SENSOR_ACCELEROMETER, 1);
+    const tumble_record gyroscope = record_of(TUMBLE_SENSOR_GYROSCOPE, 2);
+    tumble_correction correction, untouched;
+    memset(&correction, 0x5A, sizeof correction);
+    untouched = correction;
+    ANSWERS(TUMBLE_ERROR_CODE, tumble_correction_from_records(&correction, &gyroscope, &accelerometer));
+    tumble_record other = gyroscope;
+    other.sensor = (tumble_sensor)2;
+    ANSWERS(TUMBLE_ERROR_CODE, tumble_correction_from_records(&correction, &accelerometer, &other));
+    other = gyroscope;
+    other.identity ^= 1;
+    ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT, tumble_correction_from_records(&correction, &accelerometer, &other));
+    other = gyroscope;
+    other.bias[1] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_correction_from_records(&correction, &accelerometer, &other));
+    memset(other.matrix, 0, sizeof other.matrix);
+    other.bias[1] = 0.0F;
+    ANSWERS(TUMBLE_ERROR_SINGULAR, tumble_correction_from_records(&correction, &accelerometer, &other));
+    CHECK(memcmp(&correction, &untouched, sizeof correction) == 0);
+}
+
 const law record_laws[] = {
     {"a record has the bytes of its documentation", has_the_bytes_of_its_documentation},
     {"a record reads back as it was written", reads_back_as_it_was_written},
     {"every single bit that changes in a record has it refused", every_single_bit_flip_is_refused},
     {"every other length than a record's is refused, and leaves the buffer alone", every_other_length_is_refused},
     {"what a record may not hold is refused, and leaves the buffer alone", what_a_record_may_not_hold_is_refused},
+    {"records correct as the calibration does that they hold", corrects_as_the_calibration_does_that_it_holds},
+    {"records that make no correction together are refused, and leave it alone",
+     records_that_make_no_correction_are_refused},
     {NULL, NULL},
 };

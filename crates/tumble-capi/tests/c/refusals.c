@@ -54,6 +54,9 @@ static void null_is_refused_everywhere(void)
     const tumble_status answers[] = {
         tumble_correction_init(NULL, &calibration),
         tumble_correction_init(&correction, NULL),
+        tumble_correction_from_records(NULL, &record, &record),
+        tumble_correction_from_records(&correction, NULL, &record),
+        tumble_correction_from_records(&correction, &record, NULL),
         tumble_correction_apply(NULL, &sample, &sample),
         tumble_correction_apply(&correction, NULL, &sample),
         tumble_correction_apply(&correction, &sample, NULL),
@@ -80,6 +83,8 @@ static void null_is_refused_everywhere(void)
         tumble_spin_get_progress(spin, NULL),
         tumble_spin_solve(NULL, NULL, &estimate, NULL),
         tumble_spin_solve(spin, NULL, NULL, NULL),
+        tumble_record_from_spin(NULL, 1, TUMBLE_SENSOR_GYROSCOPE, &estimate),
+        tumble_record_from_spin(&record, 1, TUMBLE_SENSOR_GYROSCOPE, NULL),
         tumble_redundancy_defaults(NULL),
         tumble_redundancy_check(NULL, NULL, 0),
         tumble_unit_defaults(NULL, 1),

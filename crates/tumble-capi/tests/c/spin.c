@@ -99,6 +99,55 @@ static void agrees(const cJSON *file, const char *quantity, const char *sigma, c
     }
 }
 
+/* Of one bias: the record of it, kept and read back, says nothing of all else. */
+static tumble_record record_of_bias(const tumble_spin_estimate *estimate, tumble_sensor sensor)
+{
+    const tumble_spin_vector *const bias =
+        sensor == TUMBLE_SENSOR_GYROSCOPE ? &estimate->gyroscope_bias : &estimate->accelerometer_bias;
+    tumble_record record;
+    uint8_t bytes[TUMBLE_RECORD_BYTES];
+    size_t length = 0;
+    ANSWERS(TUMBLE_OK, tumble_record_from_spin(&record, 4711, sensor, estimate));
+    ANSWERS(TUMBLE_OK, tumble_record_encode(&record, bytes, sizeof bytes, &length));
+    ANSWERS(TUMBLE_OK, tumble_record_decode(bytes, length, &record));
+    CHECK(record.identity == 4711 && record.sensor == sensor && record.sequence == 1);
+    CHECK(record.rung == TUMBLE_RUNG_OFFSET && record.pairs == 0 && isnan(record.temperature));
+    CHECK(memcmp(record.bias, bias->value, sizeof record.bias) == 0);
+    CHECK(memcmp(record.bias_sigma, bias->sigma, sizeof record.bias_sigma) == 0);
+    for (int i = 0; i < 3; ++i) {
+        CHECK(isinf(record.lever_arm_sigma[i]));
+        for (int j = 0; j < 3; ++j) {
+            CHECK(record.matrix[i][j] == (i == j ? 1.0F : 0.0F) && isinf(record.matrix_sigma[i][j]));
+        }
+    }
+    return record;
+}
+
+/* What a spin showed is taken off readings, also where it went through flash. */
+static void corrects_by_records(const tumble_spin_estimate *estimate)
+{
+    const tumble_record accelerometer = record_of_bias(estimate, TUMBLE_SENSOR_ACCELEROMETER);
+    const tumble_record gyroscope = record_of_bias(estimate, TUMBLE_SENSOR_GYROSCOPE);
+    tumble_correction correction;
+    ANSWERS(TUMBLE_OK, tumble_correction_from_records(&correction, &accelerometer, &gyroscope));
+    const tumble_sample reading = {7, {0.5F, -0.25F, 9.75F}, {0.125F, 0.0F, -0.5F}};
+    tumble_sample truth;
+    ANSWERS(TUMBLE_OK, tumble_correction_apply(&correction, &reading, &truth));
+    for (int i = 0; i < 3; ++i) {
+        CHECK(truth.specific_force[i] == reading.specific_force[i] - estimate->accelerometer_bias.value[i]);
+        CHECK(truth.angular_rate[i] == reading.angular_rate[i] - estimate->gyroscope_bias.value[i]);
+    }
+
+    tumble_record record = gyroscope;
+    tumble_spin_estimate other = *estimate;
+    ANSWERS(TUMBLE_ERROR_CODE, tumble_record_from_spin(&record, 1, (tumble_sensor)2, &other));
+    other.accelerometer_bias.observed = false;
+    ANSWERS(TUMBLE_ERROR_SPIN, tumble_record_from_spin(&record, 1, TUMBLE_SENSOR_ACCELEROMETER, &other));
+    other.gyroscope_bias.sigma[1] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_record_from_spin(&record, 1, TUMBLE_SENSOR_GYROSCOPE, &other));
+    CHECK(record.identity == 4711);
+}
+
 static void agrees_with_the_vectors(void)
 {
     cJSON *file = vectors_read("spin");
@@ -120,6 +169,7 @@ static void agrees_with_the_vectors(void)
     agrees(file, "gyroscope_bias", "gyroscope_bias_sigma", estimate.gyroscope_bias.value);
     const double tilt = (double)estimate.floor_tilt.value - number(cases, "floor_tilt");
     CHECK(fabs(tilt) / number(cases, "floor_tilt_sigma") <= tolerance(file, "floor_tilt"));
+    corrects_by_records(&estimate);
     free(spin);
     cJSON_Delete(file);
 }

@@ -21,6 +21,7 @@ static void correct(void)
 {
     tumble_correction correction;
     answers += tumble_correction_init(&correction, &calibration);
+    answers += tumble_correction_from_records(&correction, &record, &record);
     answers += tumble_correction_apply(&correction, &sample, &sample);
     answers += tumble_error_model_measure(&calibration.gyroscope, sample.angular_rate, sample.angular_rate);
 }
@@ -58,6 +59,7 @@ static void turn(void)
     answers += tumble_spin_get_state(&spin, &state);
     answers += tumble_spin_get_progress(&spin, &progress);
     answers += tumble_spin_solve(&spin, NULL, &estimate, &state.failure);
+    answers += tumble_record_from_spin(&record, 1, TUMBLE_SENSOR_GYROSCOPE, &estimate);
 }
 
 #endif

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::ErrorModel;
-use crate::real::Real;
+use crate::products::zeros;
+use crate::real::{Real, real};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::Rung;
 
@@ -43,6 +44,31 @@ pub struct Record<T: Real> {
 }
 
 impl<T: Real> Record<T> {
+    /// The first record of a sensor of which nothing is known but its bias, m/s^2 or rad/s, and 1-sigma of that, as a spin
+    /// shows it: M is the identity, and may be off by any amount.
+    pub fn of_bias(identity: u64, sensor: Sensor, bias: &Vector3<T>, sigma: &Vector3<T>) -> Self {
+        let anything: T = real(f64::INFINITY);
+        Self {
+            identity,
+            sensor,
+            model: ErrorModel {
+                bias: *bias,
+                ..ErrorModel::identity()
+            },
+            matrix_sigma: Matrix3::repeat(anything),
+            bias_sigma: *sigma,
+            lever_arm: zeros(),
+            lever_arm_sigma: Vector3::repeat(anything),
+            rung: Rung::Offset,
+            directions: 0,
+            residual: anything,
+            residual_before: anything,
+            pairs: 0,
+            sequence: 1,
+            followed: zeros(),
+        }
+    }
+
     /// Whether motion showed all directions of M.
     pub fn shows_matrix(&self) -> bool {
         self.rung >= Rung::Affine && self.directions >= 3
