@@ -13,9 +13,10 @@ import sys
 import time
 import tty
 from collections.abc import Callable
-from contextlib import ExitStack
 from functools import partial
 from typing import TypeAlias
+
+from tumble.simulate.live.ports import free_port
 
 Send: TypeAlias = Callable[[bytes], object]
 
@@ -46,13 +47,8 @@ def serve(over: str, units: int, rate: float, seconds: float) -> None:
 
 def _udp(units: int) -> list[tuple[str, Send]]:
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    with ExitStack() as probes:
-        places = []
-        for _ in range(units):
-            probe = probes.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-            probe.bind(("127.0.0.1", 0))
-            places.append(probe.getsockname())
-    return [(f"udp://127.0.0.1:{place[1]}", partial(_send, line, place)) for place in places]
+    places = [("127.0.0.1", free_port("127.0.0.1")) for _ in range(units)]
+    return [(f"udp://{host}:{port}", partial(_send, line, (host, port))) for host, port in places]
 
 
 def _send(line: socket.socket, place: tuple[str, int], data: bytes) -> None:

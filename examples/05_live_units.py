@@ -15,7 +15,7 @@ import numpy as np
 
 from tumble.live import LiveSet, open_set
 
-PORTS = {"left": 47101, "right": 47102}
+PORTS = {"left": 9101, "right": 9102}
 RATE, SECONDS = 200.0, 3.0
 BOOTED = {"left": 12.5, "right": 8000.0}
 """s that each unit's own clock shows at the start."""

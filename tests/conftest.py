@@ -8,11 +8,20 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from ports import chosen_among_own
+
 # How long an example takes says how busy the computer is.
 settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tumble")
 
 DEVICE = Path(__file__).parent.name + "/device/"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_ports():
+    """Two processes that run tests choose different ports."""
+    with chosen_among_own():
+        yield
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from live_fixtures import resting, text_lines
+from ports import free_ports
 from tumble.apply.live import LiveApply
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError
@@ -85,16 +86,12 @@ def test_options_that_do_not_go_together_are_refused(unit, words, says):
 
 def test_samples_that_come_go_on_corrected_until_it_is_told_to_stop(unit):
     calibration = Calibration.load(unit / "target_1.yaml")
-    ports = []
-    for _ in range(2):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            ports.append(probe.getsockname()[1])
+    came, goes = free_ports(2)
     command = "from tumble.cli.main import main; main()"
-    words = ["apply", "--live", unit / "target_1.yaml", f"udp://127.0.0.1:{ports[0]}"]
-    words += ["--to", f"udp://127.0.0.1:{ports[1]}"]
+    words = ["apply", "--live", unit / "target_1.yaml", f"udp://127.0.0.1:{came}"]
+    words += ["--to", f"udp://127.0.0.1:{goes}"]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
-        line.bind(("127.0.0.1", ports[1]))
+        line.bind(("127.0.0.1", goes))
         line.settimeout(20.0)
         process = subprocess.Popen(
             [sys.executable, "-c", command, *map(str, words)],
@@ -103,10 +100,10 @@ def test_samples_that_come_go_on_corrected_until_it_is_told_to_stop(unit):
         )
         assert "Ctrl-C ends" in process.stderr.readline()
         names, *lines = text_lines(TABLE, header="time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s").splitlines()
-        line.sendto(names, ("127.0.0.1", ports[0]))
+        line.sendto(names, ("127.0.0.1", came))
         found = []
         for sample in lines:
-            line.sendto(sample, ("127.0.0.1", ports[0]))
+            line.sendto(sample, ("127.0.0.1", came))
         while len(found) < len(TABLE):
             found += [json.loads(text) for text in line.recv(1 << 16).splitlines()]
         process.send_signal(signal.SIGTERM)

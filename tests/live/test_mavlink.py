@@ -18,6 +18,7 @@ from live_fixtures import (
     serial_device,
 )
 from mavlink_fixtures import UDP, autopilot, highres, over, scripted
+from ports import free_port
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.live import open_source
@@ -71,9 +72,7 @@ def near(found, table, atol):
 
 
 def test_highres_imu_comes_over_udp():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     found = []
     with (
         open_source(f"mavlink:udpin:127.0.0.1:{port}") as source,
@@ -222,9 +221,7 @@ def test_an_autopilot_that_will_not_send_it_is_refused_with_what_to_do():
 
 
 def test_a_request_reaches_the_autopilot_over_udp():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
         vehicle.bind(("127.0.0.1", 0))
         with open_source(f"mavlink:udpin:127.0.0.1:{port}?rate=50") as source:

@@ -14,6 +14,7 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import first_samples, resting
+from ports import free_port
 from tumble.errors import OutputError
 from tumble.live import LiveChunk, open_source
 from tumble.live.outputs import NAMES, OF_A_SET, SetChunk, parse_output
@@ -57,9 +58,7 @@ def test_standard_output_is_given_an_object_a_sample_where_asked_and_null_for_no
 
 
 def test_what_is_sent_by_udp_is_read_as_a_source():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     with open_source(f"udp://127.0.0.1:{port}") as source:
         sent(f"udp://127.0.0.1:{port}", TABLE)
         assert np.array_equal(first_samples(source, len(TABLE)), TABLE)

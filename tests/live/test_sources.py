@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from live_fixtures import first_samples, resting, samples_of, serial_device, text_lines
+from ports import free_port
 from tumble.errors import LogError
 from tumble.live import HEARTBEAT, open_source, parse_address, schemes
 from tumble.live.address import host_and_port
@@ -29,13 +30,6 @@ def refusal(text, options=None):
     assert "\n" not in message
     assert message.startswith(text)
     return message
-
-
-def free_port():
-    """A UDP port that nobody listens at."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_an_address_is_taken_apart():

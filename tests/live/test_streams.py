@@ -15,6 +15,7 @@ import pytest
 
 from live_fixtures import HEADER, first_samples, resting, text_lines
 from mavlink_fixtures import highres
+from ports import free_port
 from tumble.errors import LogError
 from tumble.live import open_source
 
@@ -69,10 +70,8 @@ def test_a_connection_that_ends_is_lost_and_no_end_of_the_stream():
 
 
 def test_a_port_at_which_nobody_listens_is_refused():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
     with pytest.raises(LogError, match=r"cannot connect: .*; is the device on"):
-        open_source(f"tcp://127.0.0.1:{port}").__enter__()
+        open_source(f"tcp://127.0.0.1:{free_port()}").__enter__()
 
 
 @pytest.mark.parametrize("text", ["-", "stdin:"])

@@ -6,12 +6,12 @@ import asyncio
 import socket
 import threading
 import time
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
 
 from live_fixtures import resting, serial_device, text_lines
+from ports import free_port, free_ports
 from tumble.errors import LogError
 from tumble.live import HEARTBEAT, LiveChunk, LiveSet, open_set, open_source
 from tumble.live.together import ABREAST
@@ -39,17 +39,6 @@ class Senders:
 
     def __exit__(self, *error):
         self._socket.close()
-
-
-def free_ports(count):
-    """Different UDP ports that nobody listens at."""
-    with ExitStack() as probes:
-        sockets = [
-            probes.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(count)
-        ]
-        for probe in sockets:
-            probe.bind(("127.0.0.1", 0))
-        return [probe.getsockname()[1] for probe in sockets]
 
 
 def lines_of(table):
@@ -173,7 +162,7 @@ def test_logs_at_their_own_pace_end_the_set_when_all_have_ended(tmp_path):
 def test_a_source_that_cannot_be_opened_is_said_to_be_that_of_its_unit():
     with (
         pytest.raises(LogError, match=r"^wheel: serial:/dev/no_such_port: .*is it plugged in\?"),
-        open_set(["wheel=serial:/dev/no_such_port", f"b=udp://127.0.0.1:{free_ports(1)[0]}"]),
+        open_set(["wheel=serial:/dev/no_such_port", f"b=udp://127.0.0.1:{free_port()}"]),
     ):
         pass
 
@@ -311,7 +300,7 @@ def test_a_source_is_iterated_beside_other_tasks_of_asyncio(tmp_path):
 
     found = asyncio.run(run(f"replay:{tmp_path}/log.csv?speed=max"))
     assert np.array_equal(joined(found), TABLE[:, 0])
-    (port,) = free_ports(1)
+    port = free_port()
 
     async def first(address):
         with open_source(address) as source, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:

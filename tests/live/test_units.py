@@ -21,6 +21,7 @@ from live_fixtures import (
 )
 from mavlink_fixtures import autopilot, highres
 from mavlink_fixtures import scripted as mavlink_scripted
+from ports import free_port
 from tumble.errors import LogError
 from tumble.live import SharedLines, open_set, open_source, parse_address
 
@@ -222,9 +223,7 @@ def test_units_of_one_address_share_its_line():
 
 
 def test_a_set_of_units_reads_all_of_them_from_one_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
-        device.bind(("127.0.0.1", 0))
-        port = device.getsockname()[1]
+    port = free_port()
     found = dict.fromkeys(TABLES, 0)
     with open_set([f"{name}=udp://:{port}:{name}" for name in TABLES]) as units:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
@@ -239,9 +238,7 @@ def test_a_set_of_units_reads_all_of_them_from_one_port():
 
 
 def test_a_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     found = dict.fromkeys(TABLES, 0)
     words = [f"{name}=mavlink:udpin::{port}:HIGHRES_IMU.{number}" for number, name in enumerate(TABLES)]
     with open_set(words) as units, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
@@ -256,9 +253,7 @@ def test_a_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
 
 
 def test_a_line_that_was_lost_is_opened_anew():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     lines = SharedLines()
     source = open_source(f"udp://:{port}:left", lines=lines)
     again = open_source(f"udp://:{port}:left", lines=lines)
@@ -287,9 +282,7 @@ def test_each_sensor_of_an_autopilot_is_a_unit():
 
 def test_datagrams_that_wait_are_taken_together():
     table = resting(300)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     with open_source(f"udp://:{port}") as source, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
         for line in text_lines(table).splitlines():
             device.sendto(line, ("127.0.0.1", port))

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import tumble
 from live_benches import waiting_bench, words_of
+from ports import free_port
 from tumble.errors import ProcedureError
 from tumble.goal import Goal
 from tumble.live import open_set
@@ -277,7 +278,7 @@ COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
 
 
 def test_a_session_and_a_simulated_hand_on_a_pipe_lead_each_other_to_the_end(tmp_path):
-    port = "9161"
+    port = str(free_port())
     session = subprocess.Popen(
         [
             *COMMAND,

@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from live_fixtures import resting, text_lines
+from ports import free_port
 from repetitions import SOAK
 from tumble.live import LiveChunk, open_source
 from tumble.live.together import ABREAST
@@ -265,12 +266,6 @@ class Stream:
     def __exit__(self, *error):
         self._process.kill()
         self._process.wait()
-
-
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def recording(session, ports, *more):

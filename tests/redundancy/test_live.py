@@ -10,13 +10,13 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 import tumble
+from ports import free_port
 from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
 from tumble import Chunk, RedundancyMonitor
 from tumble.errors import LogError, ProcedureError
@@ -27,6 +27,7 @@ from tumble.redundancy.command_dashboard import Dashboard
 from tumble.redundancy.live import LiveRedundancy, SetState, UnitRate
 from tumble.redundancy.monitor import SILENCE
 from tumble.redundancy.result import RedundancyEvent
+from tumble.simulate.live.outlet import UdpOutlet
 from turntable_sessions import contents, one_line, typed
 
 NAMES = ("imu1", "imu2", "imu3")
@@ -102,19 +103,15 @@ class Board:
     def __init__(self, seed):
         print(f"seed {seed}")
         self._random = np.random.default_rng(seed)
-        with ExitStack() as probes:
-            lines = [probes.enter_context(socket.socket(type=socket.SOCK_DGRAM)) for _ in NAMES]
-            for line in lines:
-                line.bind(("127.0.0.1", 0))
-            self.ports = {name: line.getsockname()[1] for name, line in zip(NAMES, lines, strict=True)}
+        self.ports = {name: free_port() for name in NAMES}
         self.words = [f"{name}=udp://127.0.0.1:{port}" for name, port in self.ports.items()]
         self.ended = threading.Event()
 
     def send(self, spans):
         """Send from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
         booted = dict(zip(NAMES, (10.0, 500.0, 7000.0), strict=True))
-        while not all(map(_is_taken, self.ports.values())) and not self.ended.is_set():
-            time.sleep(0.01)
+        for port in self.ports.values():
+            self._await_listener(port)
         began, line = time.monotonic(), socket.socket(type=socket.SOCK_DGRAM)
         told = dict.fromkeys(NAMES, 0.0)
         last = max(end for each in spans.values() for _, end in each)
@@ -132,15 +129,12 @@ class Board:
                     row = ",".join(map(repr, [booted[name] + at, *reading.tolist()]))
                     line.sendto(HEADER + row.encode(), ("127.0.0.1", self.ports[name]))
 
-
-def _is_taken(port):
-    """Whether somebody listens at a port."""
-    with socket.socket(type=socket.SOCK_DGRAM) as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError:
-            return True
-    return False
+    def _await_listener(self, port):
+        # To try whether the port is free would take it from who is about to listen there.
+        line = UdpOutlet("127.0.0.1", port)
+        while not line.is_heard() and not self.ended.is_set():
+            time.sleep(0.01)
+        line.unplug()
 
 
 @pytest.fixture(scope="module")

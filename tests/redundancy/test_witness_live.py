@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+from ports import free_ports
 from repetitions import repetitions
 from tumble.redundancy.witness_rows import SOONER, WitnessRows
 from turntable_sessions import one_line, typed
@@ -50,16 +51,6 @@ def test_a_witness_beside_units_settles_which_is_wrong_and_the_recording_gives_t
     again = typed("redundancy", tmp_path / "session", *known, "-o", tmp_path / "again")
     assert again.code == 0, again.err
     assert events_of(tmp_path / "again") == events_of(tmp_path / "live")
-
-
-def free_ports(count):
-    lines = [socket.socket(type=socket.SOCK_DGRAM) for _ in range(count)]
-    for line in lines:
-        line.bind(("127.0.0.1", 0))
-    ports = [line.getsockname()[1] for line in lines]
-    for line in lines:
-        line.close()
-    return ports
 
 
 def test_a_witness_over_a_socket_is_on_the_clock_of_the_units_and_in_the_recording(tmp_path):

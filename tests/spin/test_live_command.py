@@ -17,6 +17,7 @@ import yaml
 from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import serial_device, text_lines
+from ports import free_port
 from spin_sessions import record, still, turn
 from tumble.calibration.document import Calibration
 from turntable_sessions import typed
@@ -206,9 +207,7 @@ def messages_of(session):
     [("udp://127.0.0.1", lines_of, "udp"), ("mavlink:udpin:127.0.0.1", messages_of, "mavlink")],
 )
 def test_a_robot_that_sends_datagrams_is_calibrated(run_live, session, tmp_path, scheme, datagrams, name):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     process = run_live(f"{scheme}:{port}", "-o", tmp_path, "--json")
     wait_for(process.stdout, '"listening"')
     heard = Heard(process.stdout)

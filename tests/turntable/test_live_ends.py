@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import tumble
 from live_benches import waiting_bench, words_of
+from ports import free_ports
 from table_fixtures import Clock, NotingTable
 from tumble.live import open_set
 from tumble.record import silence
@@ -24,6 +25,7 @@ from tumble.turntable.table_drive import TableDrive
 from tumble.turntable.table_plan import turned_table
 from turntable_sessions import Pair, one_line, simulate, typed
 
+UNITS = ("reference", "target_1")
 SOON = 3.0
 """s in place of `GONE_AFTER`."""
 
@@ -32,7 +34,7 @@ SOON = 3.0
 def replayed(tmp_path_factory):
     """Words that replay a session of six faces as fast as it can be read."""
     pair = Pair.make(simulate(71, grades=["tactical"], rate_hz=50.0), tmp_path_factory.mktemp("logs"))
-    return [f"{name}=replay:{pair.folder / name}.csv?speed=max" for name in ("reference", "target_1")]
+    return [f"{name}=replay:{pair.folder / name}.csv?speed=max" for name in UNITS]
 
 
 @pytest.fixture
@@ -81,7 +83,8 @@ def test_a_bench_that_ends_before_the_poses_suffice_leaves_one_line_that_says_wh
 
 
 def test_units_that_never_send_are_not_waited_for_for_ever(tmp_path, impatient):
-    done = session(["reference=udp://:45873", "target_1=udp://:45874"], tmp_path / "out")
+    words = [f"{name}=udp://:{port}" for name, port in zip(UNITS, free_ports(2), strict=True)]
+    done = session(words, tmp_path / "out")
     assert done.code == 2
     assert "there is nothing to calibrate, as no sample came of reference and target_1" in done.err
     assert (tmp_path / "out" / "session" / "session.yaml").is_file()

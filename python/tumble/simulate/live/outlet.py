@@ -17,6 +17,7 @@ import numpy as np
 from tumble.files import link, remove_link
 from tumble.logs.mavlink_messages import DIALECT
 from tumble.logs.optional import imported
+from tumble.simulate.live.ports import free_port
 from tumble.simulate.live.samples import Samples
 from tumble.simulate.scenario import ScenarioError
 
@@ -273,7 +274,7 @@ class TcpOutlet(_LineOutlet):
     """A TCP port that serves one program at a time."""
 
     def __init__(self, host: str, port: int) -> None:
-        self._place = (host, port)
+        self._place = (host, port or free_port(host))
         self._server: socket.socket | None = None
         self._client: socket.socket | None = None
         self.plug()
@@ -290,7 +291,6 @@ class TcpOutlet(_LineOutlet):
         except OSError as error:
             raise ScenarioError(f"{self.address}: {error.strerror or error}; give another --port") from error
         self._server.setblocking(False)
-        self._place = (self._place[0], int(self._server.getsockname()[1]))
 
     def unplug(self) -> None:
         """See `Outlet`."""
@@ -321,13 +321,3 @@ class TcpOutlet(_LineOutlet):
                 self._client.close()
                 self._client = None
             raise
-
-
-def free_port(host: str) -> int:
-    """Give a UDP port that nobody listens at."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        try:
-            one.bind((host, 0))
-        except OSError as error:
-            raise ScenarioError(f"host {host}: {error.strerror or error}; give --port too") from error
-        return int(one.getsockname()[1])

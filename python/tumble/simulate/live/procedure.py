@@ -16,8 +16,9 @@ import numpy as np
 from tumble.live.address import CLOCK_RATE
 from tumble.simulate.live.fault import LiveFault, refuse_unknown_units
 from tumble.simulate.live.hand import JOINTS, Hand, joints_from_own, unit_in_hand
-from tumble.simulate.live.outlet import MavlinkOutlet, Outlet, PtyOutlet, TcpOutlet, UdpOutlet, free_port
+from tumble.simulate.live.outlet import MavlinkOutlet, Outlet, PtyOutlet, TcpOutlet, UdpOutlet
 from tumble.simulate.live.playback import names_of, playback
+from tumble.simulate.live.ports import free_port
 from tumble.simulate.live.samples import NONE, Feed, Samples, delays, disturbed, shown
 from tumble.simulate.live.scenario import LiveScenario
 from tumble.simulate.live.table_server import TableServer
