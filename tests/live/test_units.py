@@ -222,34 +222,33 @@ def test_units_of_one_address_share_its_line():
                 opened_twice.__enter__()
 
 
+def counted(units):
+    """Samples of each unit of a set, until all of `TABLES` have come, or for 20 s."""
+    found, until = dict.fromkeys(TABLES, 0), time.monotonic() + 20.0
+    for name, chunk in units:
+        found[name] += len(chunk)
+        if sum(found.values()) >= sum(map(len, TABLES.values())) or time.monotonic() > until:
+            break
+    return found
+
+
 def test_a_set_of_units_reads_all_of_them_from_one_port():
     port = free_port()
-    found = dict.fromkeys(TABLES, 0)
     with open_set([f"{name}=udp://:{port}:{name}" for name in TABLES]) as units:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
             for line in WAYS["a word and a colon"]():
                 device.sendto(line, ("127.0.0.1", port))
-        until = time.monotonic() + 20.0
-        for name, chunk in units:
-            found[name] += len(chunk)
-            if sum(found.values()) >= 240 or time.monotonic() > until:
-                break
-    assert found == {"left": 120, "right": 120}
+        assert counted(units) == {"left": 120, "right": 120}
 
 
 def test_a_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
     port = free_port()
-    found = dict.fromkeys(TABLES, 0)
     words = [f"{name}=mavlink:udpin::{port}:HIGHRES_IMU.{number}" for number, name in enumerate(TABLES)]
     with open_set(words) as units, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
         for number, table in enumerate(TABLES.values()):
             for message in highres(table, sensor=number):
                 device.sendto(message, ("127.0.0.1", port))
-        for name, chunk in units:
-            found[name] += len(chunk)
-            if not len(chunk) and any(found.values()):
-                break
-    assert found == {"left": 120, "right": 120}
+        assert counted(units) == {"left": 120, "right": 120}
 
 
 def test_a_line_that_was_lost_is_opened_anew():
