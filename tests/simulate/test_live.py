@@ -19,6 +19,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from live_benches import patient_table
 from live_fixtures import first_samples
 from table_fixtures import Clock
 from tumble import _core
@@ -302,10 +303,12 @@ def test_a_serial_line_that_is_unplugged_is_lost_and_can_be_opened_again_when_it
             assert len(first_samples(source, 50)) == 50
 
 
-def test_the_loop_is_closed_over_real_sockets():
-    readings = []
+def test_the_loop_is_closed_over_real_sockets(tmp_path):
+    readings, profile = [], patient_table(tmp_path)
     with (
-        LiveSimulation(seed=SEED, port=0, table_port=0, speed=40.0, grades=("reference",)) as simulation,
+        LiveSimulation(
+            seed=SEED, port=0, table_port=0, table_profile=profile, speed=40.0, grades=("reference",)
+        ) as simulation,
         GuardedTable(open_table(simulation.table_address), armed=True) as table,
         open_source(simulation.addresses["reference"]) as source,
     ):

@@ -8,6 +8,7 @@ import time
 from contextlib import contextmanager
 
 import numpy as np
+import yaml
 
 from tumble.live import together
 from tumble.simulate import LiveSimulation
@@ -38,6 +39,13 @@ def patient_profile(name):
     """Give a profile of a table that may take its time."""
     profile = load_profile(name)
     return profile.model_copy(update={"line": profile.line.model_copy(update={"timeout": ANSWERS_WITHIN})})
+
+
+def patient_table(folder):
+    """Write the profile of such a table, for programs that run in a process of their own; give its path."""
+    path = folder / "table.yaml"
+    path.write_text(yaml.safe_dump(patient_profile("scpi").content()))
+    return str(path)
 
 
 class SensorClock:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from live_benches import QUICK_BENCH, waiting_bench, words_of
+from live_benches import QUICK_BENCH, patient_table, waiting_bench, words_of
 from repetitions import SOAK
 from tumble.errors import OutputError
 from tumble.logs.session import Session, recorded_so_far
@@ -166,7 +166,8 @@ def test_a_session_that_is_killed_at_any_moment_goes_on_and_ends_as_any_other(nu
     random = np.random.default_rng([22, number])
     after = random.uniform(0.5, KILLED_WITHIN)
     print(f"draw {number}: killed after {after:.2f} s")
-    with LiveSimulation(**QUICK_BENCH, seed=number, speed=4.0) as bench:
+    table = patient_table(tmp_path)
+    with LiveSimulation(**QUICK_BENCH, seed=number, speed=4.0, table_profile=table) as bench:
         words = [f"{name}={address}" for name, address in bench.addresses.items()]
         typed_words = [
             *("turntable", "--live", *words, "--table", bench.table_address, "--armed"),
