@@ -197,63 +197,31 @@ fn refusal(out: &mut dyn Write, why: &AdoptionRefusal<f32>) -> Result {
     }
 }
 
-/// The figures of a fault, behind its name.
+/// The figures of a fault, behind its name: whose, what was found, and what it may be.
 fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
-    match fault {
-        HealthFault::Late { pause } => writeln!(out, ": no samples for {} s", Bits(*pause)),
-        HealthFault::Frozen { sensor, duration } => {
-            writeln!(out, ": {} for {} s", sensor.name(), Bits(*duration))
-        }
-        HealthFault::Stuck { channel, value }
-        | HealthFault::Saturated { channel, value }
-        | HealthFault::Spikes { channel, value } => {
-            writeln!(out, ": channel {channel} at {}", Bits(*value))
-        }
-        HealthFault::NotFinite { channel } => writeln!(out, ": channel {channel}"),
-        HealthFault::OutOfFamily {
-            sensor,
-            apart,
-            limit,
-            scale,
-            agreeing,
-        } => writeln!(
-            out,
-            ": {} {} over {}, in {} s, units {agreeing:#b} agree",
-            sensor.name(),
-            Bits(*apart),
-            Bits(*limit),
-            Bits(*scale)
-        ),
-        HealthFault::Blamed {
-            sensor,
-            ground,
-            value,
-            limit,
-        } => writeln!(
-            out,
-            ": {} by {}: {} over {}",
-            sensor.name(),
-            ground.name(),
-            Bits(*value),
-            Bits(*limit)
-        ),
-        HealthFault::Noisy {
-            sensor,
-            scatter: value,
-            limit,
-        }
-        | HealthFault::Refuted {
-            sensor,
-            deviation: value,
-            limit,
-        }
-        | HealthFault::ImplausibleAtRest {
-            sensor,
-            deviation: value,
-            limit,
-        } => writeln!(out, ": {} {} over {}", sensor.name(), Bits(*value), Bits(*limit)),
-        HealthFault::ClockJumped => writeln!(out),
+    let found = fault.figures();
+    if let Some(sensor) = found.sensor {
+        write!(out, ", {}", sensor.name())?;
     }
+    if let Some(channel) = found.channel {
+        write!(out, ", channel {channel}")?;
+    }
+    if let Some(ground) = found.ground {
+        write!(out, ", by {}", ground.name())?;
+    }
+    if let Some(value) = found.value {
+        write!(out, ": {}", Bits(value))?;
+    }
+    if let Some(limit) = found.limit {
+        write!(out, " over {}", Bits(limit))?;
+    }
+    if let Some(scale) = found.scale {
+        write!(out, ", in {} s", Bits(scale))?;
+    }
+    if let Some(agreeing) = found.agreeing {
+        write!(out, ", units {agreeing:#b} agree")?;
+    }
+    writeln!(out)
 }
 
 /// A record, on several lines.

@@ -293,14 +293,6 @@ impl Event {
         Self { value, limit, ..self }
     }
 
-    fn channel(self, channel: u8, value: f32) -> Self {
-        Self {
-            channel,
-            value,
-            ..self.sensor(CoreSensor::of_channel(channel.into()))
-        }
-    }
-
     fn refused(self, why: &AdoptionRefusal<f32>) -> Self {
         let refused = self.because(Reason::of_refusal(why.reason()));
         match *why {
@@ -316,62 +308,20 @@ impl Event {
     }
 
     fn failed(self, fault: &HealthFault<f32>) -> Self {
-        match *fault {
-            HealthFault::Late { pause } => self.because(Reason::Late).figures(pause, 0.0),
-            HealthFault::Frozen { sensor, duration } => {
-                self.because(Reason::Frozen).sensor(sensor).figures(duration, 0.0)
-            }
-            HealthFault::Stuck { channel, value } => self.because(Reason::Stuck).channel(channel, value),
-            HealthFault::Saturated { channel, value } => {
-                self.because(Reason::Saturated).channel(channel, value)
-            }
-            HealthFault::NotFinite { channel } => self.because(Reason::NotFinite).channel(channel, 0.0),
-            HealthFault::Spikes { channel, value } => self.because(Reason::Spikes).channel(channel, value),
-            HealthFault::OutOfFamily {
-                sensor,
-                apart,
-                limit,
-                scale,
-                agreeing,
-            } => Self {
-                scale,
-                units: agreeing,
-                ..self
-                    .because(Reason::OutOfFamily)
-                    .sensor(sensor)
-                    .figures(apart, limit)
-            },
-            HealthFault::Noisy {
-                sensor,
-                scatter,
-                limit,
-            } => self.because(Reason::Noisy).sensor(sensor).figures(scatter, limit),
-            HealthFault::Blamed {
-                sensor,
-                ground,
-                value,
-                limit,
-            } => self
-                .because(Reason::of_ground(ground))
-                .sensor(sensor)
-                .figures(value, limit),
-            HealthFault::Refuted {
-                sensor,
-                deviation,
-                limit,
-            } => self
-                .because(Reason::Refuted)
-                .sensor(sensor)
-                .figures(deviation, limit),
-            HealthFault::ImplausibleAtRest {
-                sensor,
-                deviation,
-                limit,
-            } => self
-                .because(Reason::ImplausibleAtRest)
-                .sensor(sensor)
-                .figures(deviation, limit),
-            HealthFault::ClockJumped => self.because(Reason::ClockJumped),
+        let found = fault.figures();
+        let failed = self
+            .because(Reason::of_fault(fault))
+            .figures(found.value.unwrap_or(0.0), found.limit.unwrap_or(0.0));
+        let of_channel = |channel: u8| CoreSensor::of_channel(channel.into());
+        let failed = match found.sensor.or(found.channel.map(of_channel)) {
+            Some(sensor) => failed.sensor(sensor),
+            None => failed,
+        };
+        Self {
+            channel: found.channel.unwrap_or(failed.channel),
+            scale: found.scale.unwrap_or(failed.scale),
+            units: found.agreeing.unwrap_or(failed.units),
+            ..failed
         }
     }
 }

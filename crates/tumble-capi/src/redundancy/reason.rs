@@ -2,6 +2,7 @@
 
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
@@ -138,6 +139,24 @@ impl Reason {
             Ground::Rest => Self::Rest,
             Ground::Gravity => Self::OwnGyroscope,
             Ground::Witness => Self::Witness,
+        }
+    }
+
+    /// As C knows it.
+    pub fn of_fault(fault: &HealthFault<f32>) -> Self {
+        match *fault {
+            HealthFault::Late { .. } => Self::Late,
+            HealthFault::Frozen { .. } => Self::Frozen,
+            HealthFault::Stuck { .. } => Self::Stuck,
+            HealthFault::Saturated { .. } => Self::Saturated,
+            HealthFault::NotFinite { .. } => Self::NotFinite,
+            HealthFault::Spikes { .. } => Self::Spikes,
+            HealthFault::OutOfFamily { .. } => Self::OutOfFamily,
+            HealthFault::Noisy { .. } => Self::Noisy,
+            HealthFault::Blamed { ground, .. } => Self::of_ground(ground),
+            HealthFault::Refuted { .. } => Self::Refuted,
+            HealthFault::ImplausibleAtRest { .. } => Self::ImplausibleAtRest,
+            HealthFault::ClockJumped => Self::ClockJumped,
         }
     }
 

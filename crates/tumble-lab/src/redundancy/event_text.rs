@@ -188,58 +188,22 @@ fn refusal<T: Real>(why: &AdoptionRefusal<T>) -> Figures {
 }
 
 fn fault_figures<T: Real>(fault: &HealthFault<T>) -> Figures {
-    let channel = |channel: &u8| {
-        let name = CHANNEL_NAMES.get(usize::from(*channel)).copied().unwrap_or("");
-        ("channel", Figure::Text(name))
-    };
-    let figures = match fault {
-        HealthFault::Late { pause } => vec![("value", number(*pause))],
-        HealthFault::Frozen { sensor, duration } => vec![of(*sensor), ("value", number(*duration))],
-        HealthFault::Stuck { channel: at, value }
-        | HealthFault::Saturated { channel: at, value }
-        | HealthFault::Spikes { channel: at, value } => vec![channel(at), ("value", number(*value))],
-        HealthFault::NotFinite { channel: at } => vec![channel(at)],
-        HealthFault::OutOfFamily {
-            sensor,
-            apart,
-            limit,
-            scale,
-            agreeing,
-        } => [
-            vec![of(*sensor)],
-            value_and_limit(*apart, *limit),
-            vec![
-                ("scale", number(*scale)),
-                ("agreeing", Figure::Units((*agreeing).into())),
-            ],
-        ]
-        .concat(),
-        HealthFault::Blamed {
-            sensor,
-            ground,
-            value,
-            limit,
-        } => [
-            vec![of(*sensor), ("ground", Figure::Text(ground.name()))],
-            value_and_limit(*value, *limit),
-        ]
-        .concat(),
-        HealthFault::Noisy {
-            sensor,
-            scatter: value,
-            limit,
-        }
-        | HealthFault::Refuted {
-            sensor,
-            deviation: value,
-            limit,
-        }
-        | HealthFault::ImplausibleAtRest {
-            sensor,
-            deviation: value,
-            limit,
-        } => [vec![of(*sensor)], value_and_limit(*value, *limit)].concat(),
-        HealthFault::ClockJumped => vec![],
-    };
-    [vec![reason(fault.name())], figures].concat()
+    let found = fault.figures();
+    let channel = |at: u8| Figure::Text(CHANNEL_NAMES.get(usize::from(at)).copied().unwrap_or(""));
+    let figures = [
+        ("sensor", found.sensor.map(|sensor| Figure::Text(sensor.name()))),
+        ("channel", found.channel.map(channel)),
+        ("ground", found.ground.map(|ground| Figure::Text(ground.name()))),
+        ("value", found.value.map(number)),
+        ("limit", found.limit.map(number)),
+        ("scale", found.scale.map(number)),
+        (
+            "agreeing",
+            found.agreeing.map(|units| Figure::Units(units.into())),
+        ),
+    ];
+    let known = figures
+        .into_iter()
+        .filter_map(|(name, figure)| Some((name, figure?)));
+    [reason(fault.name())].into_iter().chain(known).collect()
 }

@@ -103,7 +103,100 @@ crate::vocabulary! {
     }
 }
 
+/// Figures of a fault. Each kind has some of them; what they say and their units stand at the fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultFigures<T: Real> {
+    /// The sensor at fault, where no single channel is.
+    pub sensor: Option<Sensor>,
+    /// 0 to 2 accelerometer, 3 to 5 gyroscope.
+    pub channel: Option<u8>,
+    /// What proves it.
+    pub ground: Option<Ground>,
+    /// What was found.
+    pub value: Option<T>,
+    /// What it may be.
+    pub limit: Option<T>,
+    /// Time over which it shows, s.
+    pub scale: Option<T>,
+    /// The units that agree, a bit each, the primary's the lowest.
+    pub agreeing: Option<u8>,
+}
+
+impl<T: Real> FaultFigures<T> {
+    const NONE: Self = Self {
+        sensor: None,
+        channel: None,
+        ground: None,
+        value: None,
+        limit: None,
+        scale: None,
+        agreeing: None,
+    };
+}
+
 impl<T: Real> HealthFault<T> {
+    /// What is known of it besides its kind.
+    pub fn figures(&self) -> FaultFigures<T> {
+        let of_channel = |channel: u8, value: Option<T>| FaultFigures {
+            channel: Some(channel),
+            value,
+            ..FaultFigures::NONE
+        };
+        let of_sensor = |sensor: Sensor, value: T, limit: Option<T>| FaultFigures {
+            sensor: Some(sensor),
+            value: Some(value),
+            limit,
+            ..FaultFigures::NONE
+        };
+        match *self {
+            Self::Late { pause } => FaultFigures {
+                value: Some(pause),
+                ..FaultFigures::NONE
+            },
+            Self::Frozen { sensor, duration } => of_sensor(sensor, duration, None),
+            Self::Stuck { channel, value }
+            | Self::Saturated { channel, value }
+            | Self::Spikes { channel, value } => of_channel(channel, Some(value)),
+            Self::NotFinite { channel } => of_channel(channel, None),
+            Self::OutOfFamily {
+                sensor,
+                apart,
+                limit,
+                scale,
+                agreeing,
+            } => FaultFigures {
+                scale: Some(scale),
+                agreeing: Some(agreeing),
+                ..of_sensor(sensor, apart, Some(limit))
+            },
+            Self::Blamed {
+                sensor,
+                ground,
+                value,
+                limit,
+            } => FaultFigures {
+                ground: Some(ground),
+                ..of_sensor(sensor, value, Some(limit))
+            },
+            Self::Noisy {
+                sensor,
+                scatter: value,
+                limit,
+            }
+            | Self::Refuted {
+                sensor,
+                deviation: value,
+                limit,
+            }
+            | Self::ImplausibleAtRest {
+                sensor,
+                deviation: value,
+                limit,
+            } => of_sensor(sensor, value, Some(limit)),
+            Self::ClockJumped => FaultFigures::NONE,
+        }
+    }
+
     /// Whether readings that do not change would show that nothing moves: what they say may be wrong, but they live.
     pub fn leaves_stillness(&self) -> bool {
         match self {

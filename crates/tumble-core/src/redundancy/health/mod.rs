@@ -13,7 +13,7 @@
 mod fault;
 mod watch;
 
-pub use fault::HealthFault;
+pub use fault::{FaultFigures, HealthFault};
 
 use crate::real::{Real, seconds};
 use crate::redundancy::health::watch::{Reading, SensorWatch};
