@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,9 @@ from ports import chosen_among_own
 # How long an example takes says how busy the computer is.
 settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tumble")
+
+# Programs that tests interrupt inherit what Ctrl-C does: nothing, where a shell runs tests in the background.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 DEVICE = Path(__file__).parent.name + "/device/"
 

@@ -297,10 +297,10 @@ def test_a_session_and_a_simulated_hand_on_a_pipe_lead_each_other_to_the_end(tmp
         stdin=session.stdout,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
-    _, said = session.communicate(timeout=60)
+    _, said = session.communicate(timeout=600)
     assert session.returncode == 0, said.decode()
     assert bench.returncode == 0, bench.stderr
     assert list((tmp_path / "out").glob("*.multipose.yaml"))
