@@ -10,31 +10,16 @@
 
 #define NEED(call) if ((call) != TUMBLE_OK) return 1
 
-static int decode(const uint8_t *error, size_t length, const uint8_t *change, tumble_error_model *model,
-                  tumble_temperature_drift *drift)
-{
-    tumble_record record;
-    tumble_drift_record of_temperature;
-    NEED(tumble_record_decode(error, length, &record));
-    NEED(tumble_drift_decode(change, TUMBLE_DRIFT_BYTES, &of_temperature));
-    memcpy(model->matrix, record.matrix, sizeof model->matrix);
-    memcpy(model->bias, record.bias, sizeof model->bias);
-    *drift = of_temperature.drift;
-    return 0;
-}
-
-static int correct(const tumble_calibration *calibration, const tumble_temperature_drift *of_force,
+static int correct(const tumble_correction *correction, const tumble_temperature_drift *of_force,
                    const tumble_temperature_drift *of_rate)
 {
-    tumble_correction correction;
-    NEED(tumble_correction_init(&correction, calibration));
     for (size_t row = 0; row < sizeof readings / sizeof readings[0]; ++row) {
         const float *reading = readings[row], temperature = reading[6];
         tumble_sample sample = {.time = row};
         float *force = sample.specific_force, *rate = sample.angular_rate;
-        NEED(tumble_temperature_drift_remove(of_force, calibration->accelerometer.bias, temperature, reading, force));
-        NEED(tumble_temperature_drift_remove(of_rate, calibration->gyroscope.bias, temperature, reading + 3, rate));
-        NEED(tumble_correction_apply(&correction, &sample, &sample));
+        NEED(tumble_temperature_drift_remove(of_force, correction->accelerometer.bias, temperature, reading, force));
+        NEED(tumble_temperature_drift_remove(of_rate, correction->gyroscope.bias, temperature, reading + 3, rate));
+        NEED(tumble_correction_apply(correction, &sample, &sample));
         for (int i = 0; i < 6; ++i) {
             uint32_t bits;
             memcpy(&bits, i < 3 ? &force[i] : &rate[i - 3], sizeof bits);
@@ -44,12 +29,27 @@ static int correct(const tumble_calibration *calibration, const tumble_temperatu
     return 0;
 }
 
+static int correct_by_constant(void)
+{
+    tumble_correction correction;
+    NEED(tumble_correction_init(&correction, &unit));
+    return correct(&correction, &unit_accelerometer_drift, &unit_gyroscope_drift);
+}
+
+static int correct_by_records(void)
+{
+    tumble_record force, rate;
+    tumble_drift_record of_force, of_rate;
+    tumble_correction correction;
+    NEED(tumble_record_decode(record_accelerometer, sizeof record_accelerometer, &force));
+    NEED(tumble_record_decode(record_gyroscope, sizeof record_gyroscope, &rate));
+    NEED(tumble_drift_decode(record_accelerometer_drift, TUMBLE_DRIFT_BYTES, &of_force));
+    NEED(tumble_drift_decode(record_gyroscope_drift, TUMBLE_DRIFT_BYTES, &of_rate));
+    NEED(tumble_correction_from_records(&correction, &force, &rate));
+    return correct(&correction, &of_force.drift, &of_rate.drift);
+}
+
 int main(void)
 {
-    tumble_calibration stored;
-    tumble_temperature_drift of_force, of_rate;
-    NEED(decode(record_accelerometer, sizeof record_accelerometer, record_accelerometer_drift, &stored.accelerometer,
-                &of_force));
-    NEED(decode(record_gyroscope, sizeof record_gyroscope, record_gyroscope_drift, &stored.gyroscope, &of_rate));
-    return correct(&unit, &unit_accelerometer_drift, &unit_gyroscope_drift) || correct(&stored, &of_force, &of_rate);
+    return correct_by_constant() || correct_by_records();
 }

@@ -152,9 +152,9 @@ def test_each_secondary_takes_over_in_turn_and_compensated_is_close_to_the_dead_
     flown = after(
         said,
         "device: start 2",
-        "primary: unhealthy, late: ",
+        "primary: unhealthy, late: #",
         "secondary 1: is the source: primary failed",
-        "secondary 1: unhealthy, late: ",
+        "secondary 1: unhealthy, late: #",
         "secondary 2: is the source: source failed",
     )
     for unit in (1, 2):

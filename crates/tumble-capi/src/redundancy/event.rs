@@ -309,19 +309,18 @@ impl Event {
 
     fn failed(self, fault: &HealthFault<f32>) -> Self {
         let found = fault.figures();
-        let failed = self
-            .because(Reason::of_fault(fault))
-            .figures(found.value.unwrap_or(0.0), found.limit.unwrap_or(0.0));
         let of_channel = |channel: u8| CoreSensor::of_channel(channel.into());
-        let failed = match found.sensor.or(found.channel.map(of_channel)) {
-            Some(sensor) => failed.sensor(sensor),
-            None => failed,
-        };
+        let sensor = found.sensor.or(found.channel.map(of_channel));
         Self {
-            channel: found.channel.unwrap_or(failed.channel),
-            scale: found.scale.unwrap_or(failed.scale),
-            units: found.agreeing.unwrap_or(failed.units),
-            ..failed
+            reason: Reason::of_fault(fault),
+            value: found.value.unwrap_or(self.value),
+            limit: found.limit.unwrap_or(self.limit),
+            scale: found.scale.unwrap_or(self.scale),
+            channel: found.channel.unwrap_or(self.channel),
+            units: found.agreeing.unwrap_or(self.units),
+            accelerometer: sensor == Some(CoreSensor::Accelerometer),
+            gyroscope: sensor == Some(CoreSensor::Gyroscope),
+            ..self
         }
     }
 }
