@@ -22,6 +22,15 @@ def test_a_table_is_sent_to_angles_and_says_where_it_is():
         assert done.out.splitlines() == ["outer: 30.0000 deg", "inner: -60.0000 deg"]
 
 
+@pytest.mark.parametrize("words", [["-90,0"], ["--", "-90,0"]])
+def test_angles_may_begin_with_a_minus(words):
+    done = typed("table", "goto", "--table", "simulated:two-axis?speed=100", "--armed", *words)
+    assert done.code == 0
+    assert done.out.splitlines()[0] == "outer: -90.0000 deg"
+    done = typed("table", "goto", "-.5,-0.25", "--table", "simulated:two-axis", "--speed", "5,5")
+    assert "outer -0.5, inner -0.25 deg" in done.out
+
+
 def test_nothing_moves_without_arms():
     with served("scpi") as (address, _):
         done = typed("table", "goto", "30,-60", "--table", address)

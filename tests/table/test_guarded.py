@@ -172,6 +172,54 @@ def test_a_motion_that_does_not_end_in_time_stops_the_table(monkeypatch):
         assert table.told[-1] == "stop"
 
 
+class StrayTable(NotingTable):
+    """Reports the end of each motion to angles, but stands elsewhere."""
+
+    def __init__(self, off_deg, clock):
+        super().__init__(clock=clock)
+        self.off = np.radians(off_deg)
+
+    def position(self):
+        return super().position() + self.off
+
+
+@pytest.mark.parametrize("off_deg", [[15.0, 0.0], [0.0, -100.0], [-0.6, 0.0], [np.nan, 0.0]])
+def test_a_table_at_rest_beside_its_angle_is_stopped(monkeypatch, off_deg):
+    monkeypatch.setattr("tumble.table.guarded.AT_LEAST", 0.0)
+    monkeypatch.setattr("tumble.table.guarded.PATIENCE", 0.0)
+    clock = Clock()
+    table = StrayTable([0.0, 0.0], clock)
+    with GuardedTable(table, armed=True) as guarded:
+        clock.now += guarded.goto(np.radians([90.0, 30.0]))
+        table.off = np.radians(off_deg)
+        with pytest.raises(TableError, match=r"instead of 90 deg|instead of 30 deg|beyond its limits"):
+            guarded.wait()
+        assert table.told[-1] == "stop"
+
+
+@pytest.mark.parametrize("off_deg", [[0.4, -0.4], [0.0, 720.0], [0.0, -360.0]])
+def test_servo_errors_and_whole_turns_are_arrivals(off_deg):
+    clock = Clock()
+    table = StrayTable([0.0, 0.0], clock)
+    with GuardedTable(table, armed=True) as guarded:
+        clock.now += guarded.goto(np.radians([90.0, 30.0]))
+        table.off = np.radians(off_deg)
+        assert guarded.settled()
+
+
+def test_a_done_flag_that_is_set_before_the_motion_is_awaited():
+    class Early(NotingTable):
+        def settled(self):
+            return True
+
+    clock = Clock()
+    with GuardedTable(Early(clock=clock), armed=True) as guarded:
+        took = guarded.goto(np.radians([90.0, 0.0]))
+        assert not guarded.settled()
+        clock.now += took
+        assert guarded.settled()
+
+
 def test_a_table_that_swings_beyond_its_limits_is_stopped():
     clock = Clock()
     table = NotingTable(clock=clock)
@@ -216,7 +264,7 @@ PROGRAM = """
 """
 
 
-@pytest.mark.parametrize("which", ["SIGTERM", "SIGINT", "SIGHUP"])
+@pytest.mark.parametrize("which", ["SIGTERM", "SIGINT", "SIGHUP", "SIGQUIT"])
 def test_a_signal_that_ends_the_program_stops_the_table(which):
     program = subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(PROGRAM)],

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from table_fixtures import served
 from tumble.errors import TableError
 from tumble.table import GuardedTable, open_table
-from tumble.table.profile import load_profile, pattern, shipped, written
+from tumble.table.profile import StateQuery, load_profile, pattern, shipped, written
 from turntable_sessions import one_line, typed
 
 
@@ -131,6 +131,83 @@ def open_profile(name):
     return (resources.files("tumble.table") / "profiles" / f"{name}.yaml").read_text()
 
 
+def test_a_lost_line_is_opened_again_to_send_the_stop(tmp_path):
+    """The table closes the connection at the first question; over the next one it takes commands."""
+    server = socket.create_server(("127.0.0.1", 0))
+    told = []
+
+    def serve():
+        for answers in (2, 100):
+            client, _ = server.accept()
+            with client, client.makefile("rwb") as line:
+                for number, told_line in enumerate(line):
+                    told.append(told_line.decode().strip())
+                    if number >= answers:
+                        break
+                    line.write(
+                        b"0.0\n" if told[-1].endswith("POS?") else b"1\n" if "DONE" in told[-1] else b"OK\n"
+                    )
+                    line.flush()
+
+    threading.Thread(target=serve, daemon=True).start()
+    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile=scpi"
+    with server:
+        done = typed("table", "goto", "10,10", "--table", address, "--armed")
+    assert done.code == 2
+    problem = one_line(done.err.splitlines(keepends=True)[-1])
+    assert "lost" in problem or "no answer" in problem
+    assert "EMERGENCY" not in problem
+    assert told[-2:] == ["AXIS1:STOP", "AXIS2:STOP"]
+
+
+DIALECT = {
+    'goto: "AXIS{axis}:POS {angle:5}"': 'goto: "AXIS{axis}:MOVE {angle:5} AT {rate:3} RAMP {acceleration:2}"',
+    '  speed: "AXIS{axis}:VEL {rate}"\n': "",
+    '  acceleration: "AXIS{axis}:ACC {acceleration}"\n': "",
+    'settled: {send: "AXIS{axis}:DONE?", reply: "1"}': (
+        'settled: {send: "AXIS{axis}:STATUS?", reply: "S {status}", '
+        "bits_set: 0x06, bits_clear: 0x81, base: 16}"
+    ),
+}
+
+
+def test_rates_within_goto_and_a_bit_mask_drive_a_table(tmp_path):
+    text = open_profile("scpi")
+    for ours, theirs in DIALECT.items():
+        assert ours in text
+        text = text.replace(ours, theirs)
+    (tmp_path / "dialect.yaml").write_text(text)
+    with served(str(tmp_path / "dialect.yaml")) as (address, simulated), armed(address) as table:
+        took = table.goto(np.radians([90.0, -45.0]), np.radians([20.0, 30.0]), np.radians([50.0, 50.0]))
+        rates = simulated.states(simulated._clock() + np.linspace(0.0, took, 400))[1]
+        table.wait()
+        assert np.degrees(np.abs(rates).max(axis=0)) == pytest.approx([20.0, 30.0], rel=1e-6)
+        assert np.allclose(np.degrees(table.position()), [90.0, -45.0], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("reply", "settled"),
+    [
+        ("S 06", True),
+        ("S 7E", True),
+        ("S 0x16", True),
+        ("S #H46", True),
+        ("S 02", False),
+        ("S 86", False),
+        ("S 07", False),
+    ],
+)
+def test_bits_of_a_status_tell_whether_an_axis_has_settled(reply, settled):
+    query = StateQuery(send="?", reply="S {status}", bits_set=0x06, bits_clear=0x81, base=16)
+    assert query.is_settled(reply) is settled
+
+
+def test_a_status_that_is_no_number_is_refused():
+    query = StateQuery(send="?", reply="S {status}", bits_set=4)
+    with pytest.raises(ValueError, match=r"expected 'S \{status\}'"):
+        query.is_settled("busy")
+
+
 def test_a_table_is_commanded_over_a_serial_line_that_no_other_program_may_open():
     pytest.importorskip("pyvisa_py")
     device, line = pty.openpty()
@@ -168,7 +245,7 @@ def test_a_profile_that_nobody_tried_says_so_wherever_it_is_used(name):
 
 @given(st.floats(-1e4, 1e4), st.integers(0, 6), st.sampled_from(["rate", "acceleration"]))
 def test_a_rate_is_never_written_larger_than_it_is(value, digits, what):
-    text = written(f"X {{{what}:{digits}}}", "1", 1.0, **{what: value})
+    text = written(f"X {{{what}:{digits}}}", "1", **{what: value})
     found = float(pattern(f"X {{{what}}}").fullmatch(text)[what])
     assert abs(found) <= abs(value) * (1.0 + 1e-11)
     assert abs(found - value) <= 10.0**-digits * (1.0 + 1e-9) + 1e-11 * abs(value)
@@ -183,6 +260,9 @@ def test_a_rate_is_never_written_larger_than_it_is(value, digits, what):
         (("POS {angle:5}", "POS {rate}"), "has no {angle}"),
         (("STOP", "STOP {angle}"), "holds a field that is none of its own"),
         (("rate: 60.0", "rate: -60.0"), "axes.0.rate"),
+        (('reply: "1"}', 'reply: "1", bits_set: 4}'), "need {status} in reply"),
+        (('reply: "1"}', 'reply: "{status}"}'), "need {status} in reply"),
+        (('reply: "1"}', 'reply: "{status}", bits_set: 4, bits_clear: 5}'), "both set and clear"),
         (('number: "2"', 'number: "2"\n  spin: 3'), "axes.1.spin"),
         (("  position: {send", "  where: {send"), "queries.where"),
         (("about: [0.0, 0.0, 1.0]", "about: [0.0, 0.0, 0.0]"), "no direction"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.cli.abbreviations import AbbreviatingCommand, NumbersCommand
 from tumble.cli.screen import print_json
 from tumble.errors import TableError
 
@@ -98,7 +98,7 @@ def stop_command(table: TableOption) -> None:
     print("stopped")
 
 
-@table_app.command("goto", cls=AbbreviatingCommand)
+@table_app.command("goto", cls=NumbersCommand)
 def goto_command(
     angles: Annotated[
         str, typer.Argument(metavar="ANGLE[,ANGLE...]", help="deg, one for each axis from the floor up.")
@@ -130,7 +130,7 @@ def goto_command(
             _show_position(opened, as_json)
 
 
-@table_app.command("rate", cls=AbbreviatingCommand)
+@table_app.command("rate", cls=NumbersCommand)
 def rate_command(
     rates: Annotated[
         str, typer.Argument(metavar="RATE[,RATE...]", help="deg/s, one for each axis from the floor up.")

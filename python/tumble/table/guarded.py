@@ -27,13 +27,13 @@ POLL = 0.02
 """s between two questions whether the table has settled."""
 PATIENCE, AT_LEAST = 1.5, 5.0
 """A motion is overdue after so many times what it should take, and so many s."""
-OVERSHOOT = math.radians(0.5)
-"""rad beyond a limit of angle that a servo may swing over."""
+SERVO_ERROR = math.radians(0.5)
+"""rad by which a servo may swing beyond a limit of angle, or stand beside the angle it was sent to."""
 STOPS = 2
 """Times that a stop is sent where the first was not answered."""
 UNANSWERED = "the stop was not answered: USE THE EMERGENCY STOP"
 
-_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
 
 
 class GuardedTable:
@@ -42,9 +42,12 @@ class GuardedTable:
     `limits` of axes by their name come on top of those of the maker. Without `armed` no motion is sent; what
     would be is told to `say`, one line each. All arrays are (axes,), from the axis on the floor up.
 
-    Leaving it, by any error, Ctrl-C, SIGTERM or a terminal that closes, stops the table. So does silence:
-    a driver raises where a query is not answered in time, and after any error nothing moves any more until
-    the table is entered again.
+    Leaving it, by any error, Ctrl-C, SIGQUIT, SIGTERM or a terminal that closes, stops the table. So does
+    silence: a driver raises where a query is not answered in time. A line that is lost is opened once more
+    to send the stop. After any error nothing moves until the table is entered again.
+
+    A motion to angles has settled when the driver reports it *and* the table stands there: a driver that
+    reports the end of a motion before it began, or of one that a collision ended, is not relied on.
     """
 
     def __init__(
@@ -66,6 +69,8 @@ class GuardedTable:
         self._halted = False
         self._due = math.inf
         """s of `time.monotonic` by which the motion under way has to have settled."""
+        self._target: FloatArray | None = None
+        """(axes,) rad of the last motion to angles; None after a motion at rates or a stop."""
         self._handlers: dict[int, Any] = {}
 
     @property
@@ -114,6 +119,7 @@ class GuardedTable:
         took = max(map(travel_time, distances.tolist(), rate.tolist(), acceleration.tolist()))
         targets = np.degrees(angles)
         if self._begins(took, f"go to {self._in_words(targets)} deg within {took:.1f} s"):
+            self._target = angles
             self._guarded(lambda: self._table.goto(angles, rate, acceleration))
         return took
 
@@ -135,16 +141,22 @@ class GuardedTable:
         took = float(np.max(2.0 * np.array([axis.limits.rate for axis in self.axes]) / acceleration))
         turning = f"turn at {self._in_words(np.degrees(rates))} deg/s until told otherwise"
         if self._begins(took, turning):
+            self._target = None
             self._guarded(lambda: self._table.rate(rates, acceleration))
         return took
 
     def settled(self) -> bool:
-        """Whether the last motion has ended; raises `TableError` where it is overdue or went too far."""
+        """Return True if the last motion has ended, at its angles where it had any.
+
+        Raises `TableError` where it is overdue, has ended elsewhere, or went too far.
+        """
         settled = self._guarded(self._table.settled)
         self._check_angles()
-        if not settled and self.armed and time.monotonic() > self._due:
-            self._fail(TableError(f"{self.name}: has not settled in time, and was stopped; is it blocked?"))
-        return settled
+        missed = list(self._missed()) if settled else []
+        if (not settled or missed) and self.armed and time.monotonic() > self._due:
+            where = f"is at rest with {', '.join(missed)}" if missed else "has not settled in time"
+            self._fail(TableError(f"{self.name}: {where}, and was stopped; is it blocked?"))
+        return settled and not missed
 
     def wait(self) -> None:
         """Wait until the last motion has ended; raises as `settled`."""
@@ -157,6 +169,7 @@ class GuardedTable:
 
     def stop(self) -> None:
         """Bring all axes to rest, armed or not; raises `TableError` where that is not answered."""
+        self._target = None
         self._stop_for_sure(None)
 
     def _figures(self, figures: FloatArray | None, what: str = "") -> FloatArray:
@@ -204,12 +217,28 @@ class GuardedTable:
             return
         for axis, angle in zip(self.axes, self.position().tolist(), strict=True):
             low, high = axis.limits.angle or (-math.inf, math.inf)
-            if math.isnan(angle) or not low - OVERSHOOT <= angle <= high + OVERSHOOT:
+            if math.isnan(angle) or not low - SERVO_ERROR <= angle <= high + SERVO_ERROR:
                 self._fail(
                     TableError(
                         f"{self.name}: {axis.name} is at {math.degrees(angle):.6g} deg, beyond its limits, "
                         "and was stopped; bring it back by hand"
                     )
+                )
+
+    def _missed(self) -> Iterator[str]:
+        """Name the axes that stand elsewhere than the last motion was to end.
+
+        An axis without limits of angle may report its angle less whole turns.
+        """
+        if self._target is None or not self.armed:
+            return
+        for axis, angle, target in zip(self.axes, self.position(), self._target, strict=True):
+            error = angle - target
+            if axis.limits.angle is None:
+                error = math.remainder(error, math.tau)
+            if not abs(error) <= SERVO_ERROR:
+                yield (
+                    f"{axis.name} at {math.degrees(angle):.6g} deg instead of {math.degrees(target):.6g} deg"
                 )
 
     def _guarded(self, call: Callable[[], Answer]) -> Answer:
@@ -228,7 +257,7 @@ class GuardedTable:
         raise error
 
     def _stop_for_sure(self, reason: BaseException | None) -> None:
-        """Send the stop until it is answered; nobody interrupts that.
+        """Send the stop until it is answered, the second time over a new line; no signal interrupts that.
 
         Raises `TableError`, with what came before, where it never is.
         """
@@ -236,6 +265,9 @@ class GuardedTable:
         with _uninterrupted():
             for _ in range(STOPS):
                 try:
+                    if isinstance(failure, Exception):
+                        self._table.__exit__(None, None, None)
+                        self._table.__enter__()
                     self._table.stop()
                 except BaseException as error:
                     failure = error

@@ -22,6 +22,9 @@ SCHEMA: Literal["tumble-table-profile/1"] = "tumble-table-profile/1"
 
 FIELD = re.compile(r"\{(?P<name>[a-z]*)(?::(?P<sign>\+?)(?P<digits>\d?))?\}")
 """`{angle}`, `{angle:3}` with three digits after the point, `{angle:+3}` with its sign always."""
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+FORMS = {"axis": r"\S*?", "status": r"(?:0[xX]|#[hH])?[0-9A-Fa-f]+"}
+"""Forms of fields other than numbers."""
 DIGITS = 4
 """After the point, where a field does not say."""
 
@@ -117,6 +120,16 @@ def _fields(text: str, allowed: tuple[str, ...]) -> str:
     return text
 
 
+FIELDS_OF_COMMANDS = {
+    "acceleration": ("acceleration",),
+    "speed": ("rate",),
+    "goto": ("angle", "rate", "acceleration"),
+    "rate": ("rate", "acceleration"),
+    "stop": ("",),
+}
+"""Fields of each command besides `{axis}`; the first is needed, the others are optional."""
+
+
 class Commands(Document):
     """What the table is told; a command is sent once for each axis where it holds `{axis}`."""
 
@@ -127,9 +140,9 @@ class Commands(Document):
     speed: str | None = None
     """Sets the largest rate of a motion to an angle: `{rate}`."""
     goto: str | None = None
-    """Moves to an angle: `{angle}`."""
+    """Moves to an angle: `{angle}`; may also hold `{rate}` and `{acceleration}` of that motion."""
     rate: str | None = None
-    """Turns at a rate until told otherwise: `{rate}`."""
+    """Turns at a rate until told otherwise: `{rate}`; may also hold `{acceleration}`."""
     stop: str
     """Brings the table to rest."""
 
@@ -144,10 +157,10 @@ class Commands(Document):
         if text is None:
             return None
         command = str(getattr(info, "field_name", ""))
-        own = {"acceleration": "acceleration", "speed": "rate", "goto": "angle", "rate": "rate"}.get(command)
-        if own is not None and own not in [match["name"] for match in FIELD.finditer(text)]:
-            raise ValueError(f"{text!r} has no {{{own}}}, so that it could not say which")
-        return _fields(text, ("axis", *([own] if own else [])))
+        needed, *extra = FIELDS_OF_COMMANDS[command]
+        if needed and needed not in [match["name"] for match in FIELD.finditer(text)]:
+            raise ValueError(f"{text!r} has no {{{needed}}}, so that it could not say which")
+        return _fields(text, ("axis", *filter(None, (needed, *extra))))
 
     @model_validator(mode="after")
     def _moves(self) -> Commands:
@@ -169,12 +182,60 @@ class Query(Document):
         return _fields(text, ("axis",))
 
 
+class StateQuery(Query):
+    """A question whether an axis has ended its motion: one word, or bits of a status number.
+
+    Without bits, `reply` is the reply of an axis that has ended its motion; any other reply means that it
+    moves. With bits, `reply` holds `{status}`.
+    """
+
+    bits_set: Annotated[int, Field(ge=0)] = 0
+    """Bits that are 1 when the motion has ended."""
+    bits_clear: Annotated[int, Field(ge=0)] = 0
+    """Bits that are 0 then."""
+    base: Literal[10, 16] = 10
+    """Base of the status; a prefix 0x or #H marks base 16 in any case."""
+
+    @model_validator(mode="after")
+    def _bits_fit_the_reply(self) -> StateQuery:
+        fields = [match["name"] for match in FIELD.finditer(self.reply)]
+        if self._has_bits != ("status" in fields):
+            raise ValueError("bits_set and bits_clear need {status} in reply, and {status} needs one of them")
+        if self.bits_set & self.bits_clear:
+            raise ValueError("a bit cannot be both set and clear; name it in one of the two")
+        return self
+
+    @property
+    def _has_bits(self) -> bool:
+        return bool(self.bits_set | self.bits_clear)
+
+    def is_settled(self, reply: str) -> bool:
+        """Return True if the reply reports the end of the motion.
+
+        Raises `ValueError` where the reply holds no status.
+        """
+        found = pattern(self.reply).fullmatch(reply)
+        if not self._has_bits:
+            return found is not None
+        if found is None:
+            raise ValueError(f"expected {self.reply!r}")
+        prefix, digits = re.fullmatch(r"(0[xX]|#[hH])?(.*)", found["status"]).groups()  # type: ignore[union-attr]
+        status = int(digits, 16 if prefix else self.base)
+        return status & (self.bits_set | self.bits_clear) == self.bits_set
+
+    def written(self, axis: str, *, settled: bool) -> str:
+        """Return the reply of a table whose axis has ended its motion, or has not."""
+        if not self._has_bits:
+            return self.reply if settled else f"not {self.reply}"
+        status = self.bits_set if settled else self.bits_clear
+        return written(self.reply.replace("{status}", f"{status:{'X' if self.base == 16 else 'd'}}"), axis)
+
+
 class Queries(Document):
-    """What the table is asked; without `position` it is not known where the table is."""
+    """Questions to the table; without `position` its angles are not known."""
 
     position: Query | None = None
-    settled: Query | None = None
-    """`reply` is what is replied when the axis has ended its motion; anything else says that it moves."""
+    settled: StateQuery | None = None
 
     @field_validator("position")
     @classmethod
@@ -253,8 +314,8 @@ def load_profile(name: str) -> TableProfile:
     return read_document(name, TableProfile, TABLE_PROFILE)
 
 
-def written(text: str, axis: str, factor: float = 1.0, **values: float) -> str:
-    """Put an axis and numbers into a command; numbers are divided by `factor`.
+def written(text: str, axis: str, **values: float) -> str:
+    """Put an axis and numbers, in units of the line, into a command.
 
     Rates and accelerations are cut, not rounded: what is written is never more than was allowed.
     """
@@ -263,7 +324,7 @@ def written(text: str, axis: str, factor: float = 1.0, **values: float) -> str:
         if match["name"] == "axis":
             return axis
         digits = int(match["digits"] or DIGITS) if match["digits"] != "0" else 0
-        value = values[match["name"]] / factor
+        value = values[match["name"]]
         if match["name"] != "angle":
             # Beyond the last digit by less than arithmetic leaves: 60 deg/s must not become 59.9999.
             value = math.trunc(value * 10.0**digits * (1.0 + 1e-12)) / 10.0**digits
@@ -278,8 +339,7 @@ def pattern(text: str) -> re.Pattern[str]:
     parts, end = [], 0
     for match in FIELD.finditer(text):
         parts.append(re.escape(text[end : match.start()]))
-        number = r"\S*?" if match["name"] == "axis" else r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-        parts.append(f"(?P<{match['name']}>{number})")
+        parts.append(f"(?P<{match['name']}>{FORMS.get(match['name'], NUMBER)})")
         end = match.end()
     parts.append(re.escape(text[end:]))
     return re.compile("".join(parts))

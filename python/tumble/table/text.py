@@ -88,7 +88,7 @@ class TextTable:
             raise TableError(f"{self.name}: has no command to go to an angle; turn it at a rate")
         self._command(commands.acceleration, acceleration=acceleration)
         self._command(commands.speed, rate=rate)
-        self._command(commands.goto, angle=angles)
+        self._command(commands.goto, angle=angles, rate=rate, acceleration=acceleration)
 
     def rate(self, rates: FloatArray, acceleration: FloatArray) -> None:
         """See `RateTable`; raises `TableError` where the profile has no such command."""
@@ -96,7 +96,7 @@ class TextTable:
         if commands.rate is None:
             raise TableError(f"{self.name}: has no command to turn at a rate; send it to an angle")
         self._command(commands.acceleration, acceleration=acceleration)
-        self._command(commands.rate, rate=rates)
+        self._command(commands.rate, rate=rates, acceleration=acceleration)
         self._at_speed = time.monotonic() + float(np.max(np.abs(rates - self._rates) / acceleration))
         self._rates = np.array(rates)
 
@@ -118,8 +118,14 @@ class TextTable:
         query = self._profile.queries.settled
         if query is None:
             return time.monotonic() >= self._at_speed
-        wanted = pattern(query.reply)
-        return all(wanted.fullmatch(reply) is not None for reply in self._asked(query))
+        for reply in self._asked(query):
+            try:
+                settled = query.is_settled(reply)
+            except ValueError as error:
+                raise TableError(f"{self.name}: replied {reply!r} to {query.send!r}, {error}") from None
+            if not settled:
+                return False
+        return True
 
     def position(self) -> FloatArray:
         """See `RateTable`."""
@@ -168,9 +174,9 @@ class TextTable:
     def _each(self, text: str, **values: FloatArray) -> list[str]:
         numbers = self._profile.numbers()
         count = len(numbers) if "{axis}" in text else 1
-        factor = self._profile.units.factor(next(iter(values))) if values else 1.0
+        in_units = {key: each / self._profile.units.factor(key) for key, each in values.items()}
         return [
-            written(text, numbers[axis], factor, **{key: float(each[axis]) for key, each in values.items()})
+            written(text, numbers[axis], **{key: float(each[axis]) for key, each in in_units.items()})
             for axis in range(count)
         ]
 

@@ -6,14 +6,18 @@ import re
 import selectors
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
+from typing import TypeAlias
 
 import numpy as np
 
 from tumble.simulate.scenario import ScenarioError
 from tumble.table.profile import TableProfile, pattern, written
 from tumble.table.simulated import SimulatedTable
+
+Answer: TypeAlias = Callable[[int | None, Mapping[str, float]], str]
+"""Obeys or answers one line: axis (None for all), values of its fields in rad, rad/s and rad/s^2."""
 
 POLL = 0.05
 """s between two looks whether to end."""
@@ -33,12 +37,13 @@ class TableServer:
         self._profile = profile
         self._numbers = profile.numbers()
         self._speeds = np.array([axis.limits.rate for axis in table.axes])
-        self._accelerations = np.array([axis.limits.acceleration for axis in table.axes])
         self._rates = np.zeros(len(table.axes))
-        self._targets = table.position()
-        self._words: list[tuple[re.Pattern[str], Callable[[int | None, float], str]]] = list(
-            self._understood()
-        )
+        self._told = {
+            "angle": table.position(),
+            "rate": np.zeros(len(table.axes)),
+            "acceleration": np.array([axis.limits.acceleration for axis in table.axes]),
+        }
+        self._words = list(self._understood())
         self._ended = threading.Event()
         try:
             self._socket = socket.create_server((host, port))
@@ -69,70 +74,66 @@ class TableServer:
                 if number is not None and number not in self._numbers:
                     break
                 axis = None if number is None else self._numbers.index(number)
-                return act(axis, float(next(iter(groups.values()), "nan")))
+                units = self._profile.units
+                return act(axis, {name: float(text) * units.factor(name) for name, text in groups.items()})
         errors = self._profile.replies.errors
         return errors[0] if errors else REFUSED
 
-    def _understood(self) -> Iterator[tuple[re.Pattern[str], Callable[[int | None, float], str]]]:
-        commands, queries, units = self._profile.commands, self._profile.queries, self._profile.units
+    def _understood(self) -> Iterator[tuple[re.Pattern[str], Answer]]:
+        commands, queries = self._profile.commands, self._profile.queries
         taken = self._profile.replies.acknowledge or ""
 
-        def command(
-            act: Callable[[slice, float], None], quantity: str = ""
-        ) -> Callable[[int | None, float], str]:
-            factor = units.factor(quantity) if quantity else 1.0
-
-            def obey(axis: int | None, value: float) -> str:
-                act(slice(None) if axis is None else slice(axis, axis + 1), value * factor)
+        def command(act: Callable[[slice], None]) -> Answer:
+            def obey(axis: int | None, values: Mapping[str, float]) -> str:
+                axes = slice(None) if axis is None else slice(axis, axis + 1)
+                for name, value in values.items():
+                    self._told[name][axes] = value
+                act(axes)
                 return taken
 
             return obey
 
         for text in commands.enable:
-            yield pattern(text), command(lambda _axes, _value: None)
-        for each, act, quantity in (
-            (commands.stop, self._stop, ""),
-            (commands.acceleration, self._accelerate, "acceleration"),
-            (commands.speed, self._speed, "rate"),
-            (commands.goto, self._goto, "angle"),
-            (commands.rate, self._turn, "rate"),
+            yield pattern(text), command(lambda _axes: None)
+        for each, act in (
+            (commands.stop, self._stop),
+            (commands.acceleration, lambda _axes: None),
+            (commands.speed, self._limit_speed),
+            (commands.goto, self._goto),
+            (commands.rate, self._turn),
         ):
             if each is not None:
-                yield pattern(each), command(act, quantity)
+                yield pattern(each), command(act)
         if queries.position is not None:
             yield pattern(queries.position.send), self._position
         if queries.settled is not None:
             yield pattern(queries.settled.send), self._settled
 
-    def _accelerate(self, axes: slice, value: float) -> None:
-        self._accelerations[axes] = value
+    def _limit_speed(self, axes: slice) -> None:
+        self._speeds[axes] = self._told["rate"][axes]
 
-    def _speed(self, axes: slice, value: float) -> None:
-        self._speeds[axes] = value
+    def _goto(self, axes: slice) -> None:
+        has_rate = "{rate" in (self._profile.commands.goto or "")
+        speeds = self._told["rate"] if has_rate else self._speeds
+        self._table.move(axes, self._told["angle"], speeds, self._told["acceleration"])
 
-    def _goto(self, axes: slice, value: float) -> None:
-        self._targets[axes] = value
-        self._table.move(axes, self._targets, self._speeds, self._accelerations)
+    def _turn(self, axes: slice) -> None:
+        self._rates[axes] = self._told["rate"][axes]
+        self._table.turn(axes, self._rates, self._told["acceleration"])
 
-    def _turn(self, axes: slice, value: float) -> None:
-        self._rates[axes] = value
-        self._table.turn(axes, self._rates, self._accelerations)
-
-    def _stop(self, _axes: slice, _value: float) -> None:
+    def _stop(self, _axes: slice) -> None:
         self._rates[:] = 0.0
         self._table.stop()
 
-    def _position(self, axis: int | None, _value: float) -> str:
+    def _position(self, axis: int | None, _values: Mapping[str, float]) -> str:
         assert self._profile.queries.position is not None, "it was understood"
         place = axis or 0
-        angle = float(self._table.position()[place])
-        factor = self._profile.units.factor("angle")
-        return written(self._profile.queries.position.reply, self._numbers[place], factor, angle=angle)
+        angle = float(self._table.position()[place]) / self._profile.units.factor("angle")
+        return written(self._profile.queries.position.reply, self._numbers[place], angle=angle)
 
-    def _settled(self, axis: int | None, _value: float) -> str:
+    def _settled(self, axis: int | None, _values: Mapping[str, float]) -> str:
         assert self._profile.queries.settled is not None, "it was understood"
-        reply = self._profile.queries.settled.reply
-        return reply if self._table.settled() else f"not {reply}"
+        return self._profile.queries.settled.written(self._numbers[axis or 0], settled=self._table.settled())
 
     def _serve(self) -> None:
         while not self._ended.is_set():
