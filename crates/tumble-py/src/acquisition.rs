@@ -85,6 +85,8 @@ fn finished() -> PyErr {
 }
 
 /// Time, specific force and angular rate of the points to draw.
+type Fault = (&'static str, &'static str, f64, f64, f64, u32, Vec<(f64, f64)>);
+
 type Traced = (Py<PyArray1<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>);
 
 /// What one unit showed.
@@ -246,9 +248,10 @@ impl PyAcquired {
         PyArray1::from_iter(py, shown).unbind()
     }
 
-    /// Faulty channels: (name, `stuck`, `saturated at rest` or `saturated in motion`, value SI, first s, last s).
+    /// Faulty channels: (name, `stuck`, `saturated at rest` or `saturated in motion`, value SI, first s, last s, samples at
+    /// the end of the range, first and last s of each run of them).
     #[getter]
-    fn faults(&self) -> Vec<(&'static str, &'static str, f64, f64, f64)> {
+    fn faults(&self) -> Vec<Fault> {
         let at = |time: f64| self.inner.origin + time;
         self.inner
             .faults
@@ -261,6 +264,12 @@ impl PyAcquired {
                     fault.value,
                     at(first),
                     at(last),
+                    fault.samples,
+                    fault
+                        .runs
+                        .iter()
+                        .map(|(first, last)| (at(*first), at(*last)))
+                        .collect(),
                 )
             })
             .collect()

@@ -158,7 +158,7 @@ def _time(unit: _core.Acquired) -> str:
 
 def _dead_channel(faults: Sequence[ChannelFault]) -> str:
     """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
-    for channel, kind, value, first, last in faults:
+    for channel, kind, value, first, last, *_ in faults:
         if kind == "stuck":
             span = f"from {first:.1f} to {last:.1f} s"
             seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"
@@ -170,12 +170,12 @@ def _dead_channel(faults: Sequence[ChannelFault]) -> str:
 
 
 def _saturated_turns(unit: _core.Acquired, faults: Sequence[ChannelFault]) -> str:
-    """Name the channel that spoils most turns; saturation in a few only costs these."""
+    """Name the channel of the gyroscope that costs most turns; saturation in a few only costs these."""
     lost = sum(not complete for complete in unit.turn_complete)
-    for channel, _, value, first, _ in faults:
-        if 2 * lost > len(unit.turn_complete):
+    for fault in faults:
+        if fault.is_of_gyroscope and 2 * lost > len(unit.turn_complete):
             turns = f"{lost} of {len(unit.turn_complete)} turns"
-            seen = _saturated(channel, value, first)
+            seen = _saturated(fault.channel, fault.value, fault.first)
             return f"{seen}, in {turns}; turn more slowly or choose a larger range"
     return ""
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,31 @@ from tumble.provenance import NO_LOG, LogFacts, log_digest
 from tumble.recording import FloatArray, Recording
 from tumble.units import Triad
 
-ChannelFault: TypeAlias = tuple[str, str, float, float, float]
-"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
+
+class ChannelFault(NamedTuple):
+    """A channel that cannot be trusted, as `Acquired.faults` has it."""
+
+    channel: str
+    kind: str
+    """`stuck`, `saturated at rest` or `saturated in motion`."""
+    value: float
+    """The value it holds, SI."""
+    first: float
+    last: float
+    """s."""
+    samples: int = 0
+    """Samples at the end of the range, of a channel saturated in motion."""
+    runs: Sequence[tuple[float, float]] = ()
+    """First and last time of each run of them, s."""
+
+    @property
+    def is_of_gyroscope(self) -> bool:
+        """Whether the channel is one of the gyroscope."""
+        return self.channel.startswith("gyroscope")
+
+    def touches(self, start: float, end: float) -> bool:
+        """Whether the channel was at the end of its range between two times, s."""
+        return any(first <= end and start <= last for first, last in self.runs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +73,12 @@ class Imu:
 
 def recorded_faults(acquired: _core.Acquired, triads: tuple[Triad, ...]) -> list[ChannelFault]:
     """Give the faults of recorded channels; one that was not recorded is no fault."""
-    return [fault for fault in acquired.faults if fault[0].startswith(triads)]
+    return [fault for fault in faults_of(acquired) if fault.channel.startswith(triads)]
+
+
+def faults_of(acquired: _core.Acquired) -> list[ChannelFault]:
+    """Give the faults of all channels."""
+    return [ChannelFault(*fault) for fault in acquired.faults]
 
 
 def known(values: FloatArray, triad: Triad, triads: tuple[Triad, ...]) -> FloatArray:

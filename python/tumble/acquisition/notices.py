@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tumble.acquisition.imu import Imu
+from tumble import _core
+from tumble.acquisition.imu import ChannelFault, Imu
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.log_formats import FIRMWARE_OF
 from tumble.recording import Metadata
 from tumble.units import TRIADS
 from tumble.words import count_of
+
+MOST_NAMED = 3
+"""Turns of which a notice gives the time; the others it counts."""
 
 
 def notices(unit: Imu) -> Iterator[str]:
@@ -23,8 +27,8 @@ def notices(unit: Imu) -> Iterator[str]:
     yield from correction_notice(metadata)
     for start, end, why in acquired.rejected_rests:
         yield f"{start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
-    for channel, _, _, first, last in unit.faults:
-        yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
+    for fault in unit.faults:
+        yield _saturated(fault, unit)
     if not unit.recording.parts:
         yield from _gaps(unit)
     if acquired.missing:
@@ -45,11 +49,30 @@ def correction_notice(metadata: Metadata, what: str = "this calibration holds") 
     yield f"the log was already corrected: {what} on top of that correction{remedy}"
 
 
-def _gaps(unit: Imu) -> Iterator[str]:
-    acquired = unit.acquired
+def _saturated(fault: ChannelFault, unit: Imu) -> str:
+    """Say how often a channel was at the end of its range, and what that costs."""
+    turns = list(_turns(unit.acquired))
+    touched = [(start, end) for _, start, end in turns if fault.touches(start, end)]
+    seen = (
+        f"{fault.channel} is at the end of its range in {fault.samples} of "
+        f"{count_of('sample', unit.acquired.samples)}, in {len(touched)} of {count_of('turn', len(turns))}"
+    )
+    if not fault.is_of_gyroscope:
+        return f"{seen}, first at {fault.first:.1f} s: gravity is read at the rests, so the turns are used"
+    when = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in touched[:MOST_NAMED])
+    more = f" and {len(touched) - MOST_NAMED} more" if len(touched) > MOST_NAMED else ""
+    return f"{seen}, which are not used: {when}{more}" if touched else f"{seen}, first at {fault.first:.1f} s"
+
+
+def _turns(acquired: _core.Acquired) -> Iterator[tuple[bool, float, float]]:
+    """Give of each turn whether it is known in full, and its start and end, s."""
     ends, starts = acquired.rest_times[:-1, 1], acquired.rest_times[1:, 0]
-    for complete, start, end in zip(acquired.turn_complete, ends, starts, strict=False):
-        saturated = any(first <= end and start <= last for *_, first, last in unit.faults)
+    return zip(acquired.turn_complete, ends, starts, strict=False)
+
+
+def _gaps(unit: Imu) -> Iterator[str]:
+    for complete, start, end in _turns(unit.acquired):
+        saturated = any(fault.is_of_gyroscope and fault.touches(start, end) for fault in unit.faults)
         if not complete and not saturated:
             yield (
                 f"samples are missing between {start:.1f} and {end:.1f} s: "

@@ -39,7 +39,7 @@ def faults(name: str, unit: Imu) -> Iterator[Objection]:
         "saturated in motion": "turn more slowly, or choose a larger range",
         "saturated at rest": "choose a larger range",
     }
-    for channel, kind, value, first, _ in unit.faults:
+    for channel, kind, value, first, *_ in unit.faults:
         seen = "is stuck" if kind == "stuck" else "is saturated"
         text = f"{channel} {seen} at {value:.4g} {si_unit(channel)} since {first:.1f} s; {remedies[kind]}"
         yield Objection(name, f"{kind} {channel}", text)

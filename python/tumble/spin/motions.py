@@ -36,9 +36,9 @@ LARGEST_ACROSS = 0.5
 def credible_faults(faults: Sequence[ChannelFault]) -> tuple[ChannelFault, ...]:
     """Leave out readings that pile up at the smallest value of a robot that turned one way only."""
     return tuple(
-        (channel, kind, value, first, last)
-        for channel, kind, value, first, last in faults
-        if kind == "stuck" or abs(value) > SMALLEST_RANGE[si_unit(channel)]
+        fault
+        for fault in faults
+        if fault.kind == "stuck" or abs(fault.value) > SMALLEST_RANGE[si_unit(fault.channel)]
     )
 
 
@@ -97,10 +97,10 @@ def nearest_rest(motion: Segment, rests: Sequence[Rest]) -> Rest:
 
 
 def _saturated(motion: Segment, faults: Sequence[ChannelFault]) -> SpinFailure | None:
-    for channel, kind, value, first, last in faults:
-        if kind != "stuck" and first <= motion.end and motion.start <= last:
-            when = max(first, motion.start)
-            figures = {"time": when, "channel": float(CHANNELS.index(channel)), "value": value}
+    for fault in faults:
+        if fault.touches(motion.start, motion.end):
+            when = next(max(first, motion.start) for first, last in fault.runs if last >= motion.start)
+            figures = {"time": when, "channel": float(CHANNELS.index(fault.channel)), "value": fault.value}
             return SpinFailure(SpinFailureKind.SATURATED, figures)
     return None
 

@@ -96,7 +96,7 @@ def spin(
     )
     unit = _acquired(recording, applied, strength, progress)
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
-    criteria = Criteria(settings, still, turns, known, credible_faults(unit.acquired.faults))
+    criteria = Criteria(settings, still, turns, known, credible_faults(unit.faults))
     found = _search(unit, applied, criteria, at, progress)
     refused = sorted((each for each in found if isinstance(each, UnusedInterval)), key=_start_of)
     fitted = sorted(
@@ -162,7 +162,7 @@ def _acquired(
         )
     recording.need_both_triads("a spin")
     unit = acquire(recording, applied, _first_half(progress))
-    refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.acquired.faults))
+    refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.faults))
     if len(unit.acquired.rest_times):
         refuse_if_misread(unit.name, unit.acquired, gravity)
     return unit

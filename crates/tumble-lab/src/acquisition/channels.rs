@@ -1,5 +1,6 @@
 //! Channels that cannot be trusted: stuck at one value, or pinned at the end of their range.
 
+use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
@@ -7,7 +8,7 @@ use tumble_core::segmenter::Segment;
 use crate::sensor_range::{NEAR_END, PILED_UP, SMALLEST_RANGE};
 
 /// What is wrong with a channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ChannelFault {
     /// Index of the channel.
     pub channel: usize,
@@ -17,6 +18,24 @@ pub struct ChannelFault {
     pub value: f64,
     /// When it was first and last seen, s since the origin.
     pub span: (f64, f64),
+    /// Samples at the end of the range, of a channel that is saturated in motion; zero else.
+    pub samples: u32,
+    /// When these were, first and last of each run, s since the origin.
+    pub runs: Vec<(f64, f64)>,
+}
+
+impl ChannelFault {
+    /// Whether the channel was at the end of its range within these times, s since the origin.
+    pub fn touches(&self, span: &Interval<f64>) -> bool {
+        self.runs
+            .iter()
+            .any(|(first, last)| *first < span.end && span.start <= *last)
+    }
+
+    /// Whether it leaves a turn of the gyroscope unknown: what an accelerometer reads in a turn is not integrated.
+    pub fn interrupts(&self, turn: &Interval<f64>) -> bool {
+        self.kind == ChannelFaultKind::SaturatedInMotion && self.channel >= CHANNELS / 2 && self.touches(turn)
+    }
 }
 
 tumble_core::vocabulary! {
@@ -62,15 +81,21 @@ struct Frozen {
 }
 
 /// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct End {
     value: f64,
     nearly: f64,
     at: u32,
     near: u32,
-    first: u64,
-    last: u64,
+    /// Times of the first and the last sample of each run at this value, microseconds.
+    runs: Vec<(u64, u64)>,
 }
+
+/// Samples closer than this are of one run, microseconds.
+const ONE_RUN: u64 = 50_000;
+
+/// Runs kept; those after belong to the last.
+const MOST_RUNS: usize = 4096;
 
 /// So many turns in a row do not leave one value of a sensor alone.
 const TURNS_SLEPT_THROUGH: usize = 3;
@@ -88,8 +113,7 @@ impl End {
             nearly: f64::NEG_INFINITY,
             at: 0,
             near: 0,
-            first: 0,
-            last: 0,
+            runs: Vec::new(),
         }
     }
 
@@ -105,19 +129,22 @@ impl End {
             } else {
                 0
             };
-            *self = Self {
-                value: y,
-                nearly,
-                at: 1,
-                near: self.near,
-                first: time,
-                last: time,
-            };
+            (self.value, self.nearly, self.at) = (y, nearly, 1);
+            self.runs.clear();
+            self.runs.push((time, time));
         } else if y == self.value {
             self.at += 1;
-            self.last = time;
+            self.run_on(time);
         } else {
             self.near += 1;
+        }
+    }
+
+    fn run_on(&mut self, time: u64) {
+        let full = self.runs.len() >= MOST_RUNS;
+        match self.runs.last_mut() {
+            Some((_, last)) if full || time - *last <= ONE_RUN => *last = time,
+            _ => self.runs.push((time, time)),
         }
     }
 
@@ -203,7 +230,7 @@ impl ChannelMonitor {
             frozen_last: 0,
         };
         Self {
-            ends: [[End::new(); 2]; CHANNELS],
+            ends: core::array::from_fn(|_| [End::new(), End::new()]),
             levels: core::array::from_fn(|_| levels.clone()),
         }
     }
@@ -249,6 +276,8 @@ impl ChannelMonitor {
             kind: ChannelFaultKind::Stuck,
             value,
             span: (seconds(first), seconds(last)),
+            samples: 0,
+            runs: Vec::new(),
         };
         if !levels.moved && levels.last > levels.first {
             return Some(fault(levels.highest, levels.first, levels.last));
@@ -289,20 +318,33 @@ impl ChannelMonitor {
             kind: ChannelFaultKind::SaturatedAtRest,
             value,
             span: (seconds(first), seconds(last)),
+            samples: 0,
+            runs: Vec::new(),
         })
     }
 
+    /// Either end of the range may be reached, or both; where readings pile up at one end, all ends of the sensor are known.
     fn in_motion(&self, channel: usize) -> Option<ChannelFault> {
-        let [low, high] = &self.ends[channel];
         let moving = SMALLEST_RANGE[channel / 3];
-        [(low, -1.0), (high, 1.0)]
-            .into_iter()
-            .find(|(end, _)| end.value > moving && end.piled_up())
-            .map(|(end, sign)| ChannelFault {
-                channel,
-                kind: ChannelFaultKind::SaturatedInMotion,
-                value: sign * end.value,
-                span: (seconds(end.first), seconds(end.last)),
-            })
+        let is_end = |end: &End| end.value > moving && end.piled_up();
+        let of_sensor = self.ends.iter().skip(channel / 3 * 3).take(3).flatten();
+        let ranges: Vec<f64> = of_sensor.filter(|end| is_end(end)).map(|end| end.value).collect();
+        let reached = |end: &End| is_end(end) || ranges.contains(&end.value);
+        let [low, high] = &self.ends[channel];
+        let value = if reached(low) { -low.value } else { high.value };
+        let ends: Vec<&End> = [low, high].into_iter().filter(|end| reached(end)).collect();
+        let runs = ends.iter().flat_map(|end| &end.runs);
+        let mut runs: Vec<_> = runs
+            .map(|(first, last)| (seconds(*first), seconds(*last)))
+            .collect();
+        runs.sort_by(|a, b| f64::total_cmp(&a.0, &b.0));
+        Some(ChannelFault {
+            channel,
+            kind: ChannelFaultKind::SaturatedInMotion,
+            value,
+            span: (runs.first()?.0, runs.last()?.1),
+            samples: ends.iter().map(|end| end.at).sum(),
+            runs,
+        })
     }
 }

@@ -5,7 +5,6 @@ use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::stillness::Scatter;
 
 use super::acquired::{Acquired, RestRejection, interval};
-use super::channels::ChannelFaultKind;
 use super::consistency::{RateVerdict, judge_rate};
 
 /// Takes out what only looked like a rest, now that the whole recording is known, given the noise at rest.
@@ -115,16 +114,10 @@ fn is_turning(found: &Acquired, i: usize) -> bool {
     apart(i, a).norm() > gate(i, a) && apart(i, b).norm() > gate(i, b) && apart(a, b).norm() <= gate(a, b)
 }
 
-/// A turn in which a channel reached the end of its range is not known in full.
+/// A turn in which the gyroscope reached the end of its range is not known in full.
 pub(super) fn leave_out_saturated(found: &mut Acquired) {
-    for fault in found
-        .faults
-        .iter()
-        .filter(|fault| fault.kind == ChannelFaultKind::SaturatedInMotion)
-    {
-        for turn in &mut found.turns {
-            let when = interval(turn);
-            turn.complete &= when.end < fault.span.0 || fault.span.1 < when.start;
-        }
+    for turn in &mut found.turns {
+        let when = interval(turn);
+        turn.complete &= !found.faults.iter().any(|fault| fault.interrupts(&when));
     }
 }

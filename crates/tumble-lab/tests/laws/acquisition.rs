@@ -259,3 +259,23 @@ fn nothing_recorded_is_nothing_acquired() {
     let found = Recording::default().acquire();
     assert!(found.rests.is_empty() && found.parts.is_empty());
 }
+
+#[test]
+fn a_turn_in_which_an_accelerometer_reached_its_range_is_complete() {
+    let mut clipped = recording(5);
+    let moving = |k: &usize| Vector3::from(clipped.rate[*k]).norm() > 0.5;
+    let in_turns: Vec<_> = (0..clipped.time.len()).filter(moving).step_by(40).collect();
+    for &k in &in_turns {
+        clipped.force[k][1] = if k % 2 == 0 { 19.6 } else { -19.6 };
+    }
+    let found = clipped.acquire();
+    assert!(found.turns.iter().all(|turn| turn.complete));
+    let [fault] = &found.faults[..] else {
+        panic!("{:?}", found.faults)
+    };
+    assert_eq!(
+        (fault.channel, fault.kind),
+        (1, ChannelFaultKind::SaturatedInMotion)
+    );
+    assert_eq!(fault.samples as usize, in_turns.len());
+}
