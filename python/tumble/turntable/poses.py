@@ -5,8 +5,9 @@ At a pose whose `up` is `n`, a perfect accelerometer mounted square to the table
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Annotated, Literal
@@ -26,6 +27,9 @@ FEWEST_POSES = 4
 """Three axes and a bias each: with fewer, some of them stay open whatever the directions are."""
 SAME_DIRECTION = 1.0
 """deg: two poses closer than this are the same pose written twice."""
+
+RATE_SECONDS = 20.0
+"""s at each rate if nothing is stated."""
 
 _HEADER = f"""\
 Poses of a turntable: `up` is the direction of the table frame that points up, of any length but zero.
@@ -74,6 +78,9 @@ class PoseList:
     poses: tuple[Pose, ...]
     source: str = field(default="poses", compare=False)
     """File the list comes from, for messages."""
+    rates: tuple[float, ...] = ()
+    """rad/s at which a table that turns by itself turns after the poses, both ways, each `rate_seconds`."""
+    rate_seconds: float = RATE_SECONDS
 
     def __post_init__(self) -> None:
         problem = _problem(self.poses)
@@ -84,12 +91,18 @@ class PoseList:
     def load(cls, path: Path | str) -> PoseList:
         """Read a pose list; raises `CalibrationFileError` in one line: file, line, key and remedy."""
         document = read_document(path, PoseFile, POSES)
-        return cls(tuple(entry.pose() for entry in document.poses), str(path))
+        return cls(
+            tuple(entry.pose() for entry in document.poses),
+            str(path),
+            tuple(math.radians(rate) for rate in document.rates),
+            document.rate_seconds,
+        )
 
     def save(self, path: Path | str) -> None:
         """Write the list in full or not at all; raises `OutputError` where it cannot be written."""
         entries = [{"name": pose.name, "up": pose.up, "file": pose.file} for pose in self.poses]
-        content = PoseFile.model_validate({"poses": entries}).content()
+        rates = {"rates": [math.degrees(rate) for rate in self.rates], "rate_seconds": self.rate_seconds}
+        content = PoseFile.model_validate({"poses": entries, **(rates if self.rates else {})}).content()
         write_document(path, _HEADER, content)
 
     def files(self) -> dict[str, Pose]:
@@ -101,7 +114,7 @@ class PoseList:
     def without(self, names: Collection[str]) -> PoseList | None:
         """Give the list without some of its poses; None where too few are left."""
         left = tuple(pose for pose in self.poses if pose.name not in names)
-        return PoseList(left, self.source) if len(left) >= FEWEST_POSES else None
+        return replace(self, poses=left) if len(left) >= FEWEST_POSES else None
 
     def directions(self) -> FloatArray:
         """(k, 3) unit vectors of `up` in the table frame."""
@@ -142,6 +155,10 @@ class PoseFile(Document):
 
     schema_: Literal["tumble-poses/1"] = Field(default=SCHEMA, alias="schema")
     poses: tuple[PoseEntry, ...] = Field(strict=False, json_schema_extra={"minItems": FEWEST_POSES})
+    rates: tuple[Annotated[float, Field(gt=0.0, strict=False)], ...] = Field(default=(), strict=False)
+    """deg/s at which a table that turns by itself turns the gyroscopes after the poses, both ways."""
+    rate_seconds: Annotated[float, Field(gt=0.0, strict=False)] = RATE_SECONDS
+    """s at each of these rates."""
 
 
 def _stays_inside(file: str) -> bool:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tumble.recording import FloatArray
 from tumble.table.axes import Axis, ups
 from tumble.table.bounds import parse_limits
 from tumble.table.guarded import GuardedTable
 from tumble.table.plan import PosePlan, in_shortest_order, plan_poses, with_turns
+from tumble.table.rate_runs import RateRun, lines_of_runs, plan_rates, seconds_of_runs
 from tumble.table.rate_table import RateTable
 from tumble.table.registry import open_table
 from tumble.turntable.poses import SAME_DIRECTION, Pose, PoseList, angle_between
-from tumble.turntable.table_drive import TableDrive, angles_at, stop_name
+from tumble.turntable.table_drive import Position, TableDrive, angles_at, stop_name, stops_of_runs
 
 AFTER_STOP = 1.0
 """s beyond the rest that is wanted, until units are seen to rest."""
@@ -30,6 +32,8 @@ class TurnedTable:
     limits: str
     plan: PosePlan
     poses: PoseList
+    runs: tuple[RateRun, ...] = ()
+    """At constant rate, after the poses."""
 
     def lines(self) -> Iterator[str]:
         """Say what the driver remarks, each stop, and how long all of it takes."""
@@ -42,13 +46,17 @@ class TurnedTable:
             f"{len(route)} rests of {self.plan.rest:g} s and {self.plan.motion_seconds:.0f} s of motion: "
             f"{self.plan.seconds / 60.0:.1f} min"
         )
+        if self.runs:
+            yield from lines_of_runs(self.plan.axes, self.runs)
+            seconds = seconds_of_runs(self.plan.axes, self.runs)
+            yield f"{len(self.runs)} turns at constant rate: {seconds / 60.0:.1f} min besides"
 
     @contextmanager
     def entered(self) -> Iterator[TableDrive]:
         """Open the table, armed; it is stopped on every way out."""
         limits = parse_limits(self.limits, self.table.axes)
         with GuardedTable(self.table, limits, armed=True) as table:
-            yield TableDrive(table, self.plan)
+            yield TableDrive(table, self.plan, self.runs)
 
 
 def turned_table(
@@ -56,11 +64,14 @@ def turned_table(
 ) -> TurnedTable:
     """Plan for a table: the poses that show most for their time or, where a list was given, that list.
 
-    Raises `TableError` where no driver has that name, or the table does not reach the poses.
+    Raises `TableError` where no driver has that name, or the table does not reach the poses or rates.
     """
     table = open_table(address)
     axes = GuardedTable(table, parse_limits(limits, table.axes)).axes
-    return TurnedTable(address, table, limits, *planned(axes, seconds, poses, turns))
+    plan, stops = planned(axes, seconds, poses, turns)
+    runs = plan_rates(axes, poses.rates, poses.rate_seconds) if poses else ()
+    rests = [stop.angles for stop in stops_of_runs(runs) if isinstance(stop, Position) and stop.rests]
+    return TurnedTable(address, table, limits, plan, _with_rests(stops, axes, rests), runs)
 
 
 def planned(
@@ -74,13 +85,16 @@ def planned(
         start = np.zeros(len(axes))
         plan = PosePlan(axes, in_shortest_order(axes, angles_at(axes, poses), start), start, rest)
         plan = with_turns(plan) if turns else plan
-    return plan, _with_ends_of_turns(poses or plan.poses(), plan)
+    return plan, _with_rests(poses or plan.poses(), axes, plan.route)
 
 
-def _with_ends_of_turns(poses: PoseList, plan: PosePlan) -> PoseList:
-    """Add where turns end: a few degrees beside a pose they would be taken for that pose, badly set."""
+def _with_rests(
+    poses: PoseList, axes: tuple[Axis, ...], rests: Sequence[FloatArray] | FloatArray
+) -> PoseList:
+    """Add where else the units rest: beside a pose by a few degrees it would count as that pose, badly set."""
     added = list(poses)
-    for angles, up in zip(plan.route, ups(plan.axes, plan.route), strict=True):
+    for angles in rests:
+        (up,) = ups(axes, angles[np.newaxis])
         if all(angle_between(up, pose.up) >= SAME_DIRECTION for pose in added):
-            added.append(Pose(stop_name(plan.axes, angles), up))
-    return poses if len(added) == len(poses) else PoseList(tuple(added), poses.source)
+            added.append(Pose(stop_name(axes, angles), up))
+    return poses if len(added) == len(poses) else replace(poses, poses=tuple(added))
