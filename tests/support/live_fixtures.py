@@ -30,6 +30,7 @@ class Scripted:
     """A transport that carries these pieces, then nothing more."""
 
     notices = ()
+    reorder_window = 0.0
 
     def __init__(self, pieces, whole=False):
         self.whole = whole

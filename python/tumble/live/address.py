@@ -52,14 +52,16 @@ class Address:
                 listed = ", ".join(known) or "none"
                 raise LogError(f"{self.text}: no setting {key!r} for {self.scheme}; known: {listed}")
 
-    def number(self, key: str, default: float) -> float:
-        """Give a setting that is a number above zero; raises `LogError` where it is none."""
+    def number(self, key: str, default: float, *, least: float | None = None) -> float:
+        """Give a setting that is a number above zero, or `least` or more; `LogError` where it is none."""
         text = self.settings.get(key)
         if text is None:
             return default
         value = number_of(text)
-        if value is None or not 0.0 < value < math.inf:
-            raise LogError(f"{self.text}: {key}={text}: give a number above zero")
+        lowest = math.ulp(0.0) if least is None else least
+        if value is None or not lowest <= value < math.inf:
+            wanted = "above zero" if least is None else f"of {least:g} or more"
+            raise LogError(f"{self.text}: {key}={text}: give a number {wanted}")
         return value
 
 

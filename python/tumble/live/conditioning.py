@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
-from tumble.live.readings import Readings, StreamFacts
+from tumble.live.readings import Readings, StreamFacts, joined
+from tumble.live.reordering import ReorderBuffer
 from tumble.live.source import LiveChunk, PolledSource
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
 from tumble.logs.options import ReadOptions
@@ -37,9 +38,13 @@ EMPTY = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
 
 class Conditioner:
-    """Turns readings into chunks that are fit to use."""
+    """Turns readings into chunks that are fit to use.
 
-    def __init__(self, options: ReadOptions) -> None:
+    Samples that may overtake each other on the way are put in order within `reorder_window` s; with 0 they
+    are taken in the order in which they come.
+    """
+
+    def __init__(self, options: ReadOptions, reorder_window: float = 0.0) -> None:
         self.without_number = 0
         """Samples left out because the time or a channel is no finite number."""
         self.late = 0
@@ -54,6 +59,7 @@ class Conditioner:
         self._facts: StreamFacts | None = None
         self._conversion: Conversion | None = None
         self._gate = StampGate()
+        self._order = ReorderBuffer(reorder_window) if reorder_window > 0.0 and options.rate is None else None
         self._without_number_in_succession = 0
         self._too_fast_in_succession = 0
 
@@ -85,6 +91,8 @@ class Conditioner:
             notices.append(
                 f"left out {count_of('sample', self.impossible)} that no sensor reads or no clock says"
             )
+        if self._order is not None and self._order.sorted:
+            notices.append(f"sorted {count_of('sample', self._order.sorted)} that others had overtaken")
         if self.late:
             notices.append(f"left out {count_of('sample', self.late)} that came twice or out of order")
         return tuple(notices)
@@ -100,14 +108,26 @@ class Conditioner:
         samples = readings.samples
         samples.time = self._stamps(samples, arrival)
         if self._conversion is not None:
-            return self._checked(self._conversion(samples), readings.moving, arrival)
+            return self._ordered(Readings(self._conversion(samples), readings.moving), arrival)
         self._head.append(Readings(_with_numbers(samples), readings.moving))
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
-        head, self._head = self._without_stray_stamps(_joined(self._head)), []
+        head, self._head = self._without_stray_stamps(joined(self._head)), []
         self._facts = facts
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
-        return self._checked(self._conversion(head.samples), head.moving, arrival)
+        return self._ordered(Readings(self._conversion(head.samples), head.moving), arrival)
+
+    def due(self, now: float) -> LiveChunk:
+        """Give samples that have waited long enough for others at `now`, s of `time.monotonic()`."""
+        if self._order is None:
+            return EMPTY
+        readings, arrival = self._order.due(now)
+        return self._checked(readings, arrival) if len(readings) else EMPTY
+
+    def _ordered(self, readings: Readings, arrival: float) -> LiveChunk:
+        if self._order is not None and self.stamped and len(readings):
+            readings, arrival = self._order.push(readings, arrival)
+        return self._checked(readings, arrival) if len(readings) else EMPTY
 
     def _stamps(self, samples: RawSamples, arrival: float) -> FloatArray:
         if self._counting_clock is not None:
@@ -122,14 +142,16 @@ class Conditioner:
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
 
-    def _checked(self, samples: RawSamples, moving: FloatArray | None, arrival: float) -> LiveChunk:
+    def _checked(self, readings: Readings, arrival: float) -> LiveChunk:
+        samples, moving = readings.samples, readings.moving
         assert samples.time is not None, "every sample was stamped"
         if not self._are_ordinary(samples.time, samples.accelerometer, samples.gyroscope):
             samples = _with_numbers(samples)
             kept = self._fit_to_use(samples)
             if not kept.any():
                 return EMPTY
-            samples, moving = _where(samples, kept), None if moving is None else moving[kept]
+            readings = Readings(samples, moving).part(kept)
+            samples, moving = readings.samples, readings.moving
         assert samples.time is not None, "every sample was stamped"
         return LiveChunk(
             samples.time, samples.accelerometer, samples.gyroscope, samples.temperature, moving, arrival
@@ -168,8 +190,7 @@ class Conditioner:
         assert stamps is not None, "every sample was stamped"
         stray = _stray(stamps, STRAY_STAMPS)
         self.impossible += int(stray.sum())
-        moving = None if head.moving is None else head.moving[~stray]
-        return Readings(_where(head.samples, ~stray), moving)
+        return head.part(~stray)
 
     def _possible(self, accelerometer: FloatArray, gyroscope: FloatArray) -> NDArray[np.bool_]:
         """Tell which samples a sensor may have read; raises `LogError` where the unit cannot be rad/s."""
@@ -216,8 +237,8 @@ class Conditioner:
 class ConditionedSource(PolledSource):
     """A source whose readings a `Conditioner` makes fit to use."""
 
-    def __init__(self, options: ReadOptions) -> None:
-        self._conditioner = Conditioner(options)
+    def __init__(self, options: ReadOptions, reorder_window: float = 0.0) -> None:
+        self._conditioner = Conditioner(options, reorder_window)
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
@@ -267,32 +288,3 @@ def _stray(values: FloatArray, times: float) -> NDArray[np.bool_]:
     # Where most values are the same nothing is usual.
     stray: NDArray[np.bool_] = off > times * usual if usual > 0.0 else np.zeros(len(off), dtype=np.bool_)
     return stray
-
-
-def _where(samples: RawSamples, kept: NDArray[np.bool_]) -> RawSamples:
-    """Leave out samples."""
-    return RawSamples(
-        None if samples.time is None else samples.time[kept],
-        samples.accelerometer[kept],
-        samples.gyroscope[kept],
-        None if samples.temperature is None else samples.temperature[kept],
-    )
-
-
-def _joined(pieces: list[Readings]) -> Readings:
-    """Put readings that came one after another together."""
-    samples = [piece.samples for piece in pieces]
-
-    def joined(parts: list[FloatArray | None]) -> FloatArray | None:
-        present = [part for part in parts if part is not None]
-        return np.concatenate(present) if len(present) == len(parts) else None
-
-    return Readings(
-        RawSamples(
-            joined([each.time for each in samples]),
-            np.concatenate([each.accelerometer for each in samples]),
-            np.concatenate([each.gyroscope for each in samples]),
-            joined([each.temperature for each in samples]),
-        ),
-        joined([piece.moving for piece in pieces]),
-    )

@@ -64,7 +64,7 @@ def mavlink_line(address: Address, options: ReadOptions) -> MavlinkLine:
         host, port = host_and_port(address, place)
         return MavlinkLine(address, TcpConnection(address, host, port), f"mavlink-{port}")
     if link in ("udpin", "udp"):
-        address.refuse_other_settings("message", "system", "rate", "from")
+        address.refuse_other_settings("message", "system", "rate", "from", "reorder")
         host, port = host_and_port(address, place)
         return MavlinkLine(address, DatagramSocket(address, host, port), f"mavlink-{port}")
     address.refuse_other_settings("baud", "message", "system", "rate")

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.recording import FloatArray
@@ -19,6 +23,19 @@ class Readings:
     def __len__(self) -> int:
         return len(self.samples)
 
+    def part(self, which: slice | NDArray[np.bool_] | NDArray[np.int64]) -> Readings:
+        """Return some of the samples."""
+        samples = self.samples
+        return Readings(
+            RawSamples(
+                None if samples.time is None else samples.time[which],
+                samples.accelerometer[which],
+                samples.gyroscope[which],
+                None if samples.temperature is None else samples.temperature[which],
+            ),
+            None if self.moving is None else self.moving[which],
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class StreamFacts:
@@ -34,3 +51,22 @@ class StreamFacts:
     temperature_unit: StatedUnit | None = None
     rate: None = None
     notices: tuple[str, ...] = ()
+
+
+def joined(pieces: Sequence[Readings]) -> Readings:
+    """Return readings that came one after another together."""
+    samples = [piece.samples for piece in pieces]
+
+    def together(parts: list[FloatArray | None]) -> FloatArray | None:
+        present = [part for part in parts if part is not None]
+        return np.concatenate(present) if len(present) == len(parts) else None
+
+    return Readings(
+        RawSamples(
+            together([each.time for each in samples]),
+            np.concatenate([each.accelerometer for each in samples]),
+            np.concatenate([each.gyroscope for each in samples]),
+            together([each.temperature for each in samples]),
+        ),
+        together([piece.moving for piece in pieces]),
+    )

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from tumble.errors import LogError
 from tumble.live.address import Address
-from tumble.live.conditioning import EMPTY, ConditionedSource
+from tumble.live.conditioning import ConditionedSource
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.live.transport import Transport
@@ -33,7 +33,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
     """
 
     def __init__(self, line: SharedLine[Part], address: Address, options: ReadOptions) -> None:
-        super().__init__(options)
+        super().__init__(options, line.transport.reorder_window)
         self.line = line
         """What it is heard on."""
         named = (address.unit or "").strip("/").replace("/", "_")
@@ -67,7 +67,9 @@ class LineUnit(ConditionedSource, Generic[Part]):
             self.line.receive()
         parts, self._waiting = self._waiting, []
         found = self._readings(parts) if parts else None
-        return EMPTY if found is None else self._conditioner.take(*found, self._arrival)
+        if found is None:
+            return self._conditioner.due(time.monotonic())
+        return self._conditioner.take(*found, self._arrival)
 
     def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
         """Take in what came over the line for all its units, at `arrival`, s of `time.monotonic()`."""

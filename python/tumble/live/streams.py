@@ -35,6 +35,7 @@ class TcpConnection(NetworkSocket):
     """A connection to a device, or a program, that listens."""
 
     whole = False
+    reorder_window = 0.0
     joined_midway = True
     notices: tuple[str, ...] = ()
 
@@ -85,6 +86,7 @@ class StandardInput:
     """What another program pipes into this one; it ends where that program does."""
 
     whole = False
+    reorder_window = 0.0
     joined_midway = False
     notices: tuple[str, ...] = ()
 
@@ -133,6 +135,7 @@ class GrowingFile:
     """A file that another program writes: what is added to it, and the names of its columns."""
 
     whole = False
+    reorder_window = 0.0
     joined_midway = False
 
     def __init__(self, address: Address, path: Path, options: ReadOptions, *, from_start: bool) -> None:

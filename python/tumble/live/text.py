@@ -27,8 +27,8 @@ def serial_line(address: Address, options: ReadOptions) -> TextLine:
 
 
 def udp_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `udp://HOST:PORT?from=ADDRESS`, to which devices send."""
-    address.refuse_other_settings("from")
+    """Make the line of `udp://HOST:PORT?from=ADDRESS&reorder=0.05`, to which devices send."""
+    address.refuse_other_settings("from", "reorder")
     host, port = host_and_port(address, address.place)
     return TextLine(address, options, DatagramSocket(address, host, port), f"udp-{port}")
 

@@ -292,7 +292,12 @@ class LiveSet:
         for unit in self._units.values():
             if now - unit.heard >= HEARTBEAT:
                 unit.heard = now
-                yield unit.name, EMPTY
+                # Samples may wait for one that does not come any more.
+                chunk = self._read(unit) if unit.is_open and unit.kept is EMPTY else EMPTY
+                yield (
+                    unit.name,
+                    self._given(unit, chunk) if len(chunk) and chunk.arrival is not None else EMPTY,
+                )
         self._heartbeat_at = min(unit.heard for unit in self._units.values()) + HEARTBEAT
 
     def _bring_back(self) -> None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 LARGEST_DATAGRAM = 1 << 16
 WAITING_BYTES = 1 << 22
 """Of datagrams that wait to be read: seconds of one IMU."""
+REORDER_WINDOW = 0.05
+"""s for which datagrams may be overtaken by others unless `?reorder=` states it."""
 DEFAULT_BAUD = 115200
 GET_PERMISSION = "on Linux join the group that owns it, often dialout"
 
@@ -33,6 +35,10 @@ class Transport(Protocol):
     @property
     def joined_midway(self) -> bool:
         """Whether the first bytes may be the rest of a line that began before anybody listened."""
+
+    @property
+    def reorder_window(self) -> float:
+        """Time, s, for which messages may be overtaken on the way; 0 where they keep their order."""
 
     @property
     def notices(self) -> tuple[str, ...]:
@@ -62,6 +68,7 @@ class SerialLine:
 
     whole = False
     joined_midway = True
+    reorder_window = 0.0
     notices: tuple[str, ...] = ()
 
     def __init__(self, address: Address, device: str, baud: int) -> None:
@@ -159,6 +166,8 @@ class DatagramSocket(NetworkSocket):
         self._hosts: frozenset[str] = frozenset()
         """Numbers of the only host that counts; empty where it is the first that sends."""
         self._from_others = 0
+        self.reorder_window = address.number("reorder", REORDER_WINDOW, least=0.0)
+        """See `Transport`."""
 
     @property
     def notices(self) -> tuple[str, ...]:
