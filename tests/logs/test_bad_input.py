@@ -179,7 +179,7 @@ def test_time_running_backwards_is_said_with_its_place_in_binary_files(tmp_path,
 def test_the_place_of_a_backward_step_counts_samples_left_out_before_it(tmp_path):
     chunk = made_up(500, temperature=False)
     chunk.gyroscope[100, 1] = np.nan
-    chunk.time[300] -= 1.0
+    chunk.time[300] -= 0.5
     assert "line 302" in refusal(write_text(tmp_path / "log.csv", chunk))
 
 

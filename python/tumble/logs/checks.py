@@ -10,6 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
+from tumble.logs.row_order import (
+    LARGEST_DISPLACEMENT,
+    Reordering,
+    RowOrder,
+    Rows,
+    WrongOrderError,
+    WrongTime,
+    select,
+)
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
 from tumble.recording import Chunk, FloatArray
@@ -77,6 +86,8 @@ class Counts:
     """Samples left out because they hold a reading, or a time, that no sensor has."""
     spikes: Oddities = field(default_factory=Oddities)
     """Samples kept whose reading stands alone, far from those before and after."""
+    reordering: Reordering = field(default_factory=Reordering)
+    """Samples that were sorted by time."""
 
     def add(self, other: Counts) -> None:
         """Count what another pass has met as well."""
@@ -89,10 +100,13 @@ class Counts:
         self.bad_lines.add(other.bad_lines)
         self.impossible.add(other.impossible)
         self.spikes.add(other.spikes)
+        self.reordering.add(other.reordering)
 
     def notices(self) -> tuple[str, ...]:
         """Say what was left out; empty if nothing was."""
         notices = []
+        if self.reordering.rows:
+            notices.append(self.reordering.phrase())
         if self.duplicates:
             notices.append(
                 f"left out {count_of('sample', self.duplicates)} with the time stamp of the one before"
@@ -124,9 +138,11 @@ class ChunkStream(Iterator[Chunk]):
 
     `expected` is the number of samples to come where that is known beforehand, for those who show progress.
 
-    Raises `LogError` at the sample where time runs backwards, and at the end of a pass in which too many
-    samples had to be left out; not so with `keep_faults`, which passes on all that has a time. With
-    `skip_bad_lines` a single time stamp out of order is left out as a bad line.
+    Samples that came late are sorted by time, within `LARGEST_DISPLACEMENT` places.
+
+    Raises `LogError` at a sample whose time belongs nowhere in that window, and at the end of a pass in which
+    too many samples had to be left out; not so with `keep_faults`, which passes on all that has a time, in
+    the order of the log. With `skip_bad_lines` a single wrong time stamp is left out as a bad line.
     """
 
     def __init__(
@@ -149,6 +165,8 @@ class ChunkStream(Iterator[Chunk]):
             {"gyroscope": IMPOSSIBLE_RAD_PER_S} if gyroscope_unit_is_assumed else {}
         )
         self._last: Chunk | None = None
+        self._order = RowOrder(drop_wrong=skip_bad_lines)
+        self.counts.reordering = self._order.reordering
         self._chunks = self._generate(pieces)
 
     def __next__(self) -> Chunk:
@@ -165,15 +183,27 @@ class ChunkStream(Iterator[Chunk]):
             if piece.bad_lines:
                 self.counts.bad_lines.add(Oddities(len(piece.bad_lines), piece.bad_lines[0]))
             stamped = self._with_time(piece, first)
-            kept = self._drop_no_samples(stamped) if self._keep_faults else self._drop_unsound(stamped, first)
-            chunk = self._drop_duplicates(kept)
-            if len(chunk):
-                chunk = self._hold_temperature(chunk)
-                self._last = chunk
-                if self._keep_faults:
-                    self._refuse_degrees(chunk)
-                yield chunk
+            if self._keep_faults:
+                yield from self._finished(self._drop_no_samples(stamped))
+                continue
+            for rows in self._in_order(*self._drop_unsound(stamped, first)):
+                self._note_spikes(rows.chunk, rows.numbers)
+                yield from self._finished(rows.chunk)
+        for rows in self._rest():
+            self._note_spikes(rows.chunk, rows.numbers)
+            yield from self._finished(rows.chunk)
         self._check_totals()
+
+    def _finished(self, kept: Chunk) -> Iterator[Chunk]:
+        """Give what is left of a chunk, if anything is, without duplicates and gaps of temperature."""
+        chunk = self._drop_duplicates(kept)
+        if len(chunk) == 0:
+            return
+        chunk = self._hold_temperature(chunk)
+        self._last = chunk
+        if self._keep_faults:
+            self._refuse_degrees(chunk)
+        yield chunk
 
     def _with_time(self, piece: RawSamples, first: int) -> Chunk:
         time = piece.time
@@ -182,23 +212,19 @@ class ChunkStream(Iterator[Chunk]):
             time = np.arange(first, first + len(piece), dtype=np.float64) / self._rate
         return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature, received=piece.received)
 
-    def _drop_unsound(self, chunk: Chunk, first: int) -> Chunk:
-        """Leave out samples that are no readings, then see that time runs forwards over what is left.
+    def _drop_unsound(self, chunk: Chunk, first: int) -> tuple[Chunk, Numbers]:
+        """Leave out samples that are no readings; return the others, and their numbers in the log.
 
         `first` is the number of the first sample in the log.
         """
-        if len(chunk) == 0:
-            return chunk
-        numbers = np.arange(first, first + len(chunk))
-        if not self._is_sound(chunk):
-            finite = self._finite(chunk)
-            chunk, numbers = _select(chunk, finite), numbers[finite]
-            self._refuse_degrees(chunk)
-            possible = self._possible(chunk, numbers)
-            chunk, numbers = _select(chunk, possible), numbers[possible]
-        chunk, numbers = self._in_order(chunk, numbers)
-        self._note_spikes(chunk, numbers)
-        return chunk
+        numbers = np.arange(first, first + len(chunk), dtype=np.int64)
+        if len(chunk) == 0 or self._is_sound(chunk):
+            return chunk, numbers
+        finite = self._finite(chunk)
+        chunk, numbers = select(chunk, finite), numbers[finite]
+        self._refuse_degrees(chunk)
+        possible = self._possible(chunk, numbers)
+        return select(chunk, possible), numbers[possible]
 
     def _quantities(self, chunk: Chunk) -> Mapping[Measured, FloatArray]:
         """Give what was recorded."""
@@ -212,40 +238,45 @@ class ChunkStream(Iterator[Chunk]):
         quantities = self._quantities(chunk)
         return all(_largest(values) <= self._largest_usual[what] for what, values in quantities.items())
 
-    def _in_order(self, chunk: Chunk, numbers: Numbers) -> tuple[Chunk, Numbers]:
-        """Refuse time that runs backwards; a single stamp out of order is a bad line."""
-        backwards = self._steps(chunk) < 0.0
-        if not backwards.any():
-            return chunk, numbers
-        alone = _stamps_alone(chunk.time)
-        if alone.any() and self._skip_bad_lines:
-            at = int(np.argmax(alone))
-            seen = f"{self._track.locate(int(numbers[at]))} jumps in time, to {float(chunk.time[at]):.9g} s"
-            self.counts.bad_lines.add(Oddities(int(alone.sum()), seen))
-            chunk, numbers = _select(chunk, ~alone), numbers[~alone]
-            backwards = self._steps(chunk) < 0.0
-            if not backwards.any():
-                return chunk, numbers
-        elif alone.any():
-            at = int(np.argmax(alone))
-            step = float(self._steps(chunk)[at])
-            raise LogError(
-                f"{self._track.source}: {self._track.locate(int(numbers[at]))}: time "
-                f"{'runs backwards' if step < 0.0 else 'jumps ahead'} by {abs(step):.6g} s to "
-                f"{float(chunk.time[at]):.9g} s in this sample alone; repair or delete it, or "
-                "leave it out with --skip-bad-lines"
-            )
-        at = int(np.argmax(backwards))
-        raise LogError(
-            f"{self._track.source}: {self._track.locate(int(numbers[at]))}: time runs backwards by "
-            f"{-float(self._steps(chunk)[at]):.6g} s to {float(chunk.time[at]):.9g} s; "
-            "sort the log by time, or read it with --rate if its samples are in order"
-        )
+    def _in_order(self, chunk: Chunk, numbers: Numbers) -> list[Rows]:
+        """Sort samples by time; give those that are ready."""
+        try:
+            ready = self._order.push(chunk, numbers)
+        except WrongOrderError as error:
+            raise self._wrong_order(error.row) from None
+        self._note_dropped()
+        return ready
 
-    def _steps(self, chunk: Chunk) -> FloatArray:
-        """Give the (n,) steps of time to each sample from the one before, s."""
-        before = chunk.time[:1] if self._last is None else self._last.time[-1:]
-        return np.diff(chunk.time, prepend=before)
+    def _rest(self) -> list[Rows]:
+        """Give the samples that were held for sorting."""
+        try:
+            ready = self._order.finish()
+        except WrongOrderError as error:
+            raise self._wrong_order(error.row) from None
+        self._note_dropped()
+        return ready
+
+    def _note_dropped(self) -> None:
+        for row in self._order.dropped:
+            seen = f"{self._track.locate(row.number)} jumps in time, to {row.time:.9g} s"
+            self.counts.bad_lines.add(Oddities(1, seen))
+        self._order.dropped.clear()
+
+    def _wrong_order(self, row: WrongTime) -> LogError:
+        """Say which sample has a time that fits nowhere."""
+        moves = "runs backwards" if row.step < 0.0 else "jumps ahead"
+        seen = (
+            f"{self._track.source}: {self._track.locate(row.number)}: time {moves} by "
+            f"{abs(row.step):.6g} s to {row.time:.9g} s"
+        )
+        if row.alone:
+            return LogError(
+                f"{seen} in this sample alone; repair or delete it, or leave it out with --skip-bad-lines"
+            )
+        return LogError(
+            f"{seen}, further than the {LARGEST_DISPLACEMENT} rows within which late rows are sorted, "
+            "or into no gap; sort the log by time, or read it with --rate if its samples are in order"
+        )
 
     def _possible(self, chunk: Chunk, numbers: Numbers) -> Mask:
         """Leave out, and count, what no sensor reads."""
@@ -297,7 +328,7 @@ class ChunkStream(Iterator[Chunk]):
             self.counts.without_number += unstamped
         if not self._track.alone:
             stamped &= np.isfinite(chunk.accelerometer).any(axis=1) | np.isfinite(chunk.gyroscope).any(axis=1)
-        return chunk if stamped.all() else _select(chunk, stamped)
+        return chunk if stamped.all() else select(chunk, stamped)
 
     def _finite(self, chunk: Chunk) -> Mask:
         bad = {"time": ~np.isfinite(chunk.time)}
@@ -322,7 +353,7 @@ class ChunkStream(Iterator[Chunk]):
             return chunk
         self.counts.duplicates += int(doubled.sum())
         self.counts.clashes += int((doubled & self._differs_from_previous(chunk)).sum())
-        return _select(chunk, ~doubled)
+        return select(chunk, ~doubled)
 
     def _differs_from_previous(self, chunk: Chunk) -> Mask:
         values = np.hstack([chunk.accelerometer, chunk.gyroscope])
@@ -390,14 +421,6 @@ class ChunkStream(Iterator[Chunk]):
             )
 
 
-def _select(chunk: Chunk, mask: Mask) -> Chunk:
-    temperature: FloatArray | None = None if chunk.temperature is None else chunk.temperature[mask]
-    received: FloatArray | None = None if chunk.received is None else chunk.received[mask]
-    return Chunk(
-        chunk.time[mask], chunk.accelerometer[mask], chunk.gyroscope[mask], temperature, received=received
-    )
-
-
 def _largest(values: FloatArray) -> float:
     """Largest absolute value of some; NaN where one is."""
     return max(float(values.max()), -float(values.min()))
@@ -417,11 +440,3 @@ def _stand_alone(values: FloatArray, least: float) -> Mask:
     before = np.concatenate([largest[1:2], largest[:-1]])
     after = np.concatenate([largest[1:], largest[-2:-1]])
     return (largest > least) & (0.5 * largest > before) & (0.5 * largest > after)
-
-
-def _stamps_alone(time: FloatArray) -> Mask:
-    """Find the (n,) times that are out of order while those before and after them are not."""
-    alone = np.zeros(len(time), dtype=np.bool_)
-    before, here, after = time[:-2], time[1:-1], time[2:]
-    alone[1:-1] = (before <= after) & ((here > after) | (here < before))
-    return alone

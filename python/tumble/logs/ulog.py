@@ -132,7 +132,7 @@ def _time(records: Records) -> FloatArray:
 def _imus(path: Path) -> list[FlightImu]:
     log, scan = opened(path), _scanned(path)
     return [
-        *_apart(log, scan, "sensor_fifo", FIFO, _unpacked),
+        *_apart(log, scan, "sensor_fifo", FIFO, _unpacked, ("samples", "dt", "scale")),
         *_apart(log, scan, "sensor", SENSOR, _readings),
         *_together(log, scan, COMBINED, _combined),
         *_together(log, scan, DELTAS, _deltas),
@@ -146,12 +146,13 @@ def _apart(
     form: str,
     names: Mapping[Triad, str],
     decode: Callable[[Triad, Records], TriadSamples],
+    fields: tuple[str, ...] = (),
 ) -> Iterator[FlightImu]:
-    """Find the instances of which accelerometer and gyroscope were logged."""
+    """Find the instances of which accelerometer and gyroscope were logged, each with x, y, z and `fields`."""
     for instance in sorted({topic.instance for topic in scan.topics}):
         topics = {triad: Topic(name, instance) for triad, name in names.items()}
         facts = {triad: scan.topics[topic] for triad, topic in topics.items() if topic in scan.topics}
-        if len(facts) < len(TRIADS) or not all(_has(each, "x", "y", "z") for each in facts.values()):
+        if len(facts) < len(TRIADS) or not all(_has(each, "x", "y", "z", *fields) for each in facts.values()):
             continue
         base = max(TRIADS, key=lambda triad: (facts[triad].rate, triad))
         devices = {triad: _only(each.devices.get("device_id", set())) for triad, each in facts.items()}
