@@ -132,7 +132,7 @@ def test_the_list_says_what_each_format_holds_and_needs():
         (("--to", "px4", "--set", "accelerometer-id=x"), "--set accelerometer-id=x: give a whole number"),
         (("--to", "kalibr", "--set", "rate=0"), "--set rate=0: give a number above zero"),
         (("--to", "imucal", "--set", "rate"), "--set rate: give NAME=VALUE"),
-        (("--to", "ardupilot", "--set", "instance=4"), "--set instance=4: ArduPilot numbers IMUs 1 to 3"),
+        (("--to", "ardupilot", "--set", "instance=6"), "--set instance=6: ArduPilot numbers IMUs 1 to 5"),
     ],
 )
 def test_what_cannot_be_exported_is_said_in_one_line_and_leaves_nothing(tmp_path, unit, words, message):

@@ -13,7 +13,7 @@ from tumble.exchange.parameters import all_powers, numbers_of, single, stored_ca
 from tumble.exchange.parts import sensing_axes
 from tumble.exchange.target import Content, Setting, Settings, Target, Written
 from tumble.files import FileKind
-from tumble.firmware.ardupilot import COEFFICIENT, NUMBERS, REFERENCE, about, names_of, stored
+from tumble.firmware.ardupilot import COEFFICIENT, NUMBERS, REFERENCE, SENSOR, about, names_of, stored
 from tumble.recording import FloatArray
 from tumble.units import TRIADS
 
@@ -26,7 +26,7 @@ _AXES = "XYZ"
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the parameters of up to three IMUs."""
+    """Write the parameters of up to five IMUs."""
     lines = ["# Calibration by Tumble for ArduPilot: NAME,VALUE"]
     for place, calibration in enumerate(calibrations):
         number = place + settings.whole_number("instance")
@@ -37,7 +37,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         if calibration.accelerometer is not None:
             lines += _accelerometer(calibration, calibration.accelerometer, number)
         if calibration.gyroscope is not None:
-            lines += _triple(names_of("GYR", number) + "OFFS", _not_zero(calibration.gyroscope.b))
+            lines += _triple(names_of("gyroscope", number).offset, _not_zero(calibration.gyroscope.b))
         lines += _thermal(calibration, number)
     has_gyroscope = any(calibration.gyroscope is not None for calibration in calibrations)
     if has_gyroscope:
@@ -60,16 +60,16 @@ def _accelerometer(calibration: Calibration, section: Triad, number: int) -> Ite
             f"{calibration.name}: a scale of {worst:.4g} is not within the {low} to {high} that ArduPilot "
             "takes; calibrate readings in m/s^2"
         )
-    yield from _triple(names_of("ACC", number) + "OFFS", _not_zero(section.b))
-    yield from _triple(names_of("ACC", number) + "SCAL", scale)
+    names = names_of("accelerometer", number)
+    yield from _triple(names.offset, _not_zero(section.b))
+    yield from _triple(names.scale, scale)
 
 
 def _thermal(calibration: Calibration, number: int) -> Iterator[str]:
-    sections = {"ACC": calibration.accelerometer, "GYR": calibration.gyroscope}
     drifts = {
-        name: section.temperature_drift
-        for name, section in sections.items()
-        if section is not None and section.temperature_drift is not None
+        triad: section.temperature_drift
+        for triad in TRIADS
+        if (section := getattr(calibration, triad)) is not None and section.temperature_drift is not None
     }
     if not drifts:
         return
@@ -79,19 +79,19 @@ def _thermal(calibration: Calibration, number: int) -> Iterator[str]:
             f"{calibration.name}: its triads were seen in different ranges of temperature, and ArduPilot has "
             "one for both; run tumble thermal on logs of both"
         )
-    yield f"INS_TCAL{number}_ENABLE,1"
-    yield f"INS_TCAL{number}_TMIN,{single(low)}"
-    yield f"INS_TCAL{number}_TMAX,{single(high)}"
-    for name, drift in drifts.items():
-        yield f"INS_{name}{number}_CALTEMP,{single(drift.reference)}"
+    shared = names_of(TRIADS[0], number).thermal
+    yield f"{shared}ENABLE,1"
+    yield f"{shared}TMIN,{single(low)}"
+    yield f"{shared}TMAX,{single(high)}"
+    for triad, drift in drifts.items():
+        yield f"{names_of(triad, number).calibration_temperature},{single(drift.reference)}"
         powers = COEFFICIENT * about(all_powers(drift.bias), drift.reference, REFERENCE)
         for power, row in enumerate(powers, start=1):
-            yield from _triple(f"INS_TCAL{number}_{name}{power}_", row)
+            yield from _triple(f"{shared}{SENSOR[triad]}{power}_{{}}", row)
 
 
-def _triple(prefix: str, values: FloatArray) -> list[str]:
-    joint = "" if prefix.endswith("_") else "_"
-    return [f"{prefix}{joint}{axis},{single(value)}" for axis, value in zip(_AXES, values, strict=True)]
+def _triple(names: str, values: FloatArray) -> list[str]:
+    return [f"{names.format(axis)},{single(value)}" for axis, value in zip(_AXES, values, strict=True)]
 
 
 def _not_zero(offset: FloatArray) -> FloatArray:
@@ -129,7 +129,7 @@ ARDUPILOT = Target(
     },
     write=write,
     source="https://ardupilot.org/copter/docs/parameters.html#ins-parameters",
-    settings=(Setting("instance", "number of the first IMU, 1 to 3", "1"),),
+    settings=(Setting("instance", f"number of the first IMU, {NUMBERS[0]} to {NUMBERS[-1]}", "1"),),
     most=len(NUMBERS),
     read=read,
     read_parameters=calibrations_in,

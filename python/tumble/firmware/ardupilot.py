@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,40 +21,80 @@ from tumble.units import Triad
 REFERENCE = 35.0
 """degC."""
 COEFFICIENT = 1e6
-NUMBERS = (1, 2, 3)
-"""Of IMUs, in names of parameters."""
+NUMBERS = (1, 2, 3, 4, 5)
+"""IMUs, as names of parameters count them."""
 SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYR"}
 _FIRST = NUMBERS[0]
+_GROUPED = 4
+"""First IMU whose parameters are a group of their own, `INS4_*`."""
+_NEVER = -300.0
+"""degC: temperature of calibration of a sensor that has none, below every range."""
+_APPLIED = 1
+"""Value of ENABLE under which a thermal correction is applied; 2 learns one and applies none."""
 _CUSTOM = (101, 102)
 
 
-def names_of(sensor: str, number: int) -> str:
-    """Begin the names of offsets and scales: `INS_GYRO` is the first gyroscope, `INS_GYR2` the second."""
-    name = "GYRO" if sensor == "GYR" and number == _FIRST else sensor
-    return f"INS_{name}" if number == _FIRST else f"INS_{sensor}{number}"
+@dataclass(frozen=True, slots=True)
+class Names:
+    """Names of the parameters of one sensor (AP_InertialSensor.cpp and AP_InertialSensor_Params.cpp)."""
+
+    device: str
+    offset: str
+    """With `{}` for the axis."""
+    scale: str
+    """With `{}` for the axis; an accelerometer's only."""
+    calibration_temperature: str
+    thermal: str
+    """Beginning of the names of the thermal correction, which both triads of an IMU share."""
+
+
+def names_of(triad: Triad, number: int) -> Names:
+    """Return the names of a sensor of IMU `number`, counted from 1.
+
+    The first accelerometer and the first gyroscope bear no number: `INS_ACCOFFS_X`, `INS_GYROFFS_X`.
+    """
+    sensor = SENSOR[triad]
+    if number >= _GROUPED:
+        group = f"INS{number}_"
+        return Names(
+            f"{group}{sensor}_ID", f"{group}{sensor}OFFS_{{}}", f"{group}{sensor}SCAL_{{}}",
+            f"{group}{sensor}_CALTEMP", f"{group}TCAL_",
+        )  # fmt: skip
+    numbered = f"INS_{sensor}{'' if number == _FIRST else number}"
+    return Names(
+        f"{numbered}_ID", f"{numbered}OFFS_{{}}", f"{numbered}SCAL_{{}}", f"INS_{sensor}{number}_CALTEMP",
+        f"INS_TCAL{number}_",
+    )  # fmt: skip
 
 
 def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored:
-    """Give what is stored of a sensor, counted from 1."""
-    sensor = SENSOR[triad]
-    names = names_of(sensor, number)
-    device = whole(parameters, f"INS_{sensor}{'' if number == _FIRST else number}_ID")
+    """Return the parameters of a sensor, counted from 1.
+
+    Raises `CalibrationFileError` where one makes no sense.
+    """
+    names = names_of(triad, number)
     return Stored(
-        device,
-        triple(parameters, names + "OFFS_{}", 0.0),
-        scales(parameters, names + "SCAL_{}"),
-        _thermal(parameters, sensor, number),
+        whole(parameters, names.device),
+        triple(parameters, names.offset, 0.0),
+        _scale(parameters, names),
+        _thermal(parameters, triad, names),
     )
 
 
-def _thermal(parameters: Mapping[str, float], sensor: str, number: int) -> Thermal | None:
-    """Give what a sensor does over temperature, about the temperature of its calibration."""
-    names = f"INS_TCAL{number}_"
-    if not parameters.get(f"{names}ENABLE"):
+def _scale(parameters: Mapping[str, float], names: Names) -> FloatArray:
+    """Return (3,) factors; three zeros, the default of older firmware, it replaces by ones as it starts."""
+    if not triple(parameters, names.scale, 1.0).any():
+        return np.ones(3)
+    return scales(parameters, names.scale)
+
+
+def _thermal(parameters: Mapping[str, float], triad: Triad, names: Names) -> Thermal | None:
+    """Return the thermal correction of a sensor, about the temperature of its calibration."""
+    if parameters.get(f"{names.thermal}ENABLE") != _APPLIED:
         return None
-    low, high = parameters.get(f"{names}TMIN", 0.0), parameters.get(f"{names}TMAX", 70.0)
-    calibrated = float(np.clip(parameters.get(f"INS_{sensor}{number}_CALTEMP", REFERENCE), low, high))
-    powers = np.array([triple(parameters, f"{names}{sensor}{k}_" + "{}", 0.0) for k in POWERS])
+    low, high = parameters.get(f"{names.thermal}TMIN", 0.0), parameters.get(f"{names.thermal}TMAX", 70.0)
+    calibrated = float(np.clip(parameters.get(names.calibration_temperature, _NEVER), low, high))
+    powers = np.array([triple(parameters, f"{names.thermal}{SENSOR[triad]}{k}_" + "{}", 0.0) for k in POWERS])
     return Thermal(calibrated, (low, high), np.zeros(3), about(powers / COEFFICIENT, REFERENCE, calibrated))
 
 
