@@ -46,7 +46,6 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.multipose
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
-	$(PIP) install --quiet allantools==2024.6
 	$(BIN)/python -m benchmarks.noise_terms
 	$(BIN)/python -m benchmarks.noise_chart
 	$(BIN)/python -m benchmarks.thermal

@@ -8,6 +8,7 @@ import re
 import sys
 from itertools import pairwise
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -16,8 +17,6 @@ from exchange_units import calibration, needed
 from tumble.exchange.parts import sensing_axes
 from tumble.exchange.procedure import export
 from ulog_fixtures import ULogWriter
-
-OPENCV = "pip install opencv-python-headless to have the reader of OpenVINS, VINS and ORB-SLAM3"
 
 
 @pytest.fixture
@@ -81,7 +80,6 @@ def test_the_yaml_of_kalibr_holds_numbers_alone_even_small_ones(tmp_path, unit):
 
 
 def test_opencv_reads_the_chain_of_openvins(tmp_path, unit):
-    cv2 = pytest.importorskip("cv2", reason=OPENCV)
     file = cv2.FileStorage(str(written(tmp_path, unit, "openvins")), cv2.FILE_STORAGE_READ)
     imu = file.getNode("imu0")
     chain = yaml.safe_load(written(tmp_path, unit, "openvins").read_text().partition("\n")[2])["imu0"]
@@ -96,7 +94,6 @@ def test_opencv_reads_the_chain_of_openvins(tmp_path, unit):
 
 @pytest.mark.parametrize(("word", "key"), [("vins", "acc_n"), ("orb-slam3", "IMU.NoiseAcc")])
 def test_opencv_reads_keys_of_noise(tmp_path, unit, word, key):
-    cv2 = pytest.importorskip("cv2", reason=OPENCV)
     path = written(tmp_path, unit, word)
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
     stated = re.search(rf"^{re.escape(key)}: (.*)$", path.read_text(), re.MULTILINE)

@@ -11,6 +11,7 @@ from log_fixtures import DATA
 from tumble.errors import LogError
 from tumble.exchange.parameters import numbers_of
 from tumble.exchange.procedure import export
+from tumble.firmware.px4 import correction_of
 from tumble.firmware.rotations import rotation
 from tumble.logs import ReadOptions, open_recording
 from turntable_sessions import typed
@@ -129,6 +130,26 @@ def test_what_px4_took_off_for_temperature_is_put_back(tmp_path):
     without = logged(tmp_path / "without.ulg", time, corrected, found)
     with pytest.raises(LogError, match="the firmware followed temperature, which the log does not hold"):
         read(without, undo_correction=True)
+
+
+def test_thermal_parameters_of_px4_serve_the_device_that_they_name():
+    # TemperatureCompensation.cpp, set_sensor_id: whatever slot of CAL_* or TC_* that is, calibrated or not
+    device = DEVICES["accelerometer"]
+    found = {"TC_A_ENABLE": 1, "TC_A2_ID": device, "TC_A2_X0_0": 0.25, "TC_A2_TMAX": 50.0}
+    for calibrated in ({}, {"CAL_ACC1_ID": device}):
+        thermal = correction_of(found | calibrated, "accelerometer", device).thermal
+        assert thermal.at(np.array([20.0]))[0] == pytest.approx([0.25, 0.0, 0.0])
+    assert correction_of(found | {"TC_A_ENABLE": 0}, "accelerometer", device).thermal is None
+    assert correction_of(found, "accelerometer", device + 1).thermal is None
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, np.nan, np.inf])
+def test_a_scale_that_px4_refuses_is_not_undone(scale):
+    # Accelerometer.cpp, set_scale: none but finite ones above zero are taken.
+    found = {"CAL_ACC0_ID": 7, "CAL_ACC0_XSCALE": scale, "CAL_ACC0_YSCALE": 1.5, "CAL_ACC0_XOFF": 0.3}
+    correction = correction_of(found, "accelerometer", 7)
+    assert np.array_equal(correction.scale, np.ones(3))
+    assert correction.offset[0] == 0.3
 
 
 @settings(max_examples=8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pandas
 import pytest
 import yaml
 from scipy.stats import chi2
@@ -215,7 +216,6 @@ def test_the_rotation_of_the_earth_needs_a_latitude(written, tmp_path):
 
 
 def test_lists_and_data_frames_will_do_in_place_of_a_log(hand, found):
-    pandas = pytest.importorskip("pandas")
     samples = hand.unit.samples
     columns = {"time": samples.time}
     columns |= {f"a{axis}": samples.accelerometer[:, k] for k, axis in enumerate("xyz")}

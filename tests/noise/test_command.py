@@ -148,5 +148,4 @@ def test_a_notebook_shows_every_channel_with_its_intervals_and_a_frame_holds_eve
         assert f"<td>{channel.name}</td>" in table
     assert "white noise" in table
     assert "at rest" in table
-    pytest.importorskip("pandas")
     assert len(result.to_frame()) == 30

@@ -209,7 +209,6 @@ def test_a_status_that_is_no_number_is_refused():
 
 
 def test_a_table_is_commanded_over_a_serial_line_that_no_other_program_may_open():
-    pytest.importorskip("pyvisa_py")
     device, line = pty.openpty()
     tty.setraw(line)
     said = []

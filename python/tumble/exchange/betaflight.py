@@ -15,6 +15,7 @@ import numpy as np
 from tumble.calibration.document import Calibration
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
+from tumble.exchange.parameters import comment
 from tumble.exchange.parts import BIAS, Loss
 from tumble.exchange.target import Setting, Settings, Target, Written
 from tumble.files import FileKind
@@ -36,7 +37,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         raise ProcedureError(f"{calibration.name}: a bias of {exact.max():.0f} counts is none of a sensor")
     rounding = float(np.abs(exact - counts).max()) * STANDARD_GRAVITY / per_g
     numbers = ",".join(str(int(count)) for count in counts)
-    text = f"# Calibration of {calibration.name} by Tumble\nset acc_calibration = {numbers},1\nsave\n"
+    head = f"# Calibration of {comment(calibration.name)} by Tumble"
+    text = f"{head}\nset acc_calibration = {numbers},1\nsave\n"
     return Written(text, (Loss(calibration.name, "accelerometer", "rounding to counts", rounding),))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, Triad
 from tumble.calibration.temperature_drift import TemperatureDrift
-from tumble.exchange.parameters import all_powers, c_float
+from tumble.exchange.parameters import all_powers, c_comment, c_float
 from tumble.exchange.parts import BIAS, MATRIX, Part
 from tumble.exchange.target import Setting, Settings, Target, Written
 from tumble.files import FileKind
@@ -24,7 +24,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     (calibration,) = calibrations
     name = settings.c_name("name")
     lines = [
-        f"/* Calibration of {_comment(calibration.name)} by Tumble; hash {calibration.hash()}. */",
+        f"/* Calibration of {c_comment(calibration.name)} by Tumble; hash {calibration.hash()}. */",
         '#include "tumble.h"',
         "",
         f"static const tumble_calibration {name} = {{",
@@ -40,10 +40,6 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         lines += ["", *_drift(f"{name}_{triad}_drift", drift)]
     remarks = ("take readings to the reference with tumble_temperature_drift_remove() first",)
     return Written("\n".join(lines) + "\n", remarks=remarks if drifts else ())
-
-
-def _comment(text: str) -> str:
-    return text.replace("*/", "* /")
 
 
 def _error_model(triad: str, section: Triad | None) -> list[str]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json
+from tumble.units import UNITS
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
 
 
 def import_command(
@@ -49,3 +54,19 @@ def import_command(
         return
     for calibration, path in zip(found, paths, strict=True):
         print(f"{path}\n{calibration}")
+        for note in _notes(calibration):
+            print(f"Note: {note}")
+
+
+def _notes(calibration: Calibration) -> Iterator[str]:
+    """Say how logs have to be read where a calibration corrects readings in no unit of its triad."""
+    from tumble.exchange.target import READINGS
+    from tumble.plain import short
+
+    stated = None if calibration.method is None else calibration.method.options.get(READINGS)
+    for triad, unit in UNITS.items():
+        if isinstance(stated, dict) and triad in stated:
+            yield (
+                f"it corrects {triad} readings in {short(stated[triad])}: read logs with "
+                f"--{triad}-unit {unit} --{triad}-scale 1"
+            )

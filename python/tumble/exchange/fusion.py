@@ -1,7 +1,7 @@
-"""Fusion of x-io Technologies: C constants for `FusionCalibrationInertial`.
+"""Fusion of x-io Technologies: C constants for `FusionModelInertial`, once `FusionCalibrationInertial`.
 
-It corrects `M ((y - b) * s)`, in g and deg/s (FusionCalibration.h). M here is our whole correction, so s only
-changes the unit, and readings in m/s^2 and rad/s go in.
+Either corrects `M ((y - b) * s)`, in g and deg/s (FusionModel.h). M is the whole correction, so that s only
+changes the unit: readings in m/s^2 and rad/s go in.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.constants import STANDARD_GRAVITY
-from tumble.exchange.parameters import c_float
+from tumble.exchange.parameters import c_comment, c_float
 from tumble.exchange.parts import BIAS, MATRIX
 from tumble.exchange.target import Settings, Target, Written
 from tumble.files import FileKind
@@ -28,8 +28,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     """Write the constants of one IMU."""
     (calibration,) = calibrations
     lines = [
-        f"// Calibration of {calibration.name} by Tumble. FusionCalibrationInertial then takes readings in",
-        "// m/s^2 and rad/s and gives g and deg/s.",
+        f"// Calibration of {c_comment(calibration.name)} by Tumble. FusionModelInertial, in older versions",
+        "// FusionCalibrationInertial, takes readings in m/s^2 and rad/s and gives g and deg/s.",
     ]
     for triad in TRIADS:
         section = getattr(calibration, triad)
@@ -56,5 +56,5 @@ FUSION = Target(
     kind=FileKind("constants of Fusion, as Tumble writes them", re.compile(rb"\A// Calibration of ")),
     holds=dict.fromkeys(TRIADS, (*BIAS, *MATRIX)),
     write=write,
-    source="https://github.com/xioTechnologies/Fusion#inertial-sensors",
+    source="https://github.com/xioTechnologies/Fusion#inertial-model",
 )

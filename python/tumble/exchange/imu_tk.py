@@ -22,6 +22,8 @@ from tumble.recording import FloatArray
 from tumble.units import TRIADS, Triad
 
 _NUMBERS = 9 + 9 + 3
+_LEAST = 1e-3
+"""Least share of the largest diagonal element by which a column can be divided."""
 
 
 def write_accelerometer(calibrations: Sequence[Calibration], settings: Settings) -> Written:
@@ -42,6 +44,11 @@ def _write(calibrations: Sequence[Calibration], triad: Triad) -> Written:
     case_from_frame = _case_from_frame(calibration)
     matrix = case_from_frame.T @ np.linalg.inv(section.M)
     scale = np.diag(matrix)
+    if np.abs(scale).min() < _LEAST * np.abs(scale).max():
+        raise ProcedureError(
+            f"{calibration.name}: an axis of the {triad} is turned by 90 deg against the accelerometer, and "
+            "misalignment in a .calib file has ones on its diagonal; export to another format"
+        )
     parts = (matrix / scale, np.diag(scale), section.b[:, np.newaxis])
     text = "\n\n".join("\n".join(" ".join(repr(float(v)) for v in row) for row in part) for part in parts)
     lost = [loss for loss in frame_losses(calibration, case_from_frame.T) if loss.triad == triad]

@@ -1,30 +1,39 @@
-"""imucal: its JSON, version 2.0.0, of a Ferraris calibration.
+"""imucal: its JSON, version 2.0.0, of a Ferraris or turntable calibration.
 
 imucal corrects `a = R_a^-1 K_a^-1 (y - b_a)` and `w = R_g^-1 K_g^-1 (y - K_ga a - b_g)` in m/s^2 and deg/s
-(imucal.readthedocs.io, FerrarisCalibrationInfo). R has rows of unit length and need be no rotation, so K R
-is any M.
+(imucal/ferraris_calibration_info.py). R has rows of unit length and need be no rotation, so K R is any M.
+Readings y are in the units that the file states, counts (`a.u.`) as a rule.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import CalibrationFileError
 from tumble.exchange.parts import BIAS, MATRIX
-from tumble.exchange.target import Content, Settings, Target, Written
+from tumble.exchange.target import READINGS, Content, Settings, Target, Written
 from tumble.files import FileKind
-from tumble.plain import plain
+from tumble.plain import plain, short
 from tumble.recording import FloatArray
+from tumble.units import UNITS, Triad
 
 VERSION = "2.0.0"
-TYPE = "ferraris"
-_UNITS = {"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "from_gyr_unit": "deg/s"}
+TYPES = ("Ferraris", "Turntable")
+"""Calibrations of one formula."""
+_OLDER = re.compile(r"2(\.0)*")
+"""Versions that imucal takes for 2.0.0."""
+_DEGREE: Final = float(np.radians(1.0))
+_TO_SI: Final = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "rad/s": 1.0, "deg/s": _DEGREE}
+_RESULTS: Final = {"acc_unit": ("m/s^2",), "gyr_unit": ("deg/s", "rad/s")}
+"""Units of corrected readings that have a meaning here."""
+WORDS: Final[Mapping[Triad, str]] = {"accelerometer": "acc", "gyroscope": "gyr"}
 _MATRICES = ("K_a", "R_a", "K_g", "R_g", "K_ga")
 _VECTORS = ("b_a", "b_g")
 
@@ -38,8 +47,10 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     scale_a, rows_a = _scale_and_rows(identity if accelerometer is None else accelerometer.M)
     scale_g, rows_g = _scale_and_rows(identity if gyroscope is None else gyroscope.M)
     content = {
-        "cal_type": TYPE,
-        **_UNITS,
+        "acc_unit": "m/s^2",
+        "gyr_unit": "deg/s",
+        "from_acc_unit": "m/s^2",
+        "from_gyr_unit": "deg/s",
         "comment": f"{calibration.name}, by Tumble",
         "K_a": scale_a,
         "R_a": rows_a,
@@ -48,7 +59,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         "R_g": rows_g,
         "K_ga": np.zeros((3, 3)) if response is None else np.degrees(response),
         "b_g": zero if gyroscope is None else np.degrees(gyroscope.b),
-        "_json_version": VERSION,
+        "cal_type": TYPES[0],
+        "_format_version": VERSION,
     }
     return Written(json.dumps(plain(content), indent=2) + "\n")
 
@@ -59,29 +71,49 @@ def _scale_and_rows(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def read(text: str) -> list[Content]:
-    """Read a Ferraris calibration in m/s^2 and deg/s."""
+    """Read a calibration, of readings in SI units, g, deg/s or counts."""
+    stated = _stated(text)
+    numbers = {name: _numbers(stated, name, (3, 3)) for name in _MATRICES}
+    numbers |= {name: _numbers(stated, name, (3,)) for name in _VECTORS}
+    content: Content = {"name": "imucal"}
+    counts = {}
+    for triad, word in WORDS.items():
+        unit, letter = str(stated.get(f"from_{word}_unit")), word[0]
+        if unit not in _TO_SI:
+            counts[triad] = unit
+        scale = _TO_SI.get(unit, 1.0)
+        forward = numbers[f"K_{letter}"] @ numbers[f"R_{letter}"]
+        section: Content = {
+            "unit": UNITS[triad],
+            "M": scale / _TO_SI[stated[f"{word}_unit"]] * forward,
+            "b": scale * numbers[f"b_{letter}"],
+        }
+        if word == "gyr" and numbers["K_ga"].any():
+            section["g_sensitivity"] = scale * numbers["K_ga"]
+        content[triad] = section
+    return [content | {READINGS: counts} if counts else content]
+
+
+def _stated(text: str) -> dict[str, Any]:
+    """Return what the file states, of a type, version and units that have a meaning here."""
     try:
         stated = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise CalibrationFileError(f"is no JSON: {error}") from None
     if not isinstance(stated, dict):
         raise CalibrationFileError("is no JSON object; give what imucal's to_json_file wrote")
-    for name, unit in _UNITS.items():
-        if stated.get(name, unit) != unit:
-            raise CalibrationFileError(f"{name} is {stated[name]!r}, not {unit!r}; calibrate in {unit}")
-    numbers = {name: _numbers(stated, name, (3, 3)) for name in _MATRICES}
-    numbers |= {name: _numbers(stated, name, (3,)) for name in _VECTORS}
-    forward = {sensor: numbers[f"K_{sensor}"] @ numbers[f"R_{sensor}"] for sensor in "ag"}
-    gyroscope: Content = {"unit": "rad/s", "M": forward["g"], "b": np.radians(numbers["b_g"])}
-    if numbers["K_ga"].any():
-        gyroscope["g_sensitivity"] = np.radians(numbers["K_ga"])
-    return [
-        {
-            "name": "imucal",
-            "accelerometer": {"unit": "m/s^2", "M": forward["a"], "b": numbers["b_a"]},
-            "gyroscope": gyroscope,
-        }
-    ]
+    if stated.get("cal_type") not in TYPES:
+        known = " or ".join(TYPES)
+        raise CalibrationFileError(f"cal_type is {short(stated.get('cal_type'))}, not {known}")
+    version = stated.get("_format_version")
+    if not (isinstance(version, str) and _OLDER.fullmatch(version)):
+        raise CalibrationFileError(
+            f"_format_version is {short(version)}, not {VERSION}; convert it with imucal.legacy"
+        )
+    for name, units in _RESULTS.items():
+        if stated.get(name) not in units:
+            raise CalibrationFileError(f"{name} is {short(stated.get(name))}, not {' or '.join(units)}")
+    return stated
 
 
 def _numbers(stated: dict[str, Any], name: str, shape: tuple[int, ...]) -> FloatArray:
@@ -100,7 +132,7 @@ IMUCAL = Target(
     word="imucal",
     title="imucal, JSON of version 2.0.0",
     ending=".json",
-    kind=FileKind("a calibration of imucal", re.compile(rb"\A\s*\{\s*\"cal_type\"")),
+    kind=FileKind("a calibration of imucal", re.compile(rb'\A\s*\{[\s\S]*?"(cal_type|acc_unit|K_ga)"\s*:')),
     holds={"accelerometer": (*BIAS, *MATRIX), "gyroscope": (*BIAS, *MATRIX, "g-sensitivity")},
     write=write,
     source="https://imucal.readthedocs.io/en/latest/",

@@ -15,7 +15,7 @@ import numpy as np
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.exchange.imu_chain import read_kalibr, read_noise
-from tumble.exchange.parameters import yaml_number
+from tumble.exchange.parameters import comment, yaml_number
 from tumble.exchange.parts import MATRIX, frame_losses, lower_and_rotation
 from tumble.exchange.target import Setting, Settings, Target, Written
 from tumble.files import FileKind
@@ -105,10 +105,10 @@ def write_noise(calibrations: Sequence[Calibration], settings: Settings) -> Writ
     """Write `imu.yaml`: noise alone."""
     (calibration,) = calibrations
     lines = [
-        f"# Noise of {calibration.name}, root mean square over the axes, by Tumble.",
+        f"# Noise of {comment(calibration.name)}, root mean square over the axes, by Tumble.",
         *noise_lines(calibration, settings),
-        f"rostopic: {settings.text('topic')}",
-        f"update_rate: {settings.positive_number('rate'):.6g}",
+        f"rostopic: {settings.topic('topic')}",
+        f"update_rate: {yaml_number(settings.positive_number('rate'))}",
     ]
     return Written("\n".join(lines) + "\n")
 
@@ -125,8 +125,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         *rows("T_i_b", np.eye(4)),
         *(f"  {line}" for line in noise_lines(calibration, settings)),
         "  time_offset: 0.0",
-        f"  rostopic: {settings.text('topic')}",
-        f"  update_rate: {settings.positive_number('rate'):.6g}",
+        f"  rostopic: {settings.topic('topic')}",
+        f"  update_rate: {yaml_number(settings.positive_number('rate'))}",
         "  model: scale-misalignment",
         "  accelerometers:",
         *rows("  M", axes.accelerometer),
@@ -141,7 +141,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
 def heading(calibration: Calibration, program: str) -> list[str]:
     """Give comments on what the program has no field for."""
     lines = [
-        f"# Calibration of {calibration.name} by Tumble for {program}, in the axes of its accelerometer."
+        f"# Calibration of {comment(calibration.name)} by Tumble for {program}, in the axes of its "
+        "accelerometer."
     ]
     for triad in TRIADS:
         if (section := getattr(calibration, triad)) is not None:

@@ -22,6 +22,7 @@ from tumble.exchange.kalibr import (
     own_axes,
     rows,
 )
+from tumble.exchange.parameters import yaml_number
 from tumble.exchange.parts import MATRIX, frame_losses
 from tumble.exchange.target import Settings, Target, Written
 from tumble.files import FileKind
@@ -37,9 +38,9 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         "imu0:",
         *rows("T_i_b", np.eye(4)),
         *(f"  {line}" for line in noise_lines(calibration, settings)),
-        f"  rostopic: {settings.text('topic')}",
+        f"  rostopic: {settings.topic('topic')}",
         "  time_offset: 0.0",
-        f"  update_rate: {settings.positive_number('rate'):.6g}",
+        f"  update_rate: {yaml_number(settings.positive_number('rate'))}",
         '  model: "kalibr"',
         *rows("Tw", axes.gyroscope),
         *rows("R_IMUtoGYRO", axes.gyroscope_from_frame),

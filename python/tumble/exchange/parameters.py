@@ -1,4 +1,4 @@
-"""What formats of firmware share: single precision, all powers of a polynomial, a line a parameter."""
+"""Shared by formats: single precision, comments, all powers of a polynomial, a line a parameter."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from tumble.plain import short
 from tumble.recording import FloatArray
 from tumble.units import UNITS, Triad
 
+_COMMENT = 80
+"""Characters of a name in a comment."""
+
 
 def single(value: float) -> str:
     """Print a number so that single precision reads it back exactly."""
@@ -25,6 +28,18 @@ def c_float(value: float) -> str:
     """Print a constant of single precision for C."""
     text = single(value)
     return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
+
+
+def comment(text: str) -> str:
+    """Return text as part of a comment that ends with its line: printable characters, 80 at most."""
+    line = "".join(each if each.isprintable() else " " for each in text)
+    return line if len(line) <= _COMMENT else f"{line[: _COMMENT - 3]}..."
+
+
+def c_comment(text: str) -> str:
+    """Return text as part of a comment of C, which it neither ends nor continues on the next line."""
+    line = comment(text).replace("\\", "/").replace("??", "? ?")
+    return line.replace("*/", "* /").replace("/*", "/ *")
 
 
 def yaml_number(value: float) -> str:

@@ -13,7 +13,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import CalibrationFileError, LogError, ProcedureError
 from tumble.exchange.parts import BIAS, MATRIX
 from tumble.exchange.registry import TARGETS, target
-from tumble.exchange.target import Content, Exported, Target
+from tumble.exchange.target import READINGS, Content, Exported, Target
 from tumble.files import note_input
 from tumble.logs.formats import firmware_parameters
 from tumble.plain import short
@@ -114,7 +114,10 @@ def _format_of(path: Path, source: str | None) -> Target:
 
 def _calibration(content: dict[str, object], path: Path, format_: Target) -> Calibration:
     log = {"file": path.name, "sha256": sha256_of(path)}
-    method = {"procedure": IMPORT, "options": {"from": format_.word}}
+    options: dict[str, object] = {"from": format_.word}
+    if READINGS in content:
+        options[READINGS] = content.pop(READINGS)
+    method = {"procedure": IMPORT, "options": options}
     for triad, parts in format_.holds.items():
         if isinstance(section := content.get(triad), dict):
             groups = (("bias", BIAS), ("matrix", MATRIX))

@@ -22,6 +22,7 @@ from tumble.units import Triad as TriadName
 
 INT32, FLOAT = 6, 9
 """Types of parameters, by MAVLink."""
+LARGEST_ID = 2**31 - 1
 SCALE_LIMITS = 0.1, 3.0
 _AXES = "XYZ"
 
@@ -34,15 +35,25 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     ]
     lost: list[Loss] = []
     first = settings.whole_number("instance")
+    if not 0 <= first <= MOST - len(calibrations):
+        raise settings.refusal("instance", f"PX4 numbers IMUs 0 to {MOST - 1}")
     for place, calibration in enumerate(calibrations):
         for triad in TRIADS:
             section = getattr(calibration, triad)
             if section is None:
                 continue
-            device = settings.whole_number(f"{triad}-id", place, len(calibrations))
+            device = _device(settings, f"{triad}-id", place, len(calibrations))
             lines += _parameters(calibration, triad, section, first + place, device)
             lost += _ignored(calibration, triad, section)
     return Written("\n".join(lines) + "\n", tuple(lost))
+
+
+def _device(settings: Settings, name: str, unit: int, units: int) -> int:
+    """Return a device id, which PX4 keeps as a parameter of 32 bits with a sign; 0 is that of no device."""
+    device = settings.whole_number(name, unit, units)
+    if not 0 < device <= LARGEST_ID:
+        raise settings.refusal(name, f"give a whole number from 1 to {LARGEST_ID}, as the vehicle has it")
+    return device
 
 
 def _parameters(

@@ -11,7 +11,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.exchange.imu_chain import read_autoware, read_ros2
 from tumble.exchange.kalibr import NOISE_SETTINGS, noise_figures
-from tumble.exchange.parameters import yaml_number
+from tumble.exchange.parameters import comment, yaml_number
 from tumble.exchange.parts import BIAS, MATRIX
 from tumble.exchange.target import Setting, Settings, Target, Written
 from tumble.files import FileKind
@@ -26,13 +26,15 @@ def write_autoware(calibrations: Sequence[Calibration], settings: Settings) -> W
     (calibration,) = calibrations
     if calibration.gyroscope is None:
         raise ProcedureError(f"{calibration.name}: has no gyroscope section, which is all Autoware corrects")
-    lines = [f"# Calibration of {calibration.name} by Tumble for Autoware's imu_corrector.", *_HEAD]
+    lines = [f"# Calibration of {comment(calibration.name)} by Tumble for Autoware's imu_corrector.", *_HEAD]
     for axis, value in zip("xyz", calibration.gyroscope.b, strict=True):
         lines.append(f"    angular_velocity_offset_{axis}: {float(value):.9e}")
     root = np.sqrt(settings.positive_number("rate"))
     force, turning = (noise_figures(calibration, triad, settings)[0] for triad in TRIADS)
     lines += [f"    angular_velocity_stddev_{axis}{axis}: {root * turning:.6e}" for axis in "xyz"]
     lines.append(f"    acceleration_stddev: {root * force:.6e}")
+    # Without this, newer versions subtract nothing; older ones do not know it, and subtract always.
+    lines += ["    on_off_correction:", "      correct_for_static_bias: true"]
     return Written("\n".join(lines) + "\n")
 
 
@@ -40,8 +42,8 @@ def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Writt
     """Write correction and bias of both triads as arrays of parameters."""
     (calibration,) = calibrations
     lines = [
-        f"# Calibration of {calibration.name} by Tumble: u = C (y - b), C row by row; of the gyroscope",
-        "# u = C (y - b - G f), f the corrected specific force. SI units.",
+        f"# Calibration of {comment(calibration.name)} by Tumble: u = C (y - b), C row by row;",
+        "# of the gyroscope u = C (y - b - G f), f the corrected specific force. SI units.",
         *_HEAD,
     ]
     for triad in TRIADS:
@@ -73,7 +75,7 @@ AUTOWARE = Target(
     kind=_AUTOWARE_KIND,
     holds={"gyroscope": BIAS},
     write=write_autoware,
-    source="https://github.com/autowarefoundation/autoware.universe/tree/main/sensing/imu_corrector",
+    source="https://github.com/autowarefoundation/autoware_universe/tree/main/sensing/autoware_imu_corrector",
     settings=(Setting("rate", "samples a second"), *NOISE_SETTINGS),
     read=read_autoware,
 )

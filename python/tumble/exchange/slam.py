@@ -12,6 +12,7 @@ from math import sqrt
 
 from tumble.calibration.document import Calibration
 from tumble.exchange.kalibr import NOISE_ONLY, NOISE_SETTINGS, noise_figures
+from tumble.exchange.parameters import comment, yaml_number
 from tumble.exchange.target import Setting, Settings, Target, Written
 from tumble.files import FileKind
 from tumble.noise.keys import VINS as VINS_NAMES
@@ -47,11 +48,11 @@ def write_orb_slam(calibrations: Sequence[Calibration], settings: Settings) -> W
         )
     ]
     rate = settings.positive_number("rate")
-    return Written(_text(calibration, "ORB-SLAM3", [*lines, f"IMU.Frequency: {rate:.1f}"]))
+    return Written(_text(calibration, "ORB-SLAM3", [*lines, f"IMU.Frequency: {yaml_number(rate)}"]))
 
 
 def _text(calibration: Calibration, program: str, lines: Sequence[str]) -> str:
-    head = f"# Noise of {calibration.name}, root mean square over the axes, by Tumble for {program}."
+    head = f"# Noise of {comment(calibration.name)}, root mean square over the axes, by Tumble for {program}."
     return "\n".join([head, *lines]) + "\n"
 
 
@@ -79,5 +80,8 @@ ORB_SLAM = Target(
     write=write_orb_slam,
     source="https://github.com/UZ-SLAMLab/ORB_SLAM3/blob/master/Calibration_Tutorial.pdf",
     settings=(RATE, *NOISE_SETTINGS),
-    remarks=(NOISE_ONLY,),
+    remarks=(
+        NOISE_ONLY,
+        "settings without File.version take IMU.Frequency as a whole number only: write it without a point",
+    ),
 )

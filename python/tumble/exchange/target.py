@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
+from tumble.exchange.c_names import is_reserved
 from tumble.exchange.parts import Loss, Part, losses
 from tumble.files import FileKind
 from tumble.plain import short
@@ -63,10 +64,19 @@ class Settings:
             raise self.refusal(name, "give a whole number") from None
 
     def c_name(self, name: str) -> str:
-        """Give it as a name of C."""
+        """Return a name that C and C++ leave to their users."""
         text = self.text(name)
         if not re.fullmatch(r"[A-Za-z_]\w*", text, re.ASCII):
             raise self.refusal(name, "give a name of C")
+        if is_reserved(text):
+            raise self.refusal(name, "C, C++ or tumble.h has this name for something else; give another")
+        return text
+
+    def topic(self, name: str) -> str:
+        """Return the name of a topic of ROS."""
+        text = self.text(name)
+        if not re.fullmatch(r"[~/A-Za-z][\w/]*", text, re.ASCII):
+            raise self.refusal(name, "give a name of a topic, such as /imu/data")
         return text
 
     def positive_number(self, name: str) -> float:
@@ -105,6 +115,8 @@ class Written:
 Write: TypeAlias = Callable[[Sequence[Calibration], Settings], Written]
 Content: TypeAlias = dict[str, object]
 """Of a calibration file."""
+READINGS = "readings"
+"""Key of a content: by triad, the unit of readings that are in no unit of the triad, such as counts."""
 Read: TypeAlias = Callable[[str], list[Content]]
 ReadParameters: TypeAlias = Callable[[Mapping[str, float]], list[Content]]
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple, whole
+from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, triple, whole
 from tumble.firmware.rotations import from_euler, rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
@@ -22,6 +22,7 @@ IGNORED = 0.01
 """m/s^2, rad/s, or a ratio: length of a change of offset or scale that PX4 takes for none."""
 LETTER: Mapping[Triad, str] = {"accelerometer": "A", "gyroscope": "G"}
 SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYRO"}
+_ENABLED = 1
 _INTERNAL = -1
 
 
@@ -31,23 +32,36 @@ def prefix(triad: Triad, number: int) -> str:
 
 
 def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored | None:
-    """Give what is stored of a sensor; None for device id 0, which was never calibrated."""
+    """Return what is stored of a sensor; None for device id 0, which was never calibrated.
+
+    Scales of zero and below, and numbers that are not finite, PX4 refuses and keeps its defaults.
+    """
     names = prefix(triad, number)
     device = whole(parameters, f"{names}ID")
     if device == 0:
         return None
+    scale = triple(parameters, names + "{}SCALE", 1.0)
     return Stored(
         device,
-        triple(parameters, names + "{}OFF", 0.0),
-        scales(parameters, names + "{}SCALE"),
-        _thermal(parameters, triad, number, device),
+        _taken(triple(parameters, names + "{}OFF", 0.0), np.zeros(3)),
+        _taken(scale, np.ones(3)) if np.all(scale > 0.0) else np.ones(3),
+        _thermal(parameters, triad, device),
     )
 
 
-def _thermal(parameters: Mapping[str, float], triad: Triad, number: int, device: int) -> Thermal | None:
+def _taken(values: FloatArray, otherwise: FloatArray) -> FloatArray:
+    """Return (3,) values if all are finite: others PX4 leaves as they were."""
+    return values if np.isfinite(values).all() else otherwise
+
+
+def _thermal(parameters: Mapping[str, float], triad: Triad, device: int) -> Thermal | None:
+    """Return what is subtracted over temperature: the first `TC_*` that names the device, of any number."""
     letter = LETTER[triad]
-    names = f"TC_{letter}{number}_"
-    if not parameters.get(f"TC_{letter}_ENABLE", 0.0) or parameters.get(f"{names}ID") != device:
+    if parameters.get(f"TC_{letter}_ENABLE") != _ENABLED:
+        return None
+    every = (f"TC_{letter}{number}_" for number in range(MOST))
+    names = next((each for each in every if parameters.get(f"{each}ID") == device), None)
+    if names is None:
         return None
     constant, *coefficients = (
         np.array([parameters.get(f"{names}X{power}_{axis}", 0.0) for axis in range(3)])
@@ -70,7 +84,8 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) ->
             scale = found.scale if np.linalg.norm(found.scale - 1.0) > IGNORED else np.ones(3)
             turned = _body_from_sensor(parameters, prefix(triad, number))
             return Correction(offset, scale, found.thermal, turned)
-    return Correction(np.zeros(3), np.ones(3), None, _body_from_sensor(parameters, ""))
+    thermal = _thermal(parameters, triad, device)
+    return Correction(np.zeros(3), np.ones(3), thermal, _body_from_sensor(parameters, ""))
 
 
 def _body_from_sensor(parameters: Mapping[str, float], sensor: str) -> FloatArray:
