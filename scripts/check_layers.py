@@ -54,6 +54,7 @@ A folder `report` holds its pages, all other files are the procedure.
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "goal", "timing", "words"),
+    *("folder_lock",),
     "firmware",
     "log_formats",
 }
@@ -68,7 +69,8 @@ LAYERS: dict[str, set[str]] = {
     "words": set(),
     "clock_line": set(),
     "errors": set(),
-    "files": {"errors", "words"},
+    "folder_lock": {"errors"},
+    "files": {"errors", "words", "folder_lock"},
     "file_names": set(),
     "log_formats": {"file_names"},
     "arrays": {"errors"},

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import sys
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from tumble import lazy
 
+TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
 if TYPE_CHECKING:
     from tumble._core import __version__
     from tumble.align.procedure import align

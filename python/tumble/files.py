@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.errors import OutputError
+from tumble.folder_lock import FolderLock
 from tumble.words import utf8
 
 FileIdentity: TypeAlias = tuple[int, int]
@@ -67,6 +68,21 @@ class FilesOfCommand:
 
     inputs: dict[FileIdentity, Path] = field(default_factory=dict)
     replaced: list[Path] = field(default_factory=list)
+    made: list[Path] = field(default_factory=list)
+    """Folders, one in another the inner first."""
+    locks: dict[FileIdentity, FolderLock] = field(default_factory=dict)
+    """Of the folders that the command writes into."""
+
+    def hold(self, folder: Path) -> None:
+        """Hold a folder to its end; raises `OutputError` where another run writes into it."""
+        identity = _identity(folder)
+        if identity not in self.locks:
+            self.locks[identity] = FolderLock(folder)
+
+    def release(self) -> None:
+        """Let others write."""
+        while self.locks:
+            self.locks.popitem()[1].release()
 
     def remarks(self) -> Iterator[str]:
         """Name every file that was replaced, a line for each folder."""
@@ -81,13 +97,23 @@ _running: FilesOfCommand | None = None
 
 @contextmanager
 def files_of_command() -> Iterator[FilesOfCommand]:
-    """Keep account, while the block runs, of what is read, which is then protected, and what is replaced."""
+    """Keep account, while the block runs, of what is read, which is then protected, and what is replaced.
+
+    Folders that it writes into are its own until then; where it ends with an error none is left empty that it
+    made.
+    """
     global _running
-    outer, _running = _running, FilesOfCommand()
+    outer, files = _running, FilesOfCommand()
+    _running = files
     try:
-        yield _running
+        yield files
+    except BaseException:
+        files.release()
+        remove_empty(files.made)
+        raise
     finally:
         _running = outer
+        files.release()
 
 
 def name_too_long(path: Path) -> str | None:
@@ -274,7 +300,7 @@ def link(path: Path, target: str) -> None:
 
     Raises `OutputError` where it cannot be made, and where anything but a link stands there.
     """
-    prepare_folder(path.parent)
+    _made(path.parent)
     try:
         if path.is_symlink():
             path.unlink()
@@ -297,8 +323,21 @@ def set_attribute(path: Path, value: str) -> None:
 
 
 def prepare_folder(folder: Path | str) -> Path:
-    """Make `folder` where it is missing and prove, before any long work, that files can be written in it."""
-    folder = Path(folder)
+    """Make `folder` where it is missing and prove, before any long work, that files can be written in it.
+
+    It is then the running command's to write into. Raises `OutputError` where it cannot be made or written
+    to, or another command writes into it.
+    """
+    folder = _made(Path(folder))
+    if _running is not None:
+        _running.hold(folder)
+    return folder
+
+
+def _made(folder: Path) -> Path:
+    """Make a folder where it is missing, or raise `OutputError`."""
+    if _running is not None:
+        _running.made[:0] = missing_folders(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".{secrets.token_hex(8)}.tmp"
@@ -322,7 +361,7 @@ def remove_empty(folders: Iterable[Path]) -> None:
         try:
             folder.rmdir()
         except OSError:
-            return
+            continue
 
 
 @contextmanager

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from importlib import import_module
-from typing import Any
+TYPE_CHECKING = False  # as of the package
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+    from typing import Any
 
 
 def attributes(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[str], Any]:
     """Make the `__getattr__` of a package; `homes` lists the names that each module gives it."""
+    from importlib import import_module
+
     home_of = {name: home for home, names in homes.items() for name in names}
 
     def attribute(name: str) -> Any:  # noqa: ANN401 - a name of any module

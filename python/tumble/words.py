@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import codecs
+import re
 from collections.abc import Sequence
 
 ESCAPED = "tumble-escaped"
 """Name, for `errors` of `str.encode`, of the way to write what an encoding cannot say: `rob\\xe9t`."""
 
 
+_OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+"""What a terminal obeys instead of showing it: control characters but tab and newline, and those that turn
+the direction of what follows (https://www.unicode.org/reports/tr9/, section 2)."""
+_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+"""Begin what spreadsheets compute, or lead up to it."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
 """Units in which lengths of time are told, s."""
 
@@ -31,6 +38,21 @@ def length_of_time(seconds: float) -> str:
             unit, scale = name, size
     shown = seconds / scale
     return f"{shown:.2g} {unit}" if shown < 100.0 else f"{shown:.0f} {unit}"
+
+
+def printable(text: str) -> str:
+    """Escape what a terminal would obey, such as the escape sequences that a name from outside may hold."""
+    return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def defused(text: str) -> str:
+    """Give text of others for a cell of a CSV file, so that no spreadsheet takes it for a formula.
+
+    Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
+    """
+    mark = "'" if text.startswith(_OF_FORMULAS) and not _NUMBER.fullmatch(text) else ""
+    # A carriage return ends a row for some readers, quoted or not.
+    return mark + text.replace("\r", " ")
 
 
 def utf8(text: str) -> bytes:

@@ -29,7 +29,8 @@ def unit(tmp_path_factory):
     """A log with a serial number, and a calibration of its unit."""
     folder = tmp_path_factory.mktemp("unit")
     assert typed("simulate", "turntable", "--seed", "3", "-o", folder).code == 0
-    done = typed("turntable", folder / "reference.csv", folder / "target_1.csv", "-o", folder)
+    logs = (folder / "reference.csv", folder / "target_1.csv")
+    done = typed("turntable", *logs, "--g-sensitivity", "-o", folder)
     assert done.code == 0, done.err
     return folder
 

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -90,3 +91,41 @@ def test_a_place_that_holds_something_else_is_refused_before_any_work(tmp_path, 
         (folder / name).write_text("my notes\n")
         assert "and is kept" in one_line(typed(*words, "-o", folder).err)
         assert [path.name for path in folder.iterdir()] == [name]
+
+
+def test_control_c_at_any_moment_of_the_start_leaves_no_trace(log):
+    started = "import sys; sys.stdout.write('.'); sys.stdout.flush(); "
+    words = ["inspect", *[str(log)] * 3]
+    for k in range(30):
+        process = subprocess.Popen(
+            [sys.executable, "-c", started + COMMAND[-1], *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        process.stdout.read(1)
+        delay = 0.4 * k / 29
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        # Before the first line of ours has run the interpreter shows what it was doing itself.
+        if delay > 0.02 or "tumble" in err:
+            assert (err, process.returncode) in (("", 130), ("", 0)), f"after {delay:.3f} s"
+
+
+def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
+    (tmp_path / "pyarrow.py").write_text(
+        "import os\n"
+        "class Last:\n"
+        f"    def __del__(self): os.kill(os.getpid(), {signal.SIGINT}); sum(range(1000))\n"
+        "Last()\n"
+        "import time; time.sleep(0.2)\n"
+    )
+    code = "from tumble.cli import control_c; control_c.heed_control_c_after_imports()\n"
+    code += "import sys, time\ntry:\n    import pyarrow\n    time.sleep(5)\n"
+    code += "except KeyboardInterrupt: sys.exit(130)"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment
+    )
+    assert (done.returncode, done.stderr) == (130, "")

@@ -37,7 +37,7 @@ def spoilt(folder, slip):
 def test_residuals_beyond_ten_times_the_noise_are_a_model_not_met_everywhere_it_can_be_read(tmp_path):
     logs = spoilt(tmp_path, 0.01)
     out = tmp_path / "out"
-    done = calibrated(*logs, "-o", out)
+    done = calibrated(*logs, "-o", out, code=3)
     assert "Model not met" in done.text
     assert rows(out)["target_1"]["verdict"] == "model not met"
     assert "times what the noise explains" in rows(out)["target_1"]["reason"]

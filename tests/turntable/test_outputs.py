@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 
@@ -219,3 +220,22 @@ def test_results_in_python_say_what_the_files_say(session, out):
         assert "<table" in result[name]._repr_html_()
     with pytest.raises(KeyError):
         result["target_9"]
+
+
+@pytest.mark.parametrize("text", ["=cmd|'/c calc'!A0", "+1+1", "-2+3", "@SUM(A1)", "\t=1", "\r=1"])
+def test_no_cell_of_others_is_a_formula(tmp_path, text):
+    logs = write(simulate(7, grades=("industrial",)), tmp_path)
+    table = tmp_path / "targets.csv"
+    with table.open("w", newline="") as file:
+        csv.writer(file).writerows([["file", "serial", "note", text], [logs[1].name, text, text, "-5.5"]])
+    out = tmp_path / "out"
+    calibrated(logs[0], table, "--operator", text, "-o", out)
+    with (out / "summary.csv").open(newline="") as file:
+        head, row = csv.reader(file)
+    cells = dict(zip(head, row, strict=True))
+    for cell in (*head, *row):
+        assert not cell.startswith(("=", "@", "\t", "\r"))
+        if cell.startswith(("+", "-")):
+            float(cell)
+    assert cells["operator"] == "'" + text.replace("\r", " ")
+    assert any(cell.startswith("-") for cell in row), "numbers below zero stay numbers"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
@@ -14,9 +15,6 @@ from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.align.result import AlignResult
-
-SOME_UNSEEN = 3
-"""Exit code where not all was found that was asked for."""
 
 
 @with_read_options
@@ -64,7 +62,7 @@ def align_command(
     files = write_results(result, folder)
     _show(result, files, as_json)
     if result.verdict != "aligned":
-        raise typer.Exit(SOME_UNSEEN)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _show(result: AlignResult, files: dict[str, Path], as_json: bool) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from tumble.apply.procedure import misuses_of, warnings_on
 from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import LogError, ProcedureError
 from tumble.live import FIRST_SAMPLE_WITHIN, Source, nothing_came
@@ -67,7 +68,9 @@ class LiveApply:
         `OutputError` where the output takes no more.
         """
         facts = Facts(
-            serial=self._serial or self._calibration.serial, corrected=f"sha256:{self._calibration.hash()}"
+            serial=self._serial or self._calibration.serial,
+            corrected=f"sha256:{self._calibration.hash()}",
+            doubts=tuple(doubts(self._calibration)),
         )
         lost: LogError | None = None
         with self._output.open(facts) as writer:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer
@@ -64,7 +65,13 @@ def apply(
         )
     _refuse_without_force(calibration, recording)
     serial = metadata.serial or calibration.serial
-    facts = Facts(metadata.frame, serial, f"sha256:{calibration.hash()}", metadata.triads)
+    facts = Facts(
+        metadata.frame,
+        serial,
+        f"sha256:{calibration.hash()}",
+        metadata.triads,
+        doubts=tuple(doubts(calibration)),
+    )
     samples = 0
     temperatures = TemperatureCounts(calibration, metadata.triads)
     stream = recording.chunks()
@@ -116,7 +123,7 @@ def warnings_on(
     calibration: Calibration, *, what: str, name: str, serial: str, triads: Sequence[Triad] = TRIADS
 ) -> tuple[str, ...]:
     """Say what the calibration leaves open for `what`, a log or a source, of that name and these triads."""
-    warnings = []
+    warnings = [f"{doubt}; what is corrected with it is no better" for doubt in doubts(calibration)]
     if calibration.name != name and not (calibration.serial and serial):
         silent = what if calibration.serial else "calibration"
         warnings.append(

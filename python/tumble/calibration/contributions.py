@@ -13,7 +13,7 @@ import numpy as np
 
 from tumble.plain import plain
 from tumble.provenance import LogFacts
-from tumble.results import Addition
+from tumble.results import Addition, Verdict
 from tumble.units import TRIADS, UNITS, Triad
 
 NOISE = ("noise_density", "bias_instability", "random_walk")
@@ -29,7 +29,7 @@ _KEYS: Mapping[str, Sequence[str]] = {
 }
 """Parts of a triad by the keys that hold them; bias and matrix are named where they were estimated."""
 _OF_THE_MODEL = ("bias", "matrix", "g-sensitivity")
-_OF_A_CONTRIBUTION = ("method", "software", "date", "operator", "station")
+_OF_A_CONTRIBUTION = ("method", "software", "date", "operator", "station", "verdict")
 
 
 def part(triad: Triad, name: str) -> str:
@@ -39,10 +39,11 @@ def part(triad: Triad, name: str) -> str:
 
 
 def added(
-    result: Addition, procedure: str, group: str, found: Mapping[Triad, Mapping[str, Any]]
+    result: Addition, verdict: Verdict, procedure: str, group: str, found: Mapping[Triad, Mapping[str, Any]]
 ) -> dict[str, Any]:
     """Content of the calibration file that a result adds to, with the `group` of parts found of each triad.
 
+    `verdict` is that of the result.
     A triad without a section is given one that leaves its readings as they are.
     """
     options = {key: plain(value) for key, value in result.options.items()}
@@ -51,6 +52,7 @@ def added(
         "method": {"procedure": procedure, "options": options},
         "software": result.software,
         "date": result.date,
+        "verdict": verdict,
         "logs": tuple(
             log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)
         ),

@@ -264,6 +264,8 @@ class Contribution(Document):
     operator: str = ""
     station: str = ""
     logs: tuple[Log, ...] = Field(default=(), strict=False)
+    verdict: str = ""
+    """As of a calibration; `measured` of noise and temperature."""
 
 
 class Calibration(Document):
@@ -283,7 +285,7 @@ class Calibration(Document):
     station: str = ""
     log: Log | None = None
     verdict: str = ""
-    """`pass` or `fail` by the limits below, `calibrated` where there were none."""
+    """`pass` or `fail` by the limits below, `calibrated` where there were none, or `model not met`."""
     limits: Limits | None = None
     """What it was held against."""
     method: Method | None = None

@@ -15,4 +15,4 @@ def noise_content(result: NoiseResult) -> dict[str, Any]:
     found = {
         triad: {key: result.term(triad, word) for key, word in _TERMS.items()} for triad in result.triads
     }
-    return added(result, "noise", "noise", found)
+    return added(result, result.verdict, "noise", "noise", found)

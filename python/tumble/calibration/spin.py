@@ -26,6 +26,7 @@ def spin_content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any
         "name": result.name,
         "serial": result.serial or before.get("serial", ""),
         "software": result.software,
+        "verdict": result.verdict,
         "method": {"procedure": "spin", "truth": result.spins[-1].method, "options": _options(result)},
         "gravity": {"value": result.gravity, "source": result.gravity_source},
     }

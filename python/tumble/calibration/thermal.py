@@ -18,7 +18,7 @@ def thermal_content(result: ThermalResult) -> dict[str, Any]:
     M and b are left as they are: the reference of the drift is the temperature that they hold at.
     """
     found = {triad: {TEMPERATURE_DRIFT: _drift(result, result.of_triad(triad))} for triad in result.triads}
-    return added(result, "thermal", "temperature drift", found)
+    return added(result, result.verdict, "thermal", "temperature drift", found)
 
 
 def _drift(result: ThermalResult, axes: Sequence[AxisDrift]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.cli.standard_output import drawing
 from tumble.errors import CommandError
 
 
@@ -125,15 +126,39 @@ def run_command(words: Sequence[str]) -> int:
 
     Raises `CommandError` where an argument or option is missing, unknown or of another kind.
     """
-    app = command_line([*words, *words_to_complete()])
+    return run_command_line(command_line_for(words), words)
+
+
+def command_line_for(words: Sequence[str]) -> Any:  # noqa: ANN401 - typer keeps its type to itself
+    """Build the command line that `tumble WORDS` needs, and import its command."""
+    command = typer.main.get_command(command_line([*words, *words_to_complete()]))
+    _let_help_be_drawn(command)
+    return command
+
+
+def run_command_line(command: Any, words: Sequence[str]) -> int:  # noqa: ANN401
+    """Run what `command_line_for` gave; the rest is as of `run_command`."""
     try:
-        code: int | None = app(args=list(words), prog_name="tumble", standalone_mode=False)
+        code: int | None = command(args=list(words), prog_name="tumble", standalone_mode=False)
     except _UsageError as error:
         if message := " ".join(error.format_message().split()).rstrip("."):
             command = error.ctx.command_path if error.ctx else "tumble"
             raise CommandError(f"{message[0].lower()}{message[1:]}; see {command} --help") from error
         code = error.exit_code  # of a command without arguments, whose help was shown
     return code or 0
+
+
+def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401
+    """Let typer draw the help of a command, and of those in it: it holds nobody else's text."""
+    draw = command.format_help
+
+    def format_help(*arguments: Any) -> None:  # noqa: ANN401
+        with drawing():
+            draw(*arguments)
+
+    command.format_help = format_help
+    for each in getattr(command, "commands", {}).values():
+        _let_help_be_drawn(each)
 
 
 def command_line(words: Sequence[str]) -> typer.Typer:

@@ -1,36 +1,43 @@
-"""The command `tumble`: a mistake of the user is one line and exit code 2; a bug keeps its traceback."""
+"""The command `tumble`: a mistake of the user is one line and exit code 2; a bug keeps its traceback.
+
+Next to nothing is imported before `main` heeds Control-C.
+"""
 
 from __future__ import annotations
 
 import sys
 
-from tumble.errors import TumbleError
-from tumble.files import files_of_command
-
-USER_MISTAKE = 2
-INTERRUPTED = 130
+from tumble.cli.control_c import end_at_control_c, heed_control_c_after_imports, restore
+from tumble.cli.exit_code import ExitCode
 
 
 def main() -> None:
     """Run `tumble` with the arguments of this process."""
+    before = end_at_control_c()
     try:
         code = _run()
-    except TumbleError as error:
-        for line in str(error).splitlines():
-            print(f"tumble: error: {line}", file=sys.stderr)
-        code = USER_MISTAKE
     except KeyboardInterrupt:
-        code = INTERRUPTED
+        code = ExitCode.INTERRUPTED
+    finally:
+        restore(before)
     sys.exit(code)
 
 
 def _run() -> int:
-    # Imported late, so that Control-C while libraries are imported ends like any other.
-    from tumble.cli.commands import run_command
-    from tumble.cli.standard_output import checked_standard_output
+    from tumble.cli.commands import command_line_for, run_command_line
+    from tumble.cli.standard_output import checked_output, print_error
+    from tumble.errors import TumbleError
+    from tumble.files import files_of_command
 
-    with files_of_command() as files, checked_standard_output():
-        code = run_command(sys.argv[1:])
-        for remark in files.remarks():
-            print(f"tumble: {remark}", file=sys.stderr)
+    words = sys.argv[1:]
+    command = command_line_for(words)
+    heed_control_c_after_imports()
+    try:
+        with files_of_command() as files, checked_output():
+            code = run_command_line(command, words)
+            for remark in files.remarks():
+                print(f"tumble: {remark}", file=sys.stderr)
+    except TumbleError as error:
+        print_error(error)
+        code = ExitCode.USER_ERROR
     return code

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeAlias
 
+from tumble.cli.screen import message_console
+
 if TYPE_CHECKING:
     from tumble.recording import SampleProgress
 
@@ -23,10 +25,9 @@ def sample_progress(what: str) -> Iterator[SampleProgress]:
     if not sys.stderr.isatty():
         yield lambda _done, _expected: None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    console = Console(file=sys.stderr)
+    console = message_console()
     columns = (
         TextColumn(what),
         BarColumn(),
@@ -52,7 +53,6 @@ def batch_progress(what: str, total: int) -> Iterator[BatchProgress]:
     if not sys.stderr.isatty():
         yield _tenths(total) if total >= FEWEST_FOR_LINES else lambda _done, _counts: None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -62,7 +62,7 @@ def batch_progress(what: str, total: int) -> Iterator[BatchProgress]:
         TimeRemainingColumn(),
         TextColumn("{task.fields[counts]}"),
     )
-    with Progress(*columns, console=Console(file=sys.stderr), transient=True) as bar:
+    with Progress(*columns, console=message_console(), transient=True) as bar:
         task = bar.add_task(what, total=total, counts="")
         yield lambda done, counts: bar.update(task, completed=done, counts=counts)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from tumble.cli.standard_output import drawn
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -34,7 +36,16 @@ def print_summary(summary: RenderableType) -> None:
 
 def result_console() -> Console:
     """Give standard output to draw on, as wide as the terminal."""
-    from rich.console import Console
+    return _screen(sys.stdout)
 
-    console = Console()
-    return console if console.is_terminal else Console(width=FILE_WIDTH)
+
+def message_console() -> Console:
+    """Give standard error to draw on, as wide as the terminal."""
+    return _screen(sys.stderr)
+
+
+def _screen(stream: Any) -> Console:  # noqa: ANN401 - whatever stands for standard output or error
+    from tumble.cli.escaping_console import EscapingConsole
+
+    console = EscapingConsole(file=drawn(stream))
+    return console if console.is_terminal else EscapingConsole(file=drawn(stream), width=FILE_WIDTH)

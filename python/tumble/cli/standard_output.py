@@ -1,4 +1,9 @@
-"""Standard output that says in one line why it takes no more; what a screen cannot show is escaped."""
+"""Standard output and error as commands have them.
+
+Standard output says in one line why it takes no more. What a screen cannot show, or would obey, is escaped on
+both: names of columns, units and topics are text of others. What is drawn goes past that by `drawing`, and
+`Screen` of `cli/screen.py` escapes its text instead.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +11,11 @@ import io
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any
 
-from tumble.errors import OutputError
-from tumble.words import ESCAPED
+from tumble.errors import OutputError, TumbleError
+from tumble.words import ESCAPED, printable
 
 
 class _Checked:
@@ -46,19 +51,53 @@ class _Checked:
             raise OutputError(f"standard output: cannot be written: {error.strerror or error}") from error
 
 
-@contextmanager
-def checked_standard_output() -> Iterator[None]:
-    """Check what the block prints, to the last byte.
+class _Escaped:
+    """Passes text on with all that a terminal would obey escaped."""
 
-    Raises `OutputError` where it cannot be written. A reader that has closed a pipe wants no more: that is no
-    mistake.
+    def __init__(self, stream: Any) -> None:  # noqa: ANN401 - whatever stands for standard output
+        self.drawn: Any = stream
+        """Takes text as it is."""
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+        return getattr(self.drawn, name)
+
+    def write(self, text: str) -> int:
+        """Write, escaped."""
+        self.drawn.write(printable(text))
+        return len(text)
+
+
+@contextmanager
+def checked_output() -> Iterator[None]:
+    """Check what the block prints, to the last byte, and escape what a terminal would obey.
+
+    Raises `OutputError` where standard output cannot be written. A reader that has closed a pipe wants no
+    more: that is no mistake.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ESCAPED)
     checked = _Checked(sys.stdout)
-    with redirect_stdout(checked):
+    with redirect_stdout(_Escaped(checked)), redirect_stderr(_Escaped(sys.stderr)):
         try:
             yield
         finally:
             checked.flush()
+
+
+def drawn(stream: Any) -> Any:  # noqa: ANN401 - whatever stands for standard output or error
+    """Give what takes escape sequences of our own, for text in which there are none of others."""
+    return getattr(stream, "drawn", stream)
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Have standard output and error take what the block draws as it is."""
+    with redirect_stdout(drawn(sys.stdout)), redirect_stderr(drawn(sys.stderr)):
+        yield
+
+
+def print_error(error: TumbleError) -> None:
+    """Print an error, escaped, each line of it with whom it is from."""
+    for line in str(error).splitlines():
+        print(f"tumble: error: {printable(line)}", file=sys.stderr)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json, print_summary
-
-NOT_SAME = 3
-"""Exit code where two calibrations differ, or nothing shows whether they do."""
 
 
 def compare_command(
@@ -52,10 +51,12 @@ def compare_command(
     page = prepare_folder(output or folder_named_after(result.names[0])) / COMPARE_PAGE
     check_output(page, PAGE)
     COMPARE_REPORT.write(result, page)
+    for warning in result.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
     if as_json:
         print_json(json_content(result, {"report": page}))
     else:
         print_summary(screen_summary(result))
         print(f"Report: {page}")
     if result.verdict != "same":
-        raise typer.Exit(NOT_SAME)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
 from tumble.compare.unit import UnitModel
-from tumble.results import LARGEST_WIDENING
 from tumble.units import TRIADS, Triad
 from tumble.words import join
 
@@ -33,8 +33,13 @@ def notes_on(
         )
     yield from _shared(first, second)
     for calibration, label in zip((first, second), labels, strict=True):
-        yield from _unmet(calibration, label)
+        yield from warnings_on(calibration, label)
     yield from _stated(models)
+
+
+def warnings_on(calibration: Calibration, label: str) -> Iterator[str]:
+    """Say of a calibration of that label what is known to be wrong with it."""
+    return (f"{label}: {doubt}" for doubt in doubts(calibration))
 
 
 def _missing(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
@@ -61,13 +66,6 @@ def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
             "both were found from one log, so that they err alike and their difference is smaller than its "
             "sigma says"
         )
-
-
-def _unmet(calibration: Calibration, label: str) -> Iterator[str]:
-    for triad in TRIADS:
-        section = getattr(calibration, triad)
-        if section is not None and (section.widening or 0.0) > LARGEST_WIDENING:
-            yield f"{label}: model not met of the {triad}, so that its sigmas cannot be trusted"
 
 
 def _stated(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:

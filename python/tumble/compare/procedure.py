@@ -19,7 +19,7 @@ from tumble.compare.common import (
     turned_to_own_axes,
 )
 from tumble.compare.history import FEWEST, histories, years_of
-from tumble.compare.messages import INDEPENDENT, notes_on, temperature_notes
+from tumble.compare.messages import INDEPENDENT, notes_on, temperature_notes, warnings_on
 from tumble.compare.motion import motion_errors
 from tumble.compare.parameters import differences
 from tumble.compare.result import CompareResult, History, Pair
@@ -83,6 +83,11 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
         pairs=tuple(pairs),
         history=history,
         notes=(INDEPENDENT, *temperature_notes(calibrations, labels, temperatures), *history_notes),
+        warnings=tuple(
+            warning
+            for each, label in zip(calibrations, labels, strict=True)
+            for warning in warnings_on(each, label)
+        ),
         options={"largest_rate": largest_rate},
         software=f"tumble {_core.__version__}",
     )

@@ -201,6 +201,8 @@ class CompareResult(Tabular, Collection[Pair]):
     """Empty unless three calibrations or more are of one unit and of different dates."""
     notes: tuple[str, ...]
     """What holds for all pairs."""
+    warnings: tuple[str, ...] = ()
+    """Calibrations that are known to be wrong."""
     options: dict[str, object] = field(default_factory=dict)
     software: str = ""
 

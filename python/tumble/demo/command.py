@@ -6,11 +6,10 @@ import shlex
 from pathlib import Path
 
 from tumble.cli.commands import run_command
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder, folder_named_after
 
 DEMO = "demo"
-SOME_FAILED = 3
-"""Exit code of `tumble turntable` where a target is out of its limits."""
 
 
 def demo_command(output: OutputFolder = None) -> None:
@@ -27,7 +26,7 @@ def demo_command(output: OutputFolder = None) -> None:
     write_limits(folder)
     _run(simulating(folder))
     print()
-    _run(calibrating(folder), expected=SOME_FAILED)
+    _run(calibrating(folder), expected=ExitCode.NOT_ALL_WELL)
     print("\nLargest difference from the truth, accelerometer and gyroscope:")
     for each in differences(folder):
         print(f"  {each.line()}")

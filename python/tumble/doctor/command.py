@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.screen import print_json, result_console
 
 if TYPE_CHECKING:
     from tumble.doctor.result import Diagnosis, Finding
-
-OUT_OF_ORDER = 3
 
 
 def doctor_command(
@@ -32,7 +31,7 @@ def doctor_command(
     else:
         _show(diagnosis)
     if not diagnosis.works:
-        raise typer.Exit(OUT_OF_ORDER)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _show(diagnosis: Diagnosis) -> None:

@@ -113,8 +113,17 @@ def _say(exported: Exported, path: Path, units: int, *, as_json: bool) -> None:
             }
             for each in exported.losses
         ]
-        print_json({"file": str(path), "losses": losses, "remarks": list(exported.remarks)})
+        print_json(
+            {
+                "file": str(path),
+                "losses": losses,
+                "remarks": list(exported.remarks),
+                "warnings": list(exported.warnings),
+            }
+        )
         return
+    for warning in exported.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
     for loss in exported.losses:
         print(f"tumble: warning: {loss}", file=sys.stderr)
     print(f"{count_of('calibration', units)} written: {path}")

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
 from tumble.errors import ProcedureError
 from tumble.exchange.c_names import is_reserved
 from tumble.exchange.parts import Loss, Part, losses
+from tumble.exchange.remark_lines import with_remarks
 from tumble.files import FileKind
 from tumble.plain import short
 from tumble.units import TRIADS, Triad
@@ -100,6 +102,8 @@ class Exported:
     """Errors that stay, as the target cannot hold what would remove them."""
     remarks: tuple[str, ...] = ()
     """What to know or to do besides."""
+    warnings: tuple[str, ...] = ()
+    """Verdicts of the calibrations that whoever uses the file has to know of; they stand in its head."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,5 +168,9 @@ class Target:
         about = [triad for triad in TRIADS if triad not in self.leaves_out]
         held = {triad: self.holds.get(triad, ()) for triad in about}
         lost = [loss for each in calibrations for loss in losses(each, held)]
-        content = written.content.encode(self.encoding)
-        return Exported(content, (*lost, *written.losses), (*self.remarks, *written.remarks))
+        warnings = tuple(doubt for each in calibrations for doubt in doubts(each))
+        noted = with_remarks(written.content, self.ending, warnings) if warnings else written.content
+        silent = (f"a file for {self.word} has no place for the warning",) if noted is None else ()
+        content = (noted or written.content).encode(self.encoding)
+        remarks = (*self.remarks, *written.remarks, *silent)
+        return Exported(content, (*lost, *written.losses), remarks, warnings)

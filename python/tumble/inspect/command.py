@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.read_options import with_read_options
 from tumble.cli.screen import print_json, result_console
 from tumble.errors import TumbleError
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from tumble.inspect.result import Inspection
-
-USER_MISTAKE = 2
 
 
 @with_read_options
@@ -52,7 +51,7 @@ def inspect_command(
     if as_json:
         print_json([inspection.content() for inspection in inspections])
     if failed:
-        raise typer.Exit(USER_MISTAKE)
+        raise typer.Exit(ExitCode.USER_ERROR)
 
 
 def _inspect(source: str, options: ReadOptions) -> Iterator[Inspection]:

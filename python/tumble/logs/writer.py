@@ -24,8 +24,15 @@ class Facts:
     """Those that were recorded, and are written."""
     further: tuple[str, ...] = ()
     """Columns besides, which chunks have under these names: (n,), or a word for all; CSV and Parquet only."""
+    doubts: tuple[str, ...] = ()
+    """What its reader has to know of the correction."""
     notes: Mapping[str, str] = field(default_factory=dict)
     """What else is kept of the file; Parquet only."""
+
+    def of_the_samples(self) -> dict[str, str]:
+        """Give what is kept of the samples in the head or the metadata of the file, by its name."""
+        found = {"serial": self.serial, "corrected": self.corrected, "warning": "; ".join(self.doubts)}
+        return {key: value for key, value in found.items() if value}
 
 
 class Writer(Protocol):

@@ -65,8 +65,7 @@ class McapWriter:
 
     def close(self) -> None:
         """Write what is known beside the samples, and the index."""
-        facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
-        self._writer.add_metadata(FACTS, {key: value for key, value in facts.items() if value})
+        self._writer.add_metadata(FACTS, self._facts.of_the_samples())
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def _channel(self, topic: str, message_type: str) -> int:

@@ -86,8 +86,7 @@ class CsvWriter:
             self._writer.close()
 
     def _head(self, schema: pa.Schema) -> str:
-        facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
-        comments = "".join(f"# {key}: {value}\n" for key, value in facts.items() if value)
+        comments = "".join(f"# {key}: {value}\n" for key, value in self._facts.of_the_samples().items())
         return comments + ",".join(schema.names) + "\n"
 
 
@@ -103,7 +102,7 @@ class ParquetWriter:
     def write(self, chunk: Chunk) -> None:
         """Append rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
-            facts = {"serial": self._facts.serial, "corrected": self._facts.corrected, **self._facts.notes}
+            facts = {**self._facts.of_the_samples(), **self._facts.notes}
             kept = {f"tumble.{key}": value for key, value in facts.items() if value}
             self._schema = _schema(chunk, self._facts.triads, self._facts.further).with_metadata(kept)
             self._writer = pq.ParquetWriter(self._file, self._schema, **PARQUET)

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import LIVE, SenderOption, UntilOption, pose_seconds
 from tumble.cli.output import OutputFolder, folder_for
@@ -15,7 +16,7 @@ from tumble.cli.start import StartOption
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 from tumble.multipose.command_live import LiveOptions, run_live
-from tumble.multipose.command_results import SOME_FAILED, show_results, write_results
+from tumble.multipose.command_results import show_results, write_results
 
 
 @with_read_options
@@ -158,4 +159,4 @@ def multipose_command(
     files = write_results(result, folder)
     show_results(result, files, as_json)
     if result.verdict != "calibrated":
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)

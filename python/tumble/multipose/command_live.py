@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_screen import failures_told
 from tumble.cli.screen import print_json_line
 from tumble.errors import ProcedureError, TumbleError
-from tumble.multipose.command_results import SOME_FAILED, show_results, write_results
+from tumble.multipose.command_results import show_results, write_results
 
 if TYPE_CHECKING:
     from tumble.logs.options import ReadOptions
@@ -90,7 +91,7 @@ def run_live(
         else:
             show_results(result, files, as_json=False)
     if result.verdict != "calibrated" or not session.is_reached:
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _recorded(

@@ -27,10 +27,11 @@ SAID = ("rest done", "orientation wanted", "warning", "done", "ended early")
 @contextmanager
 def shown(as_json: bool) -> Iterator[Show]:
     """Give what shows each step while the block runs, on standard error; JSON on standard output."""
-    from rich.console import Console
     from rich.live import Live
 
-    console = Console(file=sys.stderr)
+    from tumble.cli.screen import message_console
+
+    console = message_console()
     if as_json:
         yield lambda step: print_json_line(event_of(step))
     elif not console.is_terminal:

@@ -11,10 +11,6 @@ if TYPE_CHECKING:
     from tumble.multipose.result import MultiposeResult
 
 
-SOME_FAILED = 3
-"""Exit code where not all was found, or reached, that was asked for."""
-
-
 def write_results(result: MultiposeResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
     from tumble.calibration.document import Calibration

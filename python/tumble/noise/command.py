@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.cli.screen import print_json, print_summary
@@ -15,9 +16,6 @@ from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.noise.result import NoiseResult
-
-SOME_UNSEEN = 3
-"""Exit code where not all was found that was asked for."""
 
 
 @with_read_options
@@ -59,7 +57,7 @@ def noise_command(
         result = noise(recordings, start=start, progress=advance)
     _show(result, write_results(result, folder), as_json)
     if result.verdict != "measured":
-        raise typer.Exit(SOME_UNSEEN)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _show(result: NoiseResult, files: dict[str, Path], as_json: bool) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_options import AlwaysLiveSenderOption
 from tumble.cli.output import OutputFolder
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
@@ -19,8 +20,6 @@ from tumble.words import count_of, join
 
 if TYPE_CHECKING:
     from tumble.logs.session import Session
-
-SOME_EMPTY = 3
 
 
 @with_read_options
@@ -94,7 +93,7 @@ def record_command(
         _print_summary(recorder.session, output)
     if empty := [unit.name for unit in recorder.session.units if not unit.samples]:
         print(f"tumble: warning: {join(empty)} never sent a sample", file=sys.stderr)
-        raise typer.Exit(SOME_EMPTY)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _finish(folder: Path, with_sources: bool) -> None:

@@ -27,10 +27,11 @@ STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", 
 @contextmanager
 def shown(as_json: bool) -> Iterator[Show]:
     """Give what shows each step while the block runs, on standard error; JSON on standard output."""
-    from rich.console import Console
     from rich.live import Live
 
-    console = Console(file=sys.stderr)
+    from tumble.cli.screen import message_console
+
+    console = message_console()
     if as_json:
         yield _print_json
     elif not console.is_terminal:

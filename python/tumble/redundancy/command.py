@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_options import LIVE, SenderOption, ToOption
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from tumble.redundancy.monitor import Command
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
-
-NOT_ALL_WELL = 3
-"""Exit code where something is known to be wrong and stayed so."""
 
 
 class PrecisionOption(str, Enum):
@@ -293,7 +291,7 @@ def redundancy_command(
 
 def _exit_with(result: RedundancyResult) -> None:
     if not result.all_well:
-        raise typer.Exit(NOT_ALL_WELL)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _refuse(given: Mapping[str, object], why: str) -> None:

@@ -15,6 +15,7 @@ from tumble.files import FileKind, prepare_folder, replacing
 from tumble.logs.writers import FORMATS
 from tumble.plain import finite
 from tumble.redundancy.store import ErrorStore, keep_adopted
+from tumble.words import defused
 
 if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SetOutput
@@ -70,12 +71,13 @@ def write_output(output: SetOutput, path: Path | str) -> Path:
     kind = output_format(path)
     axes = {f"a{axis}": output.specific_force[:, i] for i, axis in enumerate("xyz")}
     axes |= {f"g{axis}": output.angular_rate[:, i] for i, axis in enumerate("xyz")}
-    source = pa.DictionaryArray.from_arrays(pa.array(output.source), pa.array(output.units))
+    units = [defused(unit) for unit in output.units]
+    source = pa.DictionaryArray.from_arrays(pa.array(output.source), pa.array(units))
     named = {"source": source.cast(pa.string()), "flags": output.flags}
     table = pa.table({"time": output.time} | axes | named)
     with replacing(path, FORMATS[kind]) as file:
         if kind == "csv":
-            pa.csv.write_csv(table, file, pa.csv.WriteOptions(quoting_style="none"))
+            pa.csv.write_csv(table, file, pa.csv.WriteOptions(quoting_style="needed"))
         else:
             pa.parquet.write_table(table, file, compression="zstd", write_page_checksum=True)
     return path

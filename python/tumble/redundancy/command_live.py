@@ -219,13 +219,13 @@ def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Sho
 
 @contextmanager
 def _dashboard(names: Sequence[str]) -> Iterator[Show]:
-    from rich.console import Console
     from rich.live import Live
 
+    from tumble.cli.screen import message_console
     from tumble.redundancy.command_dashboard import Dashboard
 
     board = Dashboard(names)
-    with Live(board.rendered(), console=Console(file=sys.stderr), auto_refresh=False) as screen:
+    with Live(board.rendered(), console=message_console(), auto_refresh=False) as screen:
 
         def show(step: LiveStep) -> None:
             board.take(step)

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import LIVE, SenderOption
 from tumble.cli.output import OutputFolder, folder_for, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
-from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
+from tumble.spin.command_results import calibration_of, prepare, show_results, write_results
 
 if TYPE_CHECKING:
     from tumble.spin.turns import TrueTurns
@@ -204,9 +205,8 @@ def spin_command(
     found = calibration_of(result)
     files = write_results(result, found, folder)
     show_results(result, found, files, as_json)
-    biases = (result.accelerometer_bias, result.gyroscope_bias)
-    if not all(bias.observable for bias in biases) or (spans and result.refused):
-        raise typer.Exit(SOME_FAILED)
+    if result.verdict != "calibrated" or (spans and result.refused):
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _check_source(log: str | None, live: str | None, at: list[str] | None, sender: str | None) -> None:

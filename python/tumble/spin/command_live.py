@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.screen import print_json_line
 from tumble.errors import ProcedureError, TumbleError
 
@@ -75,7 +76,7 @@ def run_live(
     from tumble.live.continued import ContinuedSource
     from tumble.live.outputs import STDOUT, parse_output
     from tumble.record.recorded_source import recorded_source
-    from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results
+    from tumble.spin.command_results import calibration_of, prepare, show_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.spin.summary import json_content
@@ -120,8 +121,8 @@ def run_live(
             if going_on is not None and all_found:
                 # The stream the calibration was found on is the one it is for.
                 correct(found, samples, going_on, serial=serial, force=True)
-    if not all_found:
-        raise typer.Exit(SOME_FAILED)
+    if result.verdict != "calibrated":
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 @contextmanager
@@ -156,9 +157,9 @@ def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -
 @contextmanager
 def _shown(source: str, options: LiveSpinOptions, as_json: bool) -> Iterator[Show]:
     """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
-    from rich.console import Console
+    from tumble.cli.screen import message_console
 
-    console = Console(file=sys.stderr)
+    console = message_console()
     if as_json:
         yield _print_json
     elif console.is_terminal:

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
     from tumble.spin.result import SpinResult
 
-SOME_FAILED = 3
-"""Exit code where not all was found that was asked for."""
-
 
 def calibration_of(result: SpinResult) -> Calibration:
     """Make the calibration file of what was found, on top of the one that was applied first."""

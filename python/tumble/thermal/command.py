@@ -6,13 +6,11 @@ from typing import Annotated
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.cli.start import StartOption
 from tumble.logs.options import ReadOptions
-
-NOT_ALL_WELL = 3
-"""Exit code where one curve over temperature is known not to be the whole truth."""
 
 
 @with_read_options
@@ -74,4 +72,4 @@ def thermal_command(
     files = write_results(result, folder)
     show_results(result, files, as_json)
     if result.verdict != "measured":
-        raise typer.Exit(NOT_ALL_WELL)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)

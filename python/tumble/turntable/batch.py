@@ -6,6 +6,7 @@ attempt are whole. Summary and report are made of it. A line that was cut short 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,10 +16,12 @@ from pathlib import Path
 from tumble.calibration.document import KIND
 from tumble.errors import OutputError
 from tumble.file_names import ATTEMPTS, EARLIER, TAKEN, file_stem
-from tumble.files import append_line, move_into
+from tumble.files import FileKind, append_line, move_into, replacing
 from tumble.provenance import sha256_of
 from tumble.turntable.record import TargetRecord
 
+_ATTEMPTS_KIND = FileKind("a batch of tumble turntable", re.compile(rb""))
+"""Whatever it begins with: it was read line by line."""
 CALIBRATION_ENDING, PAGE_ENDING = ".yaml", ".html"
 
 
@@ -63,7 +66,10 @@ class Batch:
     def remarks(self) -> Iterator[str]:
         """Say what of the file could not be read."""
         for number in self.lost_lines:
-            yield f"{self.path}: line {number} was cut short or changed; that attempt does not count"
+            yield (
+                f"{self.path}: line {number} was cut short or changed; that attempt does not count, and the "
+                "line is dropped"
+            )
 
     def latest(self) -> Iterator[TargetRecord]:
         """Read the last attempt at each target, one after another."""
@@ -129,7 +135,22 @@ class Batch:
 
     def add(self, record: TargetRecord) -> None:
         """Append an attempt; raises `OutputError` where that cannot be done."""
+        self.drop_lost_lines()
         self._note(record, append_line(self.path, record.line()))
+
+    def drop_lost_lines(self) -> None:
+        """Write the file again without the lines that could not be read; the others get new places.
+
+        Raises `OutputError` where that cannot be done.
+        """
+        if not self.lost_lines:
+            return
+        with self.path.open("rb") as old:
+            kept = [line for number, line in enumerate(old, start=1) if number not in self.lost_lines]
+        with replacing(self.path, _ATTEMPTS_KIND, renews=True, durable=True) as new:
+            new.writelines(line if line.endswith(b"\n") else line + b"\n" for line in kept)
+        self.lost_lines.clear()
+        self._read()
 
     def _file(self, stem: str, ending: str) -> Path:
         return self.folder / f"{stem}{ending}"

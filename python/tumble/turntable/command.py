@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import SenderOption, UntilOption
 from tumble.cli.live_screen import failures_told
@@ -40,9 +41,6 @@ if TYPE_CHECKING:
     from tumble.turntable.result import TurntableResult
     from tumble.turntable.summary import ScreenSummary
     from tumble.turntable.targets import Target
-
-SOME_FAILED = 3
-"""Exit code where a target failed its limits or could not be calibrated."""
 
 
 SIX_FACES_WORD = "six-faces"
@@ -285,7 +283,7 @@ def turntable_command(
             _remark(remarks)
         screen = _run(production, found.targets, Voice(quiet, verbose, as_json, events=live))
     if screen.failed or not (recorded is None or recorded.is_all):
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
 def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, list[str]]:

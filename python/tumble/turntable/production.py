@@ -262,6 +262,7 @@ def save(result: TurntableResult, folder: Path | str) -> dict[str, Path]:
 
 def write_views(shared: TurntableResult, batch: Batch) -> dict[str, Path]:
     """Write summary and report of all targets in the folder; give the path of each file by what it is."""
+    batch.drop_lost_lines()
     summary, report = batch.folder / SUMMARY, batch.folder / TURNTABLE_PAGE
     write_summary(summary, batch.latest)
     write_text(report, render_batch(shared, batch.latest()), PAGE, renews=True)

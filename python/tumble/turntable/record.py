@@ -9,6 +9,7 @@ from typing import Any
 
 from tumble.plain import finite
 from tumble.results import LimitCheck, Verdict
+from tumble.turntable.result import GOOD
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +77,8 @@ class TargetRecord:
 
     @property
     def fails(self) -> bool:
-        """Whether it has no calibration, or is held against limits and cannot be said to be within them."""
-        held = self.verdict == "model not met" and bool(self.checks)
-        return held or self.verdict in ("fail", "not calibrated")
+        """Whether it has no calibration, or one that is known to be wrong."""
+        return self.verdict not in GOOD
 
     def line(self) -> str:
         """Print it as one line of JSON."""

@@ -23,7 +23,7 @@ from tumble.results import GROUPS
 from tumble.turntable.record import RecordedParameter, TargetRecord
 from tumble.turntable.report.text import mounting_sentence
 from tumble.turntable.result import GOOD, TurntableResult
-from tumble.words import count_of, utf8
+from tumble.words import count_of, defused, utf8
 
 MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown, and of these as many."""
@@ -151,9 +151,9 @@ def write_summary(path: Path, records: Callable[[], Iterable[TargetRecord]]) -> 
     with replacing(path, SUMMARY_KIND, renews=True) as file:
         text = _Utf8(file.write)
         writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-        writer.writeheader()
+        writer.writerow({column: defused(column) for column in columns})
         for record in records():
-            writer.writerow(_row(record))
+            writer.writerow({column: defused(cell) for column, cell in _row(record).items()})
 
 
 @dataclass(frozen=True, slots=True)

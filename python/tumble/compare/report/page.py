@@ -61,6 +61,7 @@ class ComparePage:
     drift: str
     pictures: tuple[Picture, ...]
     history: Table | None
+    warnings: tuple[str, ...]
     notes: tuple[str, ...]
     method: tuple[tuple[str, str], ...]
 
@@ -75,6 +76,7 @@ def compare_page(result: CompareResult) -> ComparePage:
         drift=drift_sentence(result),
         pictures=tuple(_pictures(result)),
         history=Table("parameter", HISTORY_COLUMNS, rows) if rows else None,
+        warnings=result.warnings,
         notes=result.notes,
         method=method_lines(result),
     )

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from tumble.recording import FloatArray, Recording
+from tumble.simulate.scenario import ScenarioError
 from tumble.simulate.turntable.procedure import SimulatedTurntable, simulate_turntable
 from tumble.simulate.unit import SimulatedUnit
 from tumble.turntable.poses import SIX_FACES, Pose, PoseList
 
+MOST_ORIENTATIONS = 1000
+"""More than a person holds a unit in: a day and a half of work."""
 SCATTER = 0.15
 """rad by which a hand misses an orientation it meant."""
 HAND: dict[str, Any] = {"turn_rate_dps": 120.0, "turn_acceleration_dps2": 400.0, "heading_turn_deg": 20.0}
@@ -103,6 +106,8 @@ def simulate_multipose(
             seed=seed, poses=SIX_FACES, rest_seconds=rest_seconds, grades=(grade,), **laid
         )
         return SimulatedMultipose(session, on_faces=True)
+    if not 1 <= orientations <= MOST_ORIENTATIONS:
+        raise ScenarioError(f"--orientations {orientations}: give 1 to {MOST_ORIENTATIONS}")
     ups = spread(orientations, np.random.default_rng(seed))
     poses = PoseList(tuple(Pose(f"orientation {k}", up) for k, up in enumerate(ups, start=1)))
     session = simulate_turntable(

@@ -1,0 +1,35 @@
+"""Doubts about a calibration that its own file states: a verdict of fail, or of a model that was not met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tumble.calibration.document import Calibration
+from tumble.results import LARGEST_WIDENING, Verdict
+from tumble.units import TRIADS
+
+_MEANINGS: dict[Verdict, str] = {
+    "fail": "it is not within its limits",
+    "model not met": "its errors are larger than its sigmas say",
+}
+"""Verdicts that whoever uses a calibration has to know of."""
+
+
+def doubts(calibration: Calibration) -> Iterator[str]:
+    """Say which procedure came to a verdict that whoever uses the calibration has to know of."""
+    procedure = calibration.method.procedure if calibration.method is not None else ""
+    verdicts = [(calibration.verdict or _by_sigmas(calibration), procedure, calibration.date)]
+    verdicts += [(each.verdict, each.method.procedure, each.date) for each in calibration.contributions or ()]
+    for verdict, found_by, date in verdicts:
+        for bad, meaning in _MEANINGS.items():
+            if verdict == bad:
+                when = f", {date[:10]}" if date else ""
+                run = f" ({found_by}{when})" if found_by else ""
+                yield f"the calibration {calibration.name} has the verdict {verdict!r}{run}: {meaning}"
+
+
+def _by_sigmas(calibration: Calibration) -> Verdict | None:
+    """Give the verdict that follows from how far sigmas were widened, for files that state none."""
+    sections = [getattr(calibration, triad) for triad in TRIADS]
+    widest = max((section.widening or 1.0 for section in sections if section is not None), default=1.0)
+    return "model not met" if widest > LARGEST_WIDENING else None

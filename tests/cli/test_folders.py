@@ -1,0 +1,103 @@
+"""Folders of results: one run at a time writes into each, and a failed run leaves none that is empty."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from log_fixtures import made_up, write
+from tumble.folder_lock import LOCK_FILE
+from turntable_sessions import one_line, typed
+
+HOLD = (
+    "import sys, time\n"
+    "from tumble.files import files_of_command, prepare_folder\n"
+    "with files_of_command():\n"
+    "    prepare_folder(sys.argv[1])\n"
+    "    print('held', flush=True)\n"
+    "    time.sleep(60)\n"
+)
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """Another process that writes into `out`."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path / "out")], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "held\n"
+    yield process
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+@pytest.fixture
+def log(tmp_path):
+    return write(tmp_path / "log.csv", made_up(3000))
+
+
+def test_a_second_run_into_a_folder_ends_in_one_line(tmp_path, log, holder):
+    done = typed("noise", log, "-o", tmp_path / "out")
+    assert done.code == 2
+    assert f"another run (process {holder.pid}) writes into this folder" in one_line(done.err)
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [LOCK_FILE]
+
+
+@pytest.mark.parametrize("which", [signal.SIGKILL, signal.SIGTERM])
+def test_what_a_killed_run_leaves_stops_nobody(tmp_path, log, holder, which):
+    holder.send_signal(which)
+    holder.wait()
+    assert (tmp_path / "out" / LOCK_FILE).exists()
+    assert typed("noise", log, "-o", tmp_path / "out").code in (0, 3)
+    assert not (tmp_path / "out" / LOCK_FILE).exists()
+
+
+def test_of_many_that_begin_at_once_one_writes(tmp_path):
+    code = HOLD.replace("time.sleep(60)", "time.sleep(2)")
+    runs = [
+        subprocess.Popen(
+            [sys.executable, "-c", code, str(tmp_path / "out")],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        for _ in range(6)
+    ]
+    ended = [run.communicate()[0] for run in runs]
+    assert sum(b"held" in out for out in ended) == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("turntable", "LOG", "LOG"),
+        ("noise", "LOG"),
+        ("thermal", "LOG"),
+        ("spin", "LOG"),
+        ("multipose", "LOG"),
+        ("align", "LOG", "LOG"),
+        ("compare", "LOG", "LOG"),
+        ("import", "LOG"),
+        ("redundancy", "--primary", "LOG", "--secondary", "LOG"),
+        ("simulate", "multipose", "--orientations", "0"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_failed_run_leaves_no_empty_folder(tmp_path, words):
+    log = write(tmp_path / "log.csv", made_up(50))
+    out = tmp_path / "not" / "there"
+    done = typed(*(log if word == "LOG" else word for word in words), "-o", out)
+    assert done.code == 2, done.out
+    assert not (tmp_path / "not").exists()
+
+
+def test_a_million_orientations_are_refused_at_once(tmp_path):
+    began = time.monotonic()
+    done = typed("simulate", "multipose", "--orientations", "1000000", "-o", tmp_path / "out")
+    assert done.code == 2
+    assert "give 1 to 1000" in one_line(done.err)
+    assert time.monotonic() - began < 5.0
