@@ -180,7 +180,7 @@ def test_what_cannot_be_recorded_is_refused_in_one_line(tmp_path, monkeypatch, w
 def test_progress_and_the_end_are_events_for_machines(tmp_path, logs):
     done = typed("record", *words_for(tmp_path), "-o", tmp_path / "session", "--json")
     events = [json.loads(line) for line in done.out.splitlines()]
-    assert [events[0]["event"], events[-1]["event"]] == ["recording", "done"]
+    assert [events[0]["event"], events[-1]["event"]] == ["listening", "done"]
     assert {unit["name"]: unit["samples"] for unit in events[-1]["units"]} == {"a": 300, "b": 600}
     assert events[-1]["units"][0]["condition"] == "rest"
     assert events[-1]["units"][0]["rate"] == pytest.approx(100.0)

@@ -61,7 +61,8 @@ def watched(*arguments):
     """Run `tumble redundancy --live` as typed; give how it ended, events and the result."""
     done = typed("redundancy", "--live", *arguments, "--json")
     assert done.code in (0, 3), f"exit code {done.code}: {done.err}"
-    *events, result = map(json.loads, done.out.splitlines())
+    listening, *events, result = map(json.loads, done.out.splitlines())
+    assert listening["event"] == "listening"
     assert result["event"] == "result"
     return done.code, events, result
 
@@ -313,9 +314,10 @@ def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
         stdout=subprocess.PIPE,
         text=True,
     )
-    first = json.loads(running.stdout.readline())
+    listening, first = (json.loads(running.stdout.readline()) for _ in range(2))
     running.send_signal(signal.SIGTERM)
     out, _ = running.communicate(timeout=60)
+    assert listening == {"event": "listening", "units": ["imu1", "imu2", "imu3"]}
     assert first["event"] == "selected"
     assert json.loads(out.splitlines()[-1])["event"] == "result"
     # Of secondaries nothing is known yet.

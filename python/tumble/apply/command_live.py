@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING
 
+from tumble.cli.live_screen import LISTENING
+from tumble.cli.screen import print_json_line
 from tumble.words import count_of
 
 if TYPE_CHECKING:
@@ -35,20 +38,34 @@ def apply_source(
     output = parse_output(to, as_json=as_json)
     stream = open_source(source, read_options, sender=sender)
     with stream:
-        correct(found, stream, output, serial=read_options.serial, force=force)
+        correct(found, stream, output, serial=read_options.serial, force=force, as_json=as_json)
 
 
 def correct(
-    calibration: Calibration, source: Source, output: Output, *, serial: str = "", force: bool = False
+    calibration: Calibration,
+    source: Source,
+    output: Output,
+    *,
+    serial: str = "",
+    force: bool = False,
+    as_json: bool = False,
 ) -> None:
-    """Correct until the source ends, or a signal comes, and say on standard error what was done."""
+    """Correct until the source ends, or a signal comes, and say on standard error what was done.
+
+    With `as_json` the event `listening` is printed on standard output, or on standard error where samples go
+    to standard output.
+    """
     from tumble.apply.live import LiveApply
     from tumble.cli.stopping import stopped_by_signals
+    from tumble.live.outputs import STDOUT
 
     live = LiveApply(calibration, source, output, serial=serial, force=force)
     over = Event()
     with stopped_by_signals(over.set):
         print(f"Correcting {source.name} to {output.name}. Ctrl-C ends.", file=sys.stderr, flush=True)
+        if as_json:
+            with redirect_stdout(sys.stderr if output.name == STDOUT else sys.stdout):
+                print_json_line({"event": LISTENING, "units": [source.name]})
         applied = live.run(over.is_set)
     for warning in applied.warnings:
         print(f"tumble: warning: {warning}", file=sys.stderr)

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from tumble.goal import GoalProgress
 
+LISTENING = "listening"
+"""Event of `--json` that says that all lines are open: whoever sends may begin."""
 BAR_WIDTH = 10
 DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
 STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}

@@ -203,7 +203,7 @@ class LiveMultipose:
             self._finding.close()
 
     def _steps_of(self, step: RecordStep) -> Iterator[MultiposeStep]:
-        if step.kind == "recording":
+        if step.kind == "listening":
             yield self._step("listening", step)
         elif step.kind in BROKEN:
             yield self._step("warning", step, step.unit, broken(step))

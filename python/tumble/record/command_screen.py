@@ -72,7 +72,7 @@ class _Lines:
 def _happened(step: RecordStep) -> str:
     names = ", ".join(unit.name for unit in step.units)
     return {
-        "recording": f"Recording {names}. Ctrl-C ends.",
+        "listening": f"Recording {names}. Ctrl-C ends.",
         "lost": f"{step.reason}; trying again every second",
         "returned": f"{step.unit}: is there again",
         "silent": f"{step.unit}: sends nothing; is it on, does it send to this address, at this baud rate?",

@@ -28,7 +28,7 @@ SHORTEST_REST = 1.0
 """s of rest at their end that count."""
 
 UnitCondition: TypeAlias = Literal["waiting", "rest", "motion", "silent", "lost"]
-RecordStepKind: TypeAlias = Literal["recording", "progress", "lost", "returned", "silent", "done"]
+RecordStepKind: TypeAlias = Literal["listening", "progress", "lost", "returned", "silent", "done"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ class Recorder:
         reason: EndReason | None = None
         with self._set as units:
             self._began = report_at = time.monotonic()
-            yield self._step("recording")
+            yield self._step("listening")
             for name, chunk in units:
                 yield from self._what_happened()
                 self._take(name, chunk, count)

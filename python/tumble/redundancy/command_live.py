@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from tumble.cli.live_screen import LISTENING
 from tumble.cli.output import folder_named_after
 from tumble.cli.screen import print_json_line
 from tumble.errors import ProcedureError
@@ -201,7 +202,7 @@ def _primary_first(names: list[str], primary: str | None) -> list[str]:
 def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Show]:
     """Give what shows each step while the block runs: JSON on standard output, else on standard error."""
     if as_json:
-        yield _print_json
+        yield _with_listening(_print_json, lambda: print_json_line({"event": LISTENING, "units": names}))
     elif dashboard:
         with _dashboard(names) as show:
             yield show
@@ -213,8 +214,24 @@ def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Sho
             if isinstance(step, RedundancyEvent):
                 print(event_line(step), file=sys.stderr, flush=True)
 
-        print(f"Watching {', '.join(names)}. Ctrl-C ends.", file=sys.stderr, flush=True)
-        yield show_line
+        def say_listening() -> None:
+            print(f"Watching {', '.join(names)}. Ctrl-C ends.", file=sys.stderr, flush=True)
+
+        yield _with_listening(show_line, say_listening)
+
+
+def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
+    """Return what shows steps, and says before the first that all lines are open: that is its meaning."""
+    is_said = False
+
+    def shown(step: LiveStep) -> None:
+        nonlocal is_said
+        if not is_said:
+            is_said = True
+            say_listening()
+        show(step)
+
+    return shown
 
 
 @contextmanager

@@ -273,7 +273,7 @@ class LiveTurntable:
             self._finding.close()
 
     def _steps_of(self, step: RecordStep) -> Iterator[TurntableStep]:
-        if step.kind == "recording":
+        if step.kind == "listening":
             yield self._step("listening", step)
         elif step.kind in BROKEN:
             yield from self._broken(step)
