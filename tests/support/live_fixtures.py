@@ -31,6 +31,7 @@ class Scripted:
 
     notices = ()
     reorder_window = 0.0
+    sender = None
 
     def __init__(self, pieces, whole=False):
         self.whole = whole

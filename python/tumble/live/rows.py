@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
@@ -32,6 +33,8 @@ DEEPEST = 8
 """Levels of a JSON object; a sample of ROS has three."""
 MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
+UNREADABLE_SECONDS = 2.0
+"""s without a sample, once there were some, that such lines take at least: others may flood the line."""
 
 
 class _Layout:
@@ -103,6 +106,8 @@ class RowReader:
         self._first = joined_midway
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
+        self._read_at = -math.inf
+        """s of `time.monotonic()` at which the last row was read."""
         self._most_in_succession = MOST_UNREADABLE
         self._is_whole = whole
         self._no_imu: LogError | None = None
@@ -139,6 +144,7 @@ class RowReader:
         if not numbers:
             return None
         assert self._layout is not None, "rows are read once columns are known"
+        self._read_at = time.monotonic()
         return self._layout.readings(np.array(numbers, dtype=np.float64))
 
     def _numbers(self, row: Row) -> list[list[float]]:
@@ -277,7 +283,10 @@ class RowReader:
     def _count_unreadable(self, text: str) -> None:
         self.unreadable += 1
         self._unreadable_in_succession = min(self._unreadable_in_succession + 1, self._most_in_succession)
-        if self._unreadable_in_succession >= MOST_UNREADABLE:
+        if (
+            self._unreadable_in_succession >= MOST_UNREADABLE
+            and time.monotonic() - self._read_at >= UNREADABLE_SECONDS
+        ):
             if self._no_imu is not None:
                 raise self._no_imu
             raise LogError(

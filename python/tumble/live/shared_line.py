@@ -16,6 +16,7 @@ from tumble.live.source import LiveChunk
 from tumble.live.transport import Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import one_name
+from tumble.words import count_of
 
 Part = TypeVar("Part")
 """What a line is taken apart into: a row, a message."""
@@ -23,6 +24,10 @@ Part = TypeVar("Part")
 
 MOST_AT_ONCE = 64
 """Messages that are taken in before others have their turn."""
+MOST_SHED = 4096
+"""Messages of other senders that are left unread meanwhile, where more come than can be read."""
+PROVEN_FOR = 2.0
+"""s without a sample after which another sender may be the device, begun anew at another port."""
 
 
 class LineUnit(ConditionedSource, Generic[Part]):
@@ -69,6 +74,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
         found = self._readings(parts) if parts else None
         if found is None:
             return self._conditioner.due(time.monotonic())
+        self.line.prove()
         return self._conditioner.take(*found, self._arrival)
 
     def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
@@ -93,11 +99,24 @@ class SharedLine(ABC, Generic[Part]):
         """Whether it came to its end, or was unplugged: it is not to be opened again."""
         self.units: list[LineUnit[Part]] = []
         """Those that are read at present."""
+        self._senders: set[object] = set()
+        """Of the messages taken in last."""
+        self._proven: dict[object, float] = {}
+        """s of `time.monotonic()` at which samples last came, by sender."""
+        self._has_piled_up = False
+        """Whether more came than was taken in at once."""
+        self._shed = 0
 
     @property
     def notices(self) -> tuple[str, ...]:
         """What a user should know of what came over the line."""
-        return self.transport.notices
+        others = f"left {count_of('message', self._shed)} unread that others sent faster than can be read"
+        return (*self.transport.notices, *((others,) if self._shed else ()))
+
+    def prove(self) -> None:
+        """Keep in mind who sent the samples that were just read, where that is certain."""
+        certain = self._senders if len(self._senders) == 1 else self._senders & self._proven.keys()
+        self._proven |= dict.fromkeys(certain, time.monotonic())
 
     def enter(self, unit: LineUnit[Part]) -> None:
         """Open the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
@@ -130,13 +149,24 @@ class SharedLine(ABC, Generic[Part]):
             raise
 
     def _come(self) -> list[Part]:
-        """Take in all that has come: of messages that come one by one, those that have piled up."""
-        piece = self.transport.receive()
-        parts = list(self._parts(piece)) if piece else []
-        for _ in range(MOST_AT_ONCE - 1 if self.transport.whole else 0):
-            if not (piece := self.transport.receive()):
-                break
+        """Take in all that has come: of messages that come one by one, those that have piled up.
+
+        Where more piles up than that, messages of senders that never sent a sample stay unread.
+        """
+        parts: list[Part] = []
+        self._senders, shed = set(), 0
+        proven = {sender for sender, at in self._proven.items() if time.monotonic() - at < PROVEN_FOR}
+        taken, most = 0, MOST_AT_ONCE if self.transport.whole else 1
+        while taken < most and shed < MOST_SHED and (piece := self.transport.receive()):
+            sender = self.transport.sender
+            if self._has_piled_up and proven and sender not in proven:
+                shed += 1
+                continue
+            taken += 1
+            self._senders.add(sender)
             parts += self._parts(piece)
+        self._has_piled_up = taken == most or shed == MOST_SHED
+        self._shed += shed
         return parts
 
     def _open(self) -> None:

@@ -36,6 +36,7 @@ class TcpConnection(NetworkSocket):
 
     whole = False
     reorder_window = 0.0
+    sender = None
     joined_midway = True
     notices: tuple[str, ...] = ()
 
@@ -87,6 +88,7 @@ class StandardInput:
 
     whole = False
     reorder_window = 0.0
+    sender = None
     joined_midway = False
     notices: tuple[str, ...] = ()
 
@@ -136,6 +138,7 @@ class GrowingFile:
 
     whole = False
     reorder_window = 0.0
+    sender = None
     joined_midway = False
 
     def __init__(self, address: Address, path: Path, options: ReadOptions, *, from_start: bool) -> None:

@@ -37,6 +37,10 @@ class Transport(Protocol):
         """Whether the first bytes may be the rest of a line that began before anybody listened."""
 
     @property
+    def sender(self) -> object:
+        """Who sent what was received last; None where a line has one sender only."""
+
+    @property
     def reorder_window(self) -> float:
         """Time, s, for which messages may be overtaken on the way; 0 where they keep their order."""
 
@@ -69,6 +73,7 @@ class SerialLine:
     whole = False
     joined_midway = True
     reorder_window = 0.0
+    sender = None
     notices: tuple[str, ...] = ()
 
     def __init__(self, address: Address, device: str, baud: int) -> None:
@@ -162,6 +167,8 @@ class DatagramSocket(NetworkSocket):
         self._port = port
         self._sender: tuple[Any, ...] | None = None
         """Address of the first that sent anything, its host first."""
+        self.sender: object = None
+        """Address of the one that sent last."""
         self._wanted = address.settings.get("from")
         self._hosts: frozenset[str] = frozenset()
         """Numbers of the only host that counts; empty where it is the first that sends."""
@@ -218,6 +225,7 @@ class DatagramSocket(NetworkSocket):
         if self._sender is None or sender[0] != self._sender[0]:
             self._from_others += 1
             return b""
+        self.sender = sender
         return datagram
 
     def send(self, data: bytes) -> None:

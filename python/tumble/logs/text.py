@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -146,7 +147,12 @@ def _decode(line: bytes) -> str:
 
 def names_delimiter(text: str, options: ReadOptions, sought: SoughtTable = LOG) -> str | None:
     """Delimiter with which most fields of a line are names of columns we look for; None if none is."""
-    wanted = {name for name in options.columns.values() if not name.isdigit()}
+    return _names_delimiter(text, frozenset(options.columns.values()), sought)
+
+
+@lru_cache(maxsize=256)  # A line that is none is looked at again and again where a device repeats it.
+def _names_delimiter(text: str, stated: frozenset[str], sought: SoughtTable) -> str | None:
+    wanted = {name for name in stated if not name.isdigit()}
 
     def known(delimiter: str) -> int:
         return sum(name in wanted or sought.is_known(name) for name in split_line(text, delimiter))
