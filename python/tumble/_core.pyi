@@ -212,6 +212,9 @@ class NextTurnFigures(TypedDict):
     after: float
     unknown: int
 
+Tremor: TypeAlias = tuple[float, float]
+"""Amplitude of the angular rate, rad/s, and frequency, Hz."""
+
 class MultiposeGyroscope(TypedDict):
     """Angles in rad; `turns` are rests before and after; excess is what noise leaves, rad and rad/s."""
 
@@ -223,6 +226,7 @@ class MultiposeGyroscope(TypedDict):
     next: NextTurnFigures | None
     turn_excess: float
     bias_excess: float
+    implausible_scale: float | None
 
 class FerrarisFigures(TypedDict):
     """A triad by the formulas of Ferraris; `parameters` are values and differences in sigmas."""
@@ -251,6 +255,10 @@ class MultiposeFigures(TypedDict):
     next: NextOrientationFigures | None
     faces: FaceFigures | None
     gyroscope: MultiposeGyroscope | None
+    left_out: list[tuple[float, float, Tremor | None]]
+    """First and last s of stretches in which the unit was held and which are among no rest."""
+    tremors: list[Tremor | None]
+    """Of each rest."""
     gyroscope_refusal: tuple[str, dict[str, Any]] | None
     acquired: Acquired
 

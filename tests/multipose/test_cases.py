@@ -55,3 +55,23 @@ def test_clipped_samples_are_counted_by_channel_and_turn():
     assert len(clipped) == 3
     assert all("of 14178 samples" in line and "of 21 turns" in line for line in clipped)
     assert sum(int(line.split(" in ")[1].split()[0]) for line in clipped) == 32
+
+
+@pytest.mark.parametrize("name", ["hand", "hand_all"])
+def test_trembling_poses_are_rests_with_more_sigma(name):
+    found = calibrated("multipose_tremor", name)
+    truth = true_figures("multipose_tremor")
+    assert (len(found.poses), len(found.turns)) == (22, 21)
+    assert_holds(found, truth)
+    # Quiet or not, what a rest tells of the gyroscope is as good.
+    assert np.sqrt(np.diag(found.gyroscope.covariance)[:9]).max() < 2e-4
+
+
+def test_trembling_rests_are_named_by_amplitude_and_frequency():
+    found = calibrated("multipose_tremor")
+    held = true_figures("multipose_tremor")["held"]
+    remarks = [rest.remark for rest in found.rests if rest.used]
+    assert [bool(remark) for remark in remarks] == held
+    figures = [[float(part.split()[0]) for part in remark[10:].split(" at ")] for remark in remarks if remark]
+    assert np.allclose(figures, [44.0, 8.0], rtol=0.08)
+    assert found.trembling == 16

@@ -6,6 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::sample::CHANNELS;
+use tumble_lab::acquisition::Tremor;
 use tumble_lab::multipose::accelerometer::PLACES;
 use tumble_lab::multipose::ferraris::FerrarisTriad;
 use tumble_lab::multipose::next_turn::NextTurn;
@@ -106,6 +107,21 @@ fn section((label, first, end): (String, usize, usize), samples: usize) -> PyRes
 fn figures(py: Python<'_>, found: Multipose) -> PyResult<Bound<'_, PyDict>> {
     let figures = PyDict::new(py);
     figures.set_item("tolerance", found.tolerance)?;
+    let left_out = found.left_out.iter();
+    let left_out: Vec<_> = left_out
+        .map(|each| (each.span.0, each.span.1, each.tremor.map(tremor_figures)))
+        .collect();
+    figures.set_item("left_out", left_out)?;
+    let rests = 0..found.acquired.rests.len();
+    let tremors: Vec<_> = rests
+        .map(|k| {
+            found
+                .acquired
+                .restlessness(k)
+                .map(|rest| tremor_figures(rest.tremor))
+        })
+        .collect();
+    figures.set_item("tremors", tremors)?;
     let nominal = found.nominal.map(|scale| (scale.force, scale.rate));
     figures.set_item("nominal_scale", nominal)?;
     figures.set_item("accelerometer", triad(py, &found.accelerometer)?)?;
@@ -145,6 +161,11 @@ fn figures(py: Python<'_>, found: Multipose) -> PyResult<Bound<'_, PyDict>> {
     Ok(figures)
 }
 
+/// Amplitude of the angular rate, rad/s, and frequency, Hz.
+fn tremor_figures(tremor: Tremor) -> (f64, f64) {
+    (tremor.amplitude, tremor.frequency)
+}
+
 fn poses<'py>(py: Python<'py>, poses: &[Pose]) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
     let each = |value: fn(&Pose) -> f64| poses.iter().map(value).collect::<Vec<f64>>();
@@ -171,6 +192,7 @@ fn gyroscope_figures<'py>(py: Python<'py>, gyroscope: &Gyroscope) -> PyResult<Bo
     figures.set_item("with_g_sensitivity", gyroscope.with_g_sensitivity)?;
     let next = gyroscope.next.as_ref().map(|next| turn_to_add(py, next));
     figures.set_item("next", next.transpose()?)?;
+    figures.set_item("implausible_scale", gyroscope.implausible_scale)?;
     figures.set_item("turn_excess", gyroscope.excess.turn.sqrt())?;
     figures.set_item("bias_excess", gyroscope.excess.rest.sqrt())?;
     Ok(figures)

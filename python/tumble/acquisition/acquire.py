@@ -322,11 +322,13 @@ def rests_of(
 
 def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     """List the stretches that only looked like rests, with the reason."""
+    return tuple(unused_rest(start, end, REST_REJECTIONS[why]) for start, end, why in unit.rejected_rests)
+
+
+def unused_rest(start: float, end: float, why: str) -> Rest:
+    """Describe a stretch, s, that is not used, for that reason."""
     unknown = np.full(3, np.nan)
-    return tuple(
-        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=REST_REJECTIONS[why])
-        for start, end, why in unit.rejected_rests
-    )
+    return Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=why)
 
 
 def trace_of(unit: _core.Acquired, triads: tuple[Triad, ...] = TRIADS) -> Trace:

@@ -31,6 +31,21 @@ def explain(word: str, figures: RefusalFigures) -> str:
     return MESSAGES[word](figures)
 
 
+def tremor_words(tremor: tuple[float, float] | None) -> str:
+    """Say how a unit trembled, by the amplitude of its angular rate, rad/s, and its frequency, Hz."""
+    if tremor is None:
+        return ""
+    amplitude, frequency = tremor
+    return f"trembles: {1e3 * amplitude:.2g} mrad/s at {frequency:.2g} Hz"
+
+
+NO_SENSOR_HAS = (
+    "the gyroscope's scale is {scale:.2f} on all axes, which no sensor has: the sample rate is probably "
+    "{probable:.4g} Hz, not {rate:.4g} (--rate, --time-unit), or the gyroscope's unit or range is as far off"
+)
+"""Said of a wrong time base."""
+
+
 def _too_few_directions(figures: RefusalFigures) -> str:
     found, needed, rests = (int(figures[key]) for key in ("found", "needed", "rests"))
     if found == 1:

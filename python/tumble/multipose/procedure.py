@@ -19,6 +19,7 @@ from tumble.acquisition.acquire import (
     rejected_rests_of,
     rests_of,
     trace_of,
+    unused_rest,
 )
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
@@ -30,7 +31,7 @@ from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.logs.session import procedure_of
-from tumble.multipose.messages import MORE_MAY_SHOW, explain
+from tumble.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
 from tumble.multipose.result import (
     Faces,
     FerrarisTriad,
@@ -51,7 +52,7 @@ from tumble.multipose.sections import (
 )
 from tumble.provenance import Provenance, date_now, log_digest
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
-from tumble.results import TriadResult
+from tumble.results import Rest, TriadResult
 from tumble.turntable.triads import triad_result
 from tumble.units import TRIADS
 
@@ -174,7 +175,8 @@ def multipose(
             figures = fit(_with_biases(before, figures))
     except _core.CoreError as error:
         kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError
-        raise kind(explain(*error.args), about=recording.name) from None
+        rate = f"; is {read.rate:g} Hz of --rate right?" if read is not None and read.rate else ""
+        raise kind(explain(*error.args) + rate, about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
     reason = _gyroscope_reason(figures, has_gyroscope)
     sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
@@ -189,11 +191,16 @@ def multipose(
         turns=tuple(_turns(figures["gyroscope"])),
         next_orientation=_next(figures["next"]),
         next_turn=_next_turn(figures["gyroscope"]),
-        rests=rests_of(found.acquired, triads=unit.triads) + rejected_rests_of(found.acquired),
+        rests=(
+            *_trembling(rests_of(found.acquired, triads=unit.triads), figures),
+            *rejected_rests_of(found.acquired),
+            *_left_out(figures, found.acquired),
+        ),
         trace=trace_of(found.acquired, unit.triads),
         gravity=strength,
         gravity_source=gravity_source,
         tolerance=figures["tolerance"],
+        implausible_scale=_implausible(figures),
         faces=_faces(figures),
         nominal_scale=_nominal(figures),
         temperature=unit.acquired.temperature,
@@ -347,6 +354,25 @@ def _ferraris(figures: _core.FerrarisFigures) -> FerrarisTriad:
     return FerrarisTriad(np.diag(scale), rotation, bias, values, compared[:, 1])
 
 
+def _trembling(rests: Sequence[Rest], figures: _core.MultiposeFigures) -> Iterator[Rest]:
+    """Say of each rest how it trembled."""
+    for rest, tremor in zip(rests, figures["tremors"], strict=True):
+        yield replace(rest, remark=tremor_words(tremor))
+
+
+def _left_out(figures: _core.MultiposeFigures, unit: _core.Acquired) -> Iterator[Rest]:
+    """List the stretches in which the unit was held still that are not used, but for those rejected."""
+    rejected = [(start, end) for start, end, _ in unit.rejected_rests]
+    for start, end, tremor in figures["left_out"]:
+        if not any(first < end and start < last for first, last in rejected):
+            why = tremor_words(tremor) or "shorter than a rest, without the ends"
+            yield unused_rest(start, end, why)
+
+
+def _implausible(figures: _core.MultiposeFigures) -> float | None:
+    return None if figures["gyroscope"] is None else figures["gyroscope"]["implausible_scale"]
+
+
 def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired, *, on_faces: bool) -> TriadResult:
     found = triad_result(
         "accelerometer", figures["accelerometer"], unit.noise_density[:3], unit.bias_instability[:3], {}
@@ -454,6 +480,15 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
             f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses "
             "near it"
         )
+    if result.implausible_scale:
+        rate = unit.acquired.samples / max(unit.log.duration, 1e-9)
+        yield NO_SENSOR_HAS.format(
+            scale=result.implausible_scale, probable=rate * result.implausible_scale, rate=rate
+        )
+    named = {(start, end) for start, end, _ in unit.acquired.rejected_rests}
+    for rest in result.left_out:
+        if (rest.start, rest.end) not in named:
+            yield f"{rest.start:.1f} to {rest.end:.1f} s is not used: {rest.remark}"
     if result.gyroscope_reason:
         yield result.gyroscope_reason
     if figures["gyroscope"] is not None:

@@ -147,6 +147,8 @@ class MultiposeResult(Tabular):
     gravity_source: str
     tolerance: float
     """Factor on the usual limits of stillness with which rests were found."""
+    implausible_scale: float | None = None
+    """Scale of the gyroscope, alike on all axes, where no sensor has that one: the sample rate is wrong."""
     faces: Faces | None = None
     """Where the unit lay on six faces: the formulas of Ferraris beside this result."""
     nominal_scale: NominalScale | None = None
@@ -175,6 +177,16 @@ class MultiposeResult(Tabular):
         return len({pose.direction for pose in self.poses})
 
     @property
+    def left_out(self) -> tuple[Rest, ...]:
+        """Stretches in which the unit was still, or held still, that are not used."""
+        return tuple(rest for rest in self.rests if not rest.used)
+
+    @property
+    def trembling(self) -> int:
+        """Rests that are used although the unit trembled."""
+        return sum(bool(rest.remark) for rest in self.rests if rest.used)
+
+    @property
     def norm_before(self) -> float:
         """Root mean square of |y| - g as read, m/s^2."""
         return _rms([pose.before for pose in self.poses])
@@ -201,8 +213,8 @@ class MultiposeResult(Tabular):
 
     @property
     def verdict(self) -> Verdict:
-        """`calibrated` where both triads are, `model not met` where residuals are not random."""
-        if not all(triad.model_met for triad in self.triads):
+        """`calibrated` where both triads are, `model not met` where residuals or time are wrong."""
+        if self.implausible_scale or not all(triad.model_met for triad in self.triads):
             return "model not met"
         return "partly calibrated" if self.gyroscope is None else "calibrated"
 

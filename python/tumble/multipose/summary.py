@@ -86,7 +86,10 @@ def json_content(result: MultiposeResult, files: dict[str, Path]) -> dict[str, A
         "next_orientation": asdict(result.next_orientation) if result.next_orientation else None,
         "next_turn": asdict(result.next_turn) if result.next_turn else None,
         "faces": asdict(result.faces) if result.faces else None,
-        "rests": [{"start": rest.start, "end": rest.end, "used": rest.used} for rest in result.rests],
+        "rests": [
+            {"start": rest.start, "end": rest.end, "used": rest.used, "remark": rest.remark}
+            for rest in result.rests
+        ],
         "start": result.start_hash,
         "warnings": result.warnings,
         "calibration": Calibration.from_multipose(result).content(),

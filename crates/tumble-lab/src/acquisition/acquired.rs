@@ -1,5 +1,6 @@
 //! What one unit showed: its rests, the turns between them, and what goes with both.
 
+use nalgebra::{UnitQuaternion, Vector3};
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
@@ -30,6 +31,28 @@ pub struct Part {
     pub name: String,
 }
 
+/// How a unit trembles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tremor {
+    /// Amplitude of the angular rate about an axis, rad/s.
+    pub amplitude: f64,
+    /// Hz.
+    pub frequency: f64,
+}
+
+/// A rest in which the unit kept its mean orientation and trembled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Restlessness {
+    /// How it trembles.
+    pub tremor: Tremor,
+    /// Variance of the means of the six channels beyond that of noise.
+    pub variance: [f64; CHANNELS],
+    /// Case at its first sample from the case as it stood in the mean.
+    pub start_from_mean: UnitQuaternion<f64>,
+    /// Case at the first sample after it from the case as it stood in the mean.
+    pub end_from_mean: UnitQuaternion<f64>,
+}
+
 /// What one unit showed.
 #[derive(Clone, Debug)]
 pub struct Acquired {
@@ -39,6 +62,8 @@ pub struct Acquired {
     pub parts: Vec<Part>,
     /// Stretches at rest.
     pub rests: Vec<Segment<f64>>,
+    /// Of each rest in which the unit trembled; empty where nobody looked.
+    pub restlessness: Vec<Option<Restlessness>>,
     /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
     pub turns: Vec<Segment<f64>>,
     /// Stretches that looked like rests, with the reason why they are none.
@@ -70,6 +95,18 @@ impl Acquired {
     /// Noise of the gyroscope.
     pub fn rate_noise(&self) -> [Noise<f64>; 3] {
         [self.noise[3], self.noise[4], self.noise[5]]
+    }
+
+    /// How rest `k` trembled; `None` where it lay still.
+    pub fn restlessness(&self, k: usize) -> Option<&Restlessness> {
+        self.restlessness.get(k)?.as_ref()
+    }
+
+    /// Variance of the means of the three channels from `first` at rest `k` beyond that of noise.
+    pub fn excess_variance(&self, k: usize, first: usize) -> Vector3<f64> {
+        self.restlessness(k).map_or_else(Vector3::zeros, |found| {
+            Vector3::from_fn(|i, _| found.variance[first + i])
+        })
     }
 
     /// Samples missing at rest over those taken.

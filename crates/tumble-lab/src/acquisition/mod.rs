@@ -14,8 +14,9 @@ mod rejection;
 pub mod trace;
 mod vibration;
 
-pub use acquired::{Acquired, Part, RestRejection, interval};
+pub use acquired::{Acquired, Part, RestRejection, Restlessness, Tremor, interval};
 pub use recorder::Acquisition;
+pub(crate) use rejection::leave_out_saturated;
 
 /// Names of the channels, as users know them.
 pub const CHANNEL_NAMES: [&str; CHANNELS] = [

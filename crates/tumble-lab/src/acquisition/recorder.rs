@@ -44,6 +44,7 @@ impl Acquisition {
                 origin: 0.0,
                 parts: Vec::new(),
                 rests: Vec::new(),
+                restlessness: Vec::new(),
                 turns: Vec::new(),
                 rejected: Vec::new(),
                 noise: [none; CHANNELS],

@@ -115,7 +115,7 @@ fn is_turning(found: &Acquired, i: usize) -> bool {
 }
 
 /// A turn in which the gyroscope reached the end of its range is not known in full.
-pub(super) fn leave_out_saturated(found: &mut Acquired) {
+pub(crate) fn leave_out_saturated(found: &mut Acquired) {
     for turn in &mut found.turns {
         let when = interval(turn);
         turn.complete &= !found.faults.iter().any(|fault| fault.interrupts(&when));

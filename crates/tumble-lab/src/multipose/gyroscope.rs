@@ -18,8 +18,9 @@ use super::rotation_response::{IntegratedTurn, RateModel, TurnSamples};
 /// Nine elements of M and three biases; with g-sensitivity nine more.
 const UNKNOWNS: (usize, usize) = (12, 21);
 
-/// Scales tried to begin with, as a share of what readings say: each differs from the last by a 25th.
-const SCALES: (i32, f64) = (25, 1.04);
+/// Scales tried to begin with, as a share of what readings say, from a twelfth to twelve times: each differs from the last by a
+/// 25th. A wrong sample rate is as wrong a scale.
+const SCALES: (i32, f64) = (63, 1.04);
 
 /// Turns that tell one scale from another.
 const ENOUGH_TURNS: usize = 16;
@@ -38,8 +39,11 @@ const UNLIKELY: f64 = 5.0;
 
 const BISECTIONS: u32 = 60;
 
-/// Bias that a gyroscope may have, rad/s, and g-sensitivity, rad/s per m/s^2, for what counts as shown.
-const SIZES: (f64, f64) = (0.1, 0.01);
+/// Bias that a gyroscope may have, rad/s, for what counts as shown.
+pub(super) const RATE_BIAS: f64 = 0.1;
+
+/// G-sensitivity that it may have, rad/s per m/s^2.
+const G_SENSITIVITY: f64 = 0.01;
 
 /// A rest as a calibrated accelerometer and the gyroscope saw it.
 #[derive(Clone, Debug)]
@@ -56,12 +60,24 @@ pub struct RestDirection {
     pub rate_variance: Vector3<f64>,
     /// What is known of the Earth's rotation there, rad/s.
     pub earth_rate: Vector3<f64>,
+    /// Case at the first sample of the rest, and at the first after it, from the case as it stood in the mean, where it trembled.
+    pub ends: [UnitQuaternion<f64>; 2],
 }
 
 impl RestDirection {
     /// Up, in the case frame.
     pub fn up(&self) -> Vector3<f64> {
         self.force.normalize()
+    }
+
+    /// Up as the case stood when the rest began.
+    pub fn up_at_start(&self) -> Vector3<f64> {
+        self.ends[0] * self.up() // eq. 36
+    }
+
+    /// Up as the case stood when the rest ended.
+    pub fn up_at_end(&self) -> Vector3<f64> {
+        self.ends[1] * self.up() // eq. 36
     }
 }
 
@@ -293,7 +309,9 @@ impl Rotations {
     /// Gravity as turned less as found, of each turn.
     fn apart(&self, turned: &[UnitQuaternion<f64>]) -> impl Iterator<Item = Vector3<f64>> {
         let each = self.turns.iter().zip(turned);
-        each.map(|(turn, turned)| turned * self.rests[turn.before].up() - self.rests[turn.after].up()) // eq. 15
+        each.map(|(turn, turned)| {
+            turned * self.rests[turn.before].up_at_end() - self.rests[turn.after].up_at_start() // eq. 15
+        })
     }
 
     /// Angle between the two, rad.
@@ -316,12 +334,12 @@ impl Rotations {
         let (turns, rests, unknowns) = (self.turns.len(), self.rests.len(), self.unknowns());
         let mut of_turns = DMatrix::zeros(3 * turns, unknowns + 1);
         for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
-            let carried = turned.end_from_start * self.rests[turn.before].up(); // eq. 12
+            let carried = turned.end_from_start * self.rests[turn.before].up_at_end(); // eq. 12
             let mut rows = of_turns.rows_mut(3 * k, 3);
             rows.columns_mut(0, unknowns)
                 .copy_from(&turned.derivative(&carried, &correction.matrix));
             rows.column_mut(unknowns)
-                .copy_from(&(carried - self.rests[turn.after].up())); // eq. 15
+                .copy_from(&(carried - self.rests[turn.after].up_at_start())); // eq. 15
         }
         noise.turns.solve_lower_triangular_mut(&mut of_turns);
         let mut of_rests = DMatrix::zeros(3 * rests, unknowns + 1);
@@ -553,8 +571,8 @@ impl Rotations {
     pub fn sizes(&self) -> DVector<f64> {
         DVector::from_fn(self.unknowns(), |i, _| match i {
             0..9 => 1.0,
-            9..12 => SIZES.0,
-            _ => SIZES.1,
+            9..12 => RATE_BIAS,
+            _ => G_SENSITIVITY,
         })
     }
 }

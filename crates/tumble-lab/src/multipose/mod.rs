@@ -11,6 +11,7 @@ mod error;
 pub mod faces;
 pub mod ferraris;
 pub mod gyroscope;
+mod held;
 pub mod influence;
 pub mod levenberg_marquardt;
 pub mod next_orientation;
@@ -23,6 +24,7 @@ mod robust;
 pub mod rotation_response;
 pub mod sections;
 mod settings;
+mod time_base;
 
 #[cfg(test)]
 mod tests;
@@ -30,7 +32,7 @@ mod tests;
 pub use directions::grouped;
 pub use error::MultiposeError;
 pub use nominal_scale::NominalScale;
-pub use procedure::{Faces, Gyroscope, Multipose, Pose, UnitSamples, multipose};
+pub use procedure::{Faces, Gyroscope, LeftOut, Multipose, Pose, UnitSamples, multipose};
 pub use rest_selection::{BY_HAND, rest_settings};
 pub use sections::{Section, SectionLabel};
 pub use settings::{FEWEST_DIRECTIONS, FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};

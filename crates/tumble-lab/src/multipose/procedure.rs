@@ -1,9 +1,9 @@
 //! From the samples of one unit to the calibration of both its triads.
 
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, SMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use tumble_core::gravity::{EARTH_RATE, vertical_earth_rate};
-use tumble_core::model::{Covariance, ErrorModel};
+use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
+use tumble_core::model::{Covariance, ErrorModel, PARAMETERS};
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::segmenter::Segment;
@@ -15,16 +15,18 @@ use super::accelerometer::{
 use super::error::MultiposeError;
 use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
 use super::ferraris::{Ferraris, ferraris};
-use super::gyroscope::{Excess, FullTurn, RatesFit, RestDirection, Rotations, Turn, fit_rates};
+use super::gyroscope::{Excess, FullTurn, RATE_BIAS, RatesFit, RestDirection, Rotations, Turn, fit_rates};
+use super::held::{Span, held_spans, is_among, restlessness, soft_mean, take_slow_noise, times, tremor};
 use super::influence::{Influence, held_out, influence};
 use super::next_orientation::{NextOrientation, next_orientation};
 use super::next_turn::{NextTurn, next_turn};
 use super::nominal_scale::{NominalScale, counts, rounded, start};
-use super::rest_selection::{TOLERANCES, acquire};
+use super::rest_selection::{BY_HAND, TOLERANCES, acquire};
 use super::rotation_response::TurnSamples;
-use super::sections::{Section, take_labelled};
+use super::sections::{Section, take_labelled, take_rests};
 use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
-use crate::acquisition::{Acquired, interval};
+use super::time_base::implausible_scale;
+use crate::acquisition::{Acquired, Tremor, interval};
 use crate::turntable::flicker::remembered;
 use crate::turntable::{Label, TriadCalibration, force_sigma, rate_sigma, widening};
 
@@ -73,8 +75,19 @@ pub struct Gyroscope {
     pub excess: Excess,
     /// The turn that is worth most.
     pub next: Option<NextTurn>,
+    /// Its scale on all axes alike, where no sensor has that one: the sample rate is wrong.
+    pub implausible_scale: Option<f64>,
     /// Root mean square of the angles, rad, with g-sensitivity, where it was not fitted and the bias depends on attitude.
     pub with_g_sensitivity: Option<f64>,
+}
+
+/// A stretch in which a unit kept its orientation and that is not used.
+#[derive(Clone, Copy, Debug)]
+pub struct LeftOut {
+    /// When, s of the recording's own clock.
+    pub span: (f64, f64),
+    /// How it trembled; `None` where it lay still.
+    pub tremor: Option<Tremor>,
 }
 
 /// Both triads of a unit, calibrated.
@@ -84,6 +97,8 @@ pub struct Multipose {
     pub acquired: Acquired,
     /// Factor on the usual limits of stillness that was chosen.
     pub tolerance: f64,
+    /// Stretches in which the unit was held and which are among no rest.
+    pub left_out: Vec<LeftOut>,
     /// Scale of counts, where readings are that.
     pub nominal: Option<NominalScale>,
     /// Its case frame is that of its own axes.
@@ -107,6 +122,37 @@ pub struct Faces {
     pub sections: Vec<Section>,
     /// The formulas of Ferraris, of readings as they were given.
     pub ferraris: Ferraris,
+}
+
+/// Largest sigmas of both sensors, one times the other, over those of usual rests, below which rests that tremble are used, and
+/// the same where they show more directions.
+const CLEARLY_BETTER: (f64, f64) = (0.5, 1.05);
+
+impl Multipose {
+    fn is_better_than(&self, usual: &Self) -> bool {
+        let directions = |found: &Self| found.poses.iter().map(|pose| pose.direction).max();
+        let more = directions(self) > directions(usual);
+        let limit = if more { CLEARLY_BETTER.1 } else { CLEARLY_BETTER.0 };
+        self.cost() < limit * usual.cost()
+    }
+
+    /// Largest sigma of the accelerometer times that of the gyroscope, in units of what each unknown may be.
+    fn cost(&self) -> f64 {
+        let largest = |calibration: &TriadCalibration, bias: f64| {
+            let sizes = (0..PARAMETERS).map(|i| if i < 9 { 1.0 } else { bias });
+            let sigmas = calibration.covariance.diagonal().map(f64::sqrt);
+            sigmas
+                .iter()
+                .zip(sizes)
+                .map(|(sigma, size)| sigma / size)
+                .fold(0.0, f64::max)
+        };
+        let gyroscope = self
+            .gyroscope
+            .as_ref()
+            .map_or(1.0, |gyroscope| largest(&gyroscope.calibration, RATE_BIAS));
+        largest(&self.accelerometer, STANDARD) * gyroscope
+    }
 }
 
 /// A unit as it is worked on: SI units, zeros near zero.
@@ -212,6 +258,12 @@ impl<'a> Centred<'a> {
             .par_iter()
             .map(|tolerance| self.candidate(*tolerance, settings))
             .collect();
+        let spans = if settings.sections.is_empty() && !settings.faces {
+            #[allow(clippy::cast_precision_loss)]
+            held_spans(&self.samples(), settings.shortest_rest as f64 * 1e-6)
+        } else {
+            Vec::new()
+        };
         let mut refusal = MultiposeError::NoRests;
         let mut solved = Vec::new();
         for each in tried {
@@ -223,8 +275,74 @@ impl<'a> Centred<'a> {
             }
         }
         let best = solved.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, candidate) = best.ok_or(refusal)?;
-        self.describe(candidate, settings)
+        let found = best.ok_or(refusal);
+        let found = found.and_then(|(_, candidate)| self.describe(candidate, settings));
+        let held = self.held_candidate(&spans, settings);
+        let held = held.and_then(|held| self.describe(held, settings).ok());
+        let mut found = match (found, held) {
+            (Err(_), Some(held)) => held,
+            (Ok(found), Some(held)) if held.is_better_than(&found) => held,
+            (found, _) => found?,
+        };
+        found.left_out = self.left_out(&spans, &found.acquired);
+        Ok(found)
+    }
+
+    /// Of all stretches in which the unit was held those that are among no rest.
+    fn left_out(&self, spans: &[Span], chosen: &Acquired) -> Vec<LeftOut> {
+        let samples = self.samples();
+        let unused = spans
+            .iter()
+            .filter(|span| !is_among(times(&samples, **span), chosen.origin, &chosen.rests));
+        unused
+            .map(|span| LeftOut {
+                span: times(&samples, *span),
+                tremor: tremor(&samples, *span),
+            })
+            .collect()
+    }
+
+    fn samples(&self) -> UnitSamples<'_> {
+        UnitSamples {
+            time: self.given.time,
+            force: &self.force,
+            rate: &self.rate,
+        }
+    }
+
+    /// What rests show of which some tremble; `None` where none does, where they are labelled, or show too little.
+    fn held_candidate(&self, spans: &[Span], settings: &MultiposeSettings) -> Option<Candidate> {
+        let samples = self.samples();
+        let still: Vec<_> = spans
+            .iter()
+            .map(|span| tremor(&samples, *span).is_none())
+            .collect();
+        if still.iter().all(|still| *still) {
+            return None;
+        }
+        let mut acquired = acquire(
+            self.given.time,
+            &self.force,
+            &self.rate,
+            settings.shortest_rest,
+            BY_HAND,
+        );
+        take_rests(&mut acquired, &samples, spans, |k| still[k]);
+        if still.iter().all(|still| !*still) {
+            take_slow_noise(&mut acquired.noise, &samples, spans);
+        }
+        KnownNoise::put_into(&settings.noise, &mut acquired);
+        acquired.restlessness = restlessness(&samples, spans, &acquired.noise);
+        for (k, span) in spans.iter().enumerate().filter(|(k, _)| !still[*k]) {
+            acquired.rests[k].moments = acquired.rests[k].moments.about(&soft_mean(&samples, *span));
+        }
+        let fit = Fitted::to_norm(&acquired, settings.gravity).ok()?;
+        Some(Candidate {
+            tolerance: BY_HAND,
+            acquired,
+            sections: Vec::new(),
+            fit,
+        })
     }
 
     fn candidate(&self, tolerance: f64, settings: &MultiposeSettings) -> Result<Candidate, MultiposeError> {
@@ -241,12 +359,7 @@ impl<'a> Centred<'a> {
             settings.sections.clone()
         };
         if settings.faces || !sections.is_empty() {
-            let samples = UnitSamples {
-                time: self.given.time,
-                force: &self.force,
-                rate: &self.rate,
-            };
-            take_labelled(&mut acquired, &samples, &sections);
+            take_labelled(&mut acquired, &self.samples(), &sections);
         }
         KnownNoise::put_into(&settings.noise, &mut acquired);
         let fit = if settings.faces {
@@ -283,6 +396,7 @@ impl<'a> Centred<'a> {
         };
         Ok(Multipose {
             tolerance,
+            left_out: Vec::new(),
             nominal: None,
             poses: fit.poses(&acquired, settings.gravity),
             next: fit.next(settings.gravity),
@@ -318,10 +432,12 @@ impl<'a> Centred<'a> {
         };
         let rates = fit_rates(&data)?;
         let turns = data.turns.iter().map(|turn| (turn.before, turn.after)).collect();
+        let calibration = rate_calibration(&data, &rates)?;
         Ok(Gyroscope {
+            implausible_scale: implausible_scale(&calibration),
             angles: rates.angle_before.iter().copied().zip(rates.angles()).collect(),
             with_g_sensitivity: with_g_sensitivity(&data, &rates),
-            calibration: rate_calibration(&data, &rates)?,
+            calibration,
             excess: rates.excess,
             next: next_turn(&data, &rates),
             turns,
@@ -647,6 +763,11 @@ fn rest_directions(
             rate: unit.rests[k].angular_rate(),
             rate_variance: rate_sigma(unit, k).map(|sigma| sigma * sigma),
             earth_rate: up * settings.latitude.map_or(0.0, vertical_earth_rate),
+            ends: unit
+                .restlessness(k)
+                .map_or([UnitQuaternion::identity(); 2], |found| {
+                    [found.start_from_mean, found.end_from_mean]
+                }),
         }
     });
     each.collect()

@@ -9,7 +9,7 @@ use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::soft_mean::SoftSum;
 
 use super::procedure::UnitSamples;
-use crate::acquisition::Acquired;
+use crate::acquisition::{Acquired, leave_out_saturated};
 
 tumble_core::vocabulary! {
     /// What a stretch of a log shows, by the names that section lists of six-face sessions bear.
@@ -82,36 +82,52 @@ const LONGEST_PAUSE: f64 = 10.0;
 
 /// Puts the labelled rests, in order of time, in place of those found, with the noise they show.
 pub(super) fn take_labelled(found: &mut Acquired, samples: &UnitSamples<'_>, sections: &[Section]) {
-    let mut rests: Vec<_> = sections
+    let rests = sections
         .iter()
-        .filter(|section| section.label.turned_about().is_none())
-        .collect();
-    rests.sort_by_key(|section| section.first);
+        .filter(|section| section.label.turned_about().is_none());
+    let mut rests: Vec<_> = rests.map(|section| (section.first, section.end)).collect();
+    rests.sort_by_key(|(first, _)| *first);
+    take_rests(found, samples, &rests, |_| true);
+}
+
+/// Puts rests, first sample and the one after the last, in order of time, in place of those found, with the noise that those
+/// show which are `quiet`.
+pub(super) fn take_rests(
+    found: &mut Acquired,
+    samples: &UnitSamples<'_>,
+    rests: &[(usize, usize)],
+    quiet: impl Fn(usize) -> bool,
+) {
     let mut ladder = AllanLadder::new();
-    found.rests = rests
-        .iter()
-        .map(|section| rest(samples, section, found.origin, &mut ladder))
-        .collect();
+    found.rests = Vec::new();
+    for (k, span) in rests.iter().enumerate() {
+        let (rest, blocks) = rest(samples, *span, found.origin);
+        if quiet(k) {
+            ladder.merge(&blocks);
+        }
+        found.rests.push(rest);
+    }
     found.turns = rests
         .windows(2)
         .zip(found.rests.windows(2))
-        .map(|(sections, rests)| Segment {
-            complete: without_pause(&samples.time[sections[0].end - 1..=sections[1].first]),
+        .map(|(spans, rests)| Segment {
+            complete: without_pause(&samples.time[spans[0].1 - 1..=spans[1].0]),
             ..nothing(rests[0].end, rests[1].start)
         })
         .collect();
+    leave_out_saturated(found);
     found.rejected.clear();
     let ([fx, fy, fz], [wx, wy, wz]) = (ladder.fit_jointly([0, 1, 2]), ladder.fit_jointly([3, 4, 5]));
     found.noise = [fx, fy, fz, wx, wy, wz];
 }
 
+/// A rest, and how the means of its blocks scatter.
 fn rest(
     samples: &UnitSamples<'_>,
-    section: &Section,
+    (first, end): (usize, usize),
     origin: f64,
-    ladder: &mut AllanLadder<f64>,
-) -> Segment<f64> {
-    let time = &samples.time[section.first..section.end];
+) -> (Segment<f64>, AllanLadder<f64>) {
+    let time = &samples.time[first..end];
     #[allow(clippy::cast_precision_loss)]
     let step = (time[time.len() - 1] - time[0]) / (time.len().max(2) - 1) as f64;
     let mut rest = nothing(
@@ -126,8 +142,8 @@ fn rest(
     )]
     let block = ((usual.block as f64 * 1e-6 / step).ceil() as usize).max(usual.block_samples as usize);
     let mut blocks = AllanLadder::new();
-    for from in (section.first..section.end).step_by(block) {
-        let to = (from + block).min(section.end);
+    for from in (first..end).step_by(block) {
+        let to = (from + block).min(end);
         let mut moments = Moments::<f64, CHANNELS>::new();
         for k in from..to {
             let ([fx, fy, fz], [wx, wy, wz]) = (samples.force[k], samples.rate[k]);
@@ -139,10 +155,9 @@ fn rest(
         }
         rest.moments.merge(&moments);
     }
-    ladder.merge(&blocks);
     let duration = rest.duration();
     rest.integral = rest.moments.mean().map(|mean| mean * duration);
-    rest
+    (rest, blocks)
 }
 
 /// A segment that nothing is known of but when it was, microseconds since the origin.

@@ -1,6 +1,6 @@
 //! Laws of both fits, on poses and turns whose truth is known.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use tumble_core::model::ErrorModel;
 use tumble_core::noise::{Interval, Noise};
@@ -325,6 +325,7 @@ fn a_turn_is_advised_about_the_axis_that_no_turn_was_about() {
         rate: Vector3::zeros(),
         rate_variance: Vector3::repeat(1e-8),
         earth_rate: Vector3::zeros(),
+        ends: [UnitQuaternion::identity(); 2],
     };
     let axes = [
         Vector3::x(),

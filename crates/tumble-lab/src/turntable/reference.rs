@@ -32,7 +32,8 @@ pub(super) fn force_at(unit: &Acquired, k: usize) -> (Vector3<f64>, Matrix3<f64>
     let rest = &unit.rests[k];
     (
         rest.specific_force(),
-        mean_covariance(&unit.force_noise(), &interval(rest), &unit.session()),
+        mean_covariance(&unit.force_noise(), &interval(rest), &unit.session())
+            + Matrix3::from_diagonal(&unit.excess_variance(k, 0)),
     )
 }
 
@@ -52,9 +53,8 @@ pub fn force_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
 
 /// 1-sigma of the mean angular rate at rest `k`, rad/s.
 pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
-    mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session())
-        .diagonal()
-        .map(f64::sqrt)
+    let noise = mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session());
+    (noise.diagonal() + unit.excess_variance(k, 3)).map(f64::sqrt)
 }
 
 /// Understands the reference. `ups[k]` is the up direction of rest `k` in the table frame, where its pose is known.

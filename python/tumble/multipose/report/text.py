@@ -20,9 +20,11 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
     if result.faces is not None:
         tilt = _quantity(math.degrees(result.faces.tilt), "deg")
         yield f"six faces of a box, each {tilt} off level, as what they leave shows"
+    trembling = f", {result.trembling} of which tremble" if result.trembling else ""
+    left_out = f"; {count_of('segment', len(result.left_out))} left out" if result.left_out else ""
     yield (
-        f"{count_of('rest', rests)} in {count_of('orientation', result.directions)}, "
-        f"{count_of('turn', turns)} between them"
+        f"{count_of('rest', rests)} in {count_of('orientation', result.directions)}{trembling}, "
+        f"{count_of('turn', turns)} between them{left_out}"
     )
     held_out = (
         ""
