@@ -101,6 +101,31 @@ def test_a_sensor_without_a_temperature_of_calibration_has_the_lowest():
     assert given.thermal.reference == 5.0
 
 
+@pytest.mark.parametrize(
+    ("number", "first_row"),
+    [
+        # AP_Math/vector3.cpp, Vector3::rotate
+        (8, (1.0, 0.0, 0.0)),
+        (38, (0.143038972, 0.368776487, -0.918446381)),
+        (41, (0.992546152, 0.0, 0.121869343)),
+        (42, (1.0, 0.0, 0.0)),
+        (43, (1.0, 0.0, 0.0)),
+    ],
+)
+def test_boards_are_turned_as_the_firmware_turns_them(number, first_row):
+    turned = correction_of(FLOWN | {"AHRS_ORIENTATION": number}, "gyroscope", 1).body_from_sensor
+    assert turned[0] == pytest.approx(first_row, abs=1e-9)
+    lower = {8: (0.0, -1.0), 42: (np.sqrt(0.5), np.sqrt(0.5)), 43: (-np.sqrt(0.5), np.sqrt(0.5))}
+    if number in lower:
+        assert turned[2, 1:] == pytest.approx(lower[number])
+
+
+@pytest.mark.parametrize("number", [44, 100, 101])
+def test_a_board_turned_in_a_way_that_is_not_known_is_not_undone(number):
+    with pytest.raises(CalibrationFileError, match=f"AHRS_ORIENTATION is {number}.*not undone"):
+        correction_of(FLOWN | {"AHRS_ORIENTATION": number}, "gyroscope", 1)
+
+
 @pytest.mark.parametrize("instance", [1, 4])
 def test_temperature_of_any_imu_goes_out_and_comes_back(tmp_path, instance):
     first = calibration(3, parts=("scale",), over_temperature=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from tumble.errors import CalibrationFileError
 from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple, whole
-from tumble.firmware.rotations import rotation
+from tumble.firmware.rotations import from_euler, rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
 
@@ -32,6 +32,8 @@ _NEVER = -300.0
 _APPLIED = 1
 """Value of ENABLE under which a thermal correction is applied; 2 learns one and applies none."""
 _CUSTOM = (101, 102)
+_ANGLES = {38: (90.0, 68.8, 293.3), 41: (0.0, 7.0, 0.0), 42: (45.0, 0.0, 0.0), 43: (315.0, 0.0, 0.0)}
+"""Roll, pitch and yaw, degrees, of rotations that are not PX4's of that number (AP_Math/rotations.h)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, number: int) ->
     found = stored(parameters, triad, number)
     turned = whole(parameters, "AHRS_ORIENTATION")
     try:
-        body_from_sensor = rotation(turned)
+        body_from_sensor = from_euler(*_ANGLES[turned]) if turned in _ANGLES else rotation(turned)
     except KeyError:
         custom = " (CUST_ROT)" if turned in _CUSTOM else ""
         raise CalibrationFileError(f"AHRS_ORIENTATION is {turned}{custom}, which is not undone") from None
