@@ -5,7 +5,7 @@
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
 //! sit beside each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`mod@noise`] measures
 //! that of a sensor at rest, [`thermal`] its drift over temperature. [`distributions`] tells how likely a misfit is.
-//! [`simulate`] makes recordings whose truth is known. [`setting_table`] lists all settings. [`verdict`] has the words
+//! [`stamps`] fits even times to stamps that come late. [`simulate`] makes recordings whose truth is known. [`setting_table`] lists all settings. [`verdict`] has the words
 //! that results are judged by.
 
 pub mod acquisition;
@@ -20,6 +20,7 @@ pub mod setting;
 pub mod setting_table;
 pub mod simulate;
 pub mod spin;
+pub mod stamps;
 pub mod thermal;
 pub mod turntable;
 pub mod verdict;

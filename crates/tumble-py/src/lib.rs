@@ -20,6 +20,7 @@ mod simulate_spin;
 mod spin;
 mod spin_figures;
 mod spin_machine;
+mod stamps;
 mod thermal;
 mod turntable;
 mod vocabulary;
@@ -42,6 +43,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     simulate_spin::register(module)?;
     spin::register(module)?;
     spin_machine::register(module)?;
+    stamps::register(module)?;
     thermal::register(module)?;
     turntable::register(module)?;
     vocabulary::register(module)?;

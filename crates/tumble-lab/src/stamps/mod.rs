@@ -1,0 +1,16 @@
+//! Times of samples whose stamps come late: the sensor samples evenly, its reader does not.
+//!
+//! [`period`] measures the sampling period, `count` numbers the samples across losses, `envelope` takes what is least
+//! delayed, or the mean, of successive seconds, and [`walk`] joins these to a clock whose rate wanders slowly.
+//! [`evidence`] decides by the signal whether the sensor samples evenly at all. Equations: docs/theory/clocks.md.
+
+mod count;
+mod envelope;
+pub mod evidence;
+mod fit;
+pub mod period;
+pub mod walk;
+
+pub use evidence::{Evidence, Sampling};
+pub use fit::{SampleTimes, fit_times};
+pub use period::{Period, are_late};
