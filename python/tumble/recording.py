@@ -103,6 +103,8 @@ class Metadata:
     """Those that were recorded; the samples of the other are NaN."""
     alone: bool = True
     """True where no other IMU was logged with this one."""
+    pace_sigma: float = 0.0
+    """1-sigma of the pace of `time`, relative, where times were fitted; zero for stamps taken as they are."""
     remarks: tuple[str, ...] = ()
     """What the reader did that a user should know: signs turned, rows skipped."""
 

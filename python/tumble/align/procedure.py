@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import log_name
+from tumble.acquisition.stamps import with_sample_times
 from tumble.acquisition.twins import twins
 from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
@@ -50,7 +52,8 @@ def align(
     if not search >= 0.0:
         raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True)
-    recordings = [_recorded(unit) for unit in units]
+    recordings = [with_sample_times(_recorded(unit)) for unit in units]
+    units = tuple(replace(unit, recording=each) for unit, each in zip(units, recordings, strict=True))
     samples = read_samples(units, progress)
     ours, *theirs = zip(units, samples, strict=True)
     # The core lets other threads run, and pairs have nothing to do with each other.
@@ -63,7 +66,11 @@ def align(
         options={"search": search},
         warnings=(
             *twins((unit.name, read.gyroscope_digest) for unit, read in (ours, *theirs)),
-            *(f"{unit.name}: {notice}" for unit, read in (ours, *theirs) for notice in read.notices),
+            *(
+                f"{unit.name}: {notice}"
+                for unit, recording, read in zip(units, recordings, samples, strict=True)
+                for notice in (*recording.metadata.remarks, *read.notices)
+            ),
         ),
         software=f"tumble {_core.__version__}",
     )

@@ -118,6 +118,10 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time that says otherwise is in another unit, or no time."""
 
+_BURSTS_WITHIN = 128
+"""Samples that hold several bursts, or a whole one."""
+_IN_BURST = 0.1
+"""Of the mean step: successive stamps closer than that are of one burst."""
 _WINDOW = 32
 _SAMPLES_PER_SPIKE, _FEW_SAMPLES = 1000, 20
 IMPOSSIBLE_RAD_PER_S = 40.0
@@ -217,10 +221,20 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
 
 
 def usual_step(time: FloatArray) -> float:
-    """Give the median step between successive (n,) times that advances, NaN where none does."""
-    steps = np.diff(_stamps(time))
+    """Give the median step between successive (n,) times that advances, NaN where none does.
+
+    Where readers stamp several samples in one burst, it is that of the samples: a share of the step from burst
+    to burst.
+    """
+    stamps = _stamps(time)
+    steps = np.diff(stamps)
     steps = steps[steps > 0.0]
-    return float(np.median(steps)) if len(steps) else math.nan
+    if not len(steps):
+        return math.nan
+    median = float(np.median(steps))
+    long = stamps[_BURSTS_WITHIN:] - stamps[:-_BURSTS_WITHIN]
+    mean = float(np.median(long)) / _BURSTS_WITHIN if len(long) else median
+    return mean if median < _IN_BURST * mean else median
 
 
 def _stamps(time: FloatArray) -> FloatArray:

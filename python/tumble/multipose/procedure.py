@@ -24,12 +24,13 @@ from tumble.acquisition.acquire import (
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.acquisition.repetitions import frozen_stretches
+from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
-from tumble.logs import ReadOptions, open_recording, parse_spec
+from tumble.logs import ReadOptions, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
 from tumble.multipose.result import (
@@ -137,7 +138,7 @@ def multipose(
     strength, gravity_source = local_gravity(gravity, latitude, height)
     if earth_rate and latitude is None:
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
-    recording = open_recording(source, as_counts(read) if raw else read)
+    recording = open_sampled(source, as_counts(read) if raw else read)
     if raw and start is not None:
         raise ProcedureError("--start is of readings in SI units, --raw of counts; leave one out")
     before = started_from(start, recording.metadata)

@@ -14,10 +14,11 @@ from tumble.acquisition.acquire import acquire, refuse_if_damaged
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import progress_of_log, refuse_other_triads
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.errors import ProcedureError
-from tumble.logs import ReadOptions, open_recording
+from tumble.logs import ReadOptions
 from tumble.noise import messages
 from tumble.noise.result import TERM_UNITS, ChannelNoise, DeviationCurve, NoiseResult
 from tumble.noise.samples import StillSamples
@@ -49,7 +50,7 @@ def noise(
 
     Method: docs/theory/noise.md.
     """
-    recordings = [open_recording(source, read) for source in sources_of(sources)]
+    recordings = [open_sampled(source, read) for source in sources_of(sources)]
     first = recordings[0]
     before = started_from(start, first.metadata)
     triads = first.metadata.triads

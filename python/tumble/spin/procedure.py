@@ -19,10 +19,11 @@ from tumble.acquisition.acquire import (
 )
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import correction_notice
+from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
-from tumble.logs import ReadOptions, open_recording
+from tumble.logs import ReadOptions
 from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.results import Rest
 from tumble.spin.chain import Chain
@@ -87,7 +88,7 @@ def spin(
     """
     strength, gravity_source = local_gravity(gravity, latitude, height)
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
-    recording = open_recording(source, read)
+    recording = open_sampled(source, read)
     preset = TurnPreset(duration, rate, turns)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},

@@ -13,10 +13,11 @@ from tumble.acquisition.acquire import acquire, refuse_if_damaged
 from tumble.acquisition.imu import Imu, digest_of, log_name
 from tumble.acquisition.joined import progress_of_log, refuse_other_triads
 from tumble.acquisition.notices import correction_notice
+from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.errors import ProcedureError
-from tumble.logs import ReadOptions, open_recording
+from tumble.logs import ReadOptions
 from tumble.provenance import date_now
 from tumble.recording import Recording, RecordingSource, SampleProgress, sources_of
 from tumble.results import Parameter
@@ -51,7 +52,7 @@ def thermal(
 
     Method: docs/theory/thermal.md.
     """
-    recordings = [open_recording(source, read) for source in sources_of(sources)]
+    recordings = [open_sampled(source, read) for source in sources_of(sources)]
     first = recordings[0]
     before = started_from(start, first.metadata)
     asked = _reference(before, start_temperature)

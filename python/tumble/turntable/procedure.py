@@ -15,10 +15,11 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_unfit
 from tumble.acquisition.imu import Imu
+from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
-from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
+from tumble.logs import ReadOptions, options_for, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.provenance import Provenance, date_now, log_digest
 from tumble.recording import Recording, RecordingSource, sources_of
@@ -255,7 +256,7 @@ def _refuse_unknown(**words: tuple[str, object]) -> None:
 
 def _acquire(source: RecordingSource, calibration: Calibration | None, read: ReadOptions | None) -> UnitRead:
     try:
-        unit = acquire(open_recording(source, read), calibration)
+        unit = acquire(open_sampled(source, read), calibration)
         if isinstance(source, str | Path):
             return replace(unit, log=replace(unit.log, sha256=log_digest(parse_spec(source).path)))
     except TumbleError as error:

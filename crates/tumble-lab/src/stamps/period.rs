@@ -8,6 +8,8 @@ pub const FEWEST: usize = 200;
 const MOST_DIFFERENCES: usize = 20_000;
 /// Longest difference, in samples.
 const LONGEST: usize = 4096;
+/// Samples that hold several bursts, or a whole one.
+const BURSTS_WITHIN: usize = 128;
 /// Step over period below which two samples were stamped in one burst.
 const IN_BURST: f64 = 0.2;
 /// Share of such steps from which stamps come in bursts.
@@ -54,9 +56,12 @@ pub fn measure(stamps: &[f64]) -> Option<Period> {
     if stamps.len() < FEWEST {
         return None;
     }
-    let spans = (0..).map(|power| 1_usize << power);
+    // Within bursts, steps of nearly nothing are most even.
+    let is_burst = differences(stamps, 1).0 < IN_BURST * differences(stamps, BURSTS_WITHIN).0;
+    let shortest = if is_burst { BURSTS_WITHIN } else { 1 };
+    let spans = (0..).map(|power| shortest << power);
     let (seconds, _) = spans
-        .take_while(|&span| span <= LONGEST && 4 * span <= stamps.len())
+        .take_while(|&span| span <= LONGEST && (4 * span <= stamps.len() || span == shortest))
         .map(|span| differences(stamps, span))
         .min_by(|a, b| a.1.total_cmp(&b.1))?; // eq. 9
     if seconds <= 0.0 || !seconds.is_finite() {
@@ -74,7 +79,7 @@ pub fn measure(stamps: &[f64]) -> Option<Period> {
         number += 1.0;
     }
     #[allow(clippy::cast_precision_loss)]
-    let burst = steps().count() as f64 / apart.max(1) as f64;
+    let burst = stamps.len() as f64 / (apart + 1) as f64;
     #[allow(clippy::cast_precision_loss)]
     let bursts = together as f64 > BURSTS * steps().count() as f64;
     Some(Period {

@@ -1,0 +1,123 @@
+"""Recordings whose stamps come late, read with the times at which the sensor took its samples.
+
+A sensor samples evenly, its reader stamps when it comes to it. Procedures that integrate or count time open
+logs here, so that late stamps are no concern of theirs (docs/theory/clocks.md, "Stamps that come late").
+Exact stamps stay as they are, bit for bit. The first chunk of a recording decides whether they are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.logs import ChunkStream, ReadOptions, open_recording
+from tumble.recording import Chunk, Recording, RecordingSource
+
+MILLISECONDS = 1e3
+
+UNSOLVED = "stamps scatter, but no even sampling fits them: times were left as they are"
+
+Fitted: TypeAlias = tuple[_core.SampleTimes | None, str]
+"""Times by row, None where stamps stay, and a remark, empty where there is nothing to know."""
+
+
+class SampledStream(ChunkStream):
+    """A pass over a recording with fitted times; counts and what is expected are those of the pass below."""
+
+    def __init__(self, stream: Iterator[Chunk], times: _core.SampleTimes) -> None:
+        self._times, self._stream, self._row = times, stream, 0
+        if isinstance(stream, ChunkStream):
+            self.counts, self.expected = stream.counts, stream.expected
+
+    def __next__(self) -> Chunk:
+        chunk = next(self._stream)
+        time = self._times.times(self._row, len(chunk))
+        self._row += len(chunk)
+        return replace(chunk, time=time)
+
+    def close(self) -> None:
+        """Stop reading and let go of the file."""
+        if isinstance(self._stream, ChunkStream):
+            self._stream.close()
+
+
+def open_sampled(source: RecordingSource, options: ReadOptions | None = None) -> Recording:
+    """Open a log as `open_recording` does, with the times at which samples were taken.
+
+    Raises `LogError` where it cannot be read.
+    """
+    return with_sample_times(open_recording(source, options))
+
+
+def with_sample_times(recording: Recording) -> Recording:
+    """Fit even times where stamps come late; a recording whose stamps are exact is given back as it is.
+
+    All stamps of a recording whose stamps are late are held at once, 8 bytes a sample.
+    """
+    if recording.parts:
+        parts = tuple(with_sample_times(part) for part in recording.parts)
+        if parts == recording.parts:
+            return recording
+        of_parts = [remark for part in parts for remark in part.metadata.remarks]
+        metadata = replace(
+            recording.metadata,
+            remarks=tuple(dict.fromkeys((*recording.metadata.remarks, *of_parts))),
+            pace_sigma=max(part.metadata.pace_sigma for part in parts),
+        )
+        return Recording(metadata, lambda: (chunk for part in parts for chunk in part.chunks()), parts)
+    if recording.metadata.rate is not None or not _begins_late(recording):
+        return recording
+    times, remark = _fitted(recording)
+    remarks = (*recording.metadata.remarks, *([remark] if remark else []))
+    metadata = replace(recording.metadata, remarks=remarks)
+    if times is None:
+        return recording if not remark else replace(recording, metadata=metadata)
+    metadata = replace(metadata, pace_sigma=float(np.hypot(metadata.pace_sigma, times.rate_sigma)))
+    return Recording(metadata, lambda: SampledStream(recording.chunks(), times))
+
+
+def _begins_late(recording: Recording) -> bool:
+    stream = recording.chunks()
+    first = next(iter(stream), None)
+    if isinstance(stream, ChunkStream):
+        stream.close()
+    return first is not None and _core.stamps_are_late(np.ascontiguousarray(first.time))
+
+
+def _fitted(recording: Recording) -> Fitted:
+    stamps = [chunk.time for chunk in recording.chunks()]
+    times = _core.SampleTimes.fit(np.concatenate(stamps))
+    if times is None:
+        return (
+            None,
+            "stamps scatter, and show no even sampling that they could be fitted to: taken as they are",
+        )
+    for chunk in recording.chunks():
+        # What was not recorded shows nothing.
+        triads = (np.nan_to_num(chunk.accelerometer), np.nan_to_num(chunk.gyroscope))
+        times.push(chunk.time, *map(np.ascontiguousarray, triads))
+    return _judged(times)
+
+
+def _judged(times: _core.SampleTimes) -> Fitted:
+    """Decide, by what the signal shows, whether the stamps or the fitted times are right."""
+    late = f"stamps are late by up to {times.latest * MILLISECONDS:.2g} ms"
+    if times.sampling == "between":
+        share, sigma = times.share or (np.nan, np.nan)
+        return None, (
+            f"{late} against even sampling, of which the signal shows {share:.2f} ± {sigma:.2f} as real: the "
+            "sensor samples neither evenly nor when it is stamped; times were left as they are, and "
+            "integrals over turns are more uncertain than the sigmas; stamp samples by the sensor's own clock"
+        )
+    is_burst = times.burst > 1.0
+    if times.sampling == "stamped" or (times.sampling == "unshown" and not is_burst):
+        return None, ""
+    bursts = f" (bursts of {times.burst:.3g} samples)" if is_burst else ""
+    return times, (
+        f"{late}{bursts}; times were fitted, sampling period {times.interval * MILLISECONDS:.6g} ms, "
+        f"uncertainty {times.sigma * MILLISECONDS:.1g} ms and {times.rate_sigma * 1e6:.1g} ppm of a span"
+    )
