@@ -144,6 +144,7 @@ def _metadata(
         serial=options.serial or track.serial,
         triads=track.triads,
         alone=track.alone,
+        pace_sigma=track.pace_sigma if options.rate is None else 0.0,
         remarks=(*track.notices, *notices_on_axes(options), *odd),
     )
 

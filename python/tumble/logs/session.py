@@ -254,6 +254,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         clock=str(path.resolve()),
         serial=unit.serial or first.serial,
         alone=len(session.units) == 1,
+        pace_sigma=max((line.pace_sigma for line in lines), default=0.0),
         expected=sum(track.expected or 0 for track in tracks),
         notices=(*first.notices, *unit.remarks, *_unfinished(session)),
     )

@@ -24,7 +24,11 @@ from tumble.recording import FloatArray
 STAMP, ARRIVAL = "sensor_time", "arrival"
 """Columns of the sensor's own time, and of when samples came, both in s."""
 LEAP = 0.05
-"""s by which stamp and time come apart from one sample to the next where the sensor's clock was set."""
+"""s by which stamp and time come apart from one sample to the next where the sensor's clock may have been set."""
+UNEVEN = 0.5
+"""Of the usual step between stamps, by which another differs where the sensor's clock may have been set."""
+BELIEVED = 10.0
+"""s after which the live clock has believed that the sensor's clock was set back, at the latest."""
 SOONER, STRAY = 1e-3, 20.0
 """s, and times the usual distance from the median, by which the quickest sample of a second is too quick."""
 FEWEST = 10
@@ -32,7 +36,11 @@ FEWEST = 10
 LEAST_STEP = 1e-4
 """s from a sample to one after a leap, where the step of neither side is known."""
 LEAST_SPAN = 20.0
-"""s over which delays show a skew; over less the clock is taken to be right."""
+"""s over which delays show a skew; over less the clock is taken to be right, as that of a crystal is."""
+CRYSTAL = 1e-4
+"""1-sigma of the pace of such a clock."""
+SUPPORT = 2.0
+"""1-sigma of the line's end, in mean heights of the quickest of each second over the root of their number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +50,7 @@ class Line:
     first_row: int
     offset: float
     pace: float
+    pace_sigma: float
 
 
 class _Arrival(NamedTuple):
@@ -85,6 +94,38 @@ class _Stretch:
             self.quickest[-1] = one
 
 
+@dataclass(slots=True)
+class _Evenness:
+    """Where stamps of a sensor step unevenly: only there can its clock have been set.
+
+    The live clock's own estimate jumps as well, where a shorter delay is seen on a busy computer.
+    """
+
+    _last: float = math.nan
+    _usual: float = math.nan
+    _uneven: list[float] = field(default_factory=list)
+    """s of the sensor: stamps after uneven steps, of the newest rows."""
+
+    def take(self, stamp: FloatArray) -> None:
+        """Take in (n,) further stamps, s."""
+        if not len(stamp):
+            return
+        steps = np.diff(stamp, prepend=self._last)
+        if math.isnan(self._usual):
+            self._usual = float(np.nanmedian(steps)) if len(stamp) > 1 else math.nan
+        uneven = stamp[np.abs(steps - self._usual) > UNEVEN * self._usual]
+        recent = [each for each in self._uneven if abs(stamp[0] - each) < BELIEVED]
+        self._uneven = [*recent, *uneven.tolist()]
+        self._last = float(stamp[-1])
+
+    def allows_leap(self, stamp: float, *, set_back: bool) -> bool:
+        """Tell whether the sensor's clock may have been set where the live clock jumped, at a stamp taken in.
+
+        That it was set back may show only after a while, from samples that all are late.
+        """
+        return any(each == stamp or (set_back and 0.0 < stamp - each < BELIEVED) for each in self._uneven)
+
+
 def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSamples]:
     """Give samples, whose times are stamps of the sensor, with those of the lines."""
     row = 0
@@ -104,14 +145,20 @@ def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
     times are the stamps, as of sources that share a clock.
     """
     stretches: list[_Stretch] = []
-    row, before, are_stamps = 0, np.nan, True
+    row, before, are_stamps, evenness = 0, np.nan, True, _Evenness()
     for time, stamp, came in _columns(files):
         if not (np.isfinite(came).all() and np.isfinite(stamp).all()):
             return []
         arrival = clock_rate * came
         apart, late = time - stamp, arrival - time
         are_stamps = are_stamps and not apart.any()
-        leaps = np.flatnonzero(np.abs(np.diff(apart, prepend=before)) > LEAP).tolist()
+        jumps = np.diff(apart, prepend=before)
+        evenness.take(stamp)
+        leaps = [
+            at
+            for at in np.flatnonzero(np.abs(jumps) > LEAP).tolist()
+            if evenness.allows_leap(float(stamp[at]), set_back=bool(jumps[at] > 0.0))
+        ]
         if not stretches:
             stretches.append(_Stretch(0))
         for first, end in pairwise([*sorted({0, *leaps}), len(time)]):
@@ -176,9 +223,12 @@ def _line(stretch: _Stretch) -> Line:
         np.array([one.arrival for one in stretch.quickest]),
     )
     if stamp[-1] - stamp[0] < LEAST_SPAN:
-        return Line(stretch.first_row, float((arrival - stamp).min()), 1.0)
+        return Line(stretch.first_row, float((arrival - stamp).min()), 1.0, CRYSTAL)
     corners = lower_hull(zip((stamp - stamp[0]).tolist(), (arrival - stamp).tolist(), strict=True))
     middle = float(np.mean(stamp - stamp[0]))
     (x0, y0), (x1, y1) = next(edge for edge in pairwise(corners) if edge[1][0] >= middle)
     slope = (y1 - y0) / (x1 - x0)
-    return Line(stretch.first_row, float(y0 - slope * (x0 + stamp[0])), 1.0 + slope)
+    heights = np.sort(arrival - stamp - slope * (stamp - stamp[0] - x0) - y0)[2:]
+    usual = float(np.median(heights)) / math.log(2.0)  # eq. 4
+    sigma = SUPPORT * usual / math.sqrt(len(heights)) / (x1 - x0)  # eq. 5
+    return Line(stretch.first_row, float(y0 - slope * (x0 + stamp[0])), 1.0 + slope, sigma)

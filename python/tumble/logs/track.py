@@ -92,6 +92,8 @@ class LoggedImu:
     notices: tuple[str, ...] = ()
     triads: tuple[Triad, ...] = TRIADS
     """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""
+    pace_sigma: float = 0.0
+    """As in `tumble.recording.Metadata.pace_sigma`."""
     columns: tuple[str, ...] = ()
     """Names of all columns of a table; empty for messages."""
     alone: bool = True
