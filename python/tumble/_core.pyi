@@ -64,7 +64,9 @@ class SampleTimes:
 class Segmenter:
     """Takes in one recording chunk by chunk; keeps sums over rests and turns only."""
 
-    def __init__(self, shortest_rest: float = 1.0, by_hand: bool = False) -> None: ...
+    def __init__(
+        self, shortest_rest: float = 1.0, by_hand: bool = False, pace_sigma: float = 0.0
+    ) -> None: ...
     def push(
         self,
         time: FloatArray,

@@ -15,14 +15,16 @@ use crate::convert::{rows, stacked};
 #[pyclass(module = "tumble._core", name = "Segmenter")]
 pub struct PyAcquisition {
     acquisition: Option<Acquisition>,
+    pace_sigma: f64,
 }
 
 #[pymethods]
 impl PyAcquisition {
-    /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies.
+    /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies. `pace_sigma` is that of
+    /// the times to come, relative.
     #[new]
-    #[pyo3(signature = (shortest_rest=1.0, by_hand=false))]
-    fn new(shortest_rest: f64, by_hand: bool) -> Self {
+    #[pyo3(signature = (shortest_rest=1.0, by_hand=false, pace_sigma=0.0))]
+    fn new(shortest_rest: f64, by_hand: bool, pace_sigma: f64) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let shortest = (shortest_rest * 1e6) as u64;
         Self {
@@ -30,6 +32,7 @@ impl PyAcquisition {
                 shortest,
                 if by_hand { BY_HAND } else { 1.0 },
             ))),
+            pace_sigma,
         }
     }
 
@@ -68,9 +71,9 @@ impl PyAcquisition {
     /// Ends the recording.
     fn finish(&mut self) -> PyResult<PyAcquired> {
         let acquisition = self.acquisition.take().ok_or_else(finished)?;
-        Ok(PyAcquired {
-            inner: acquisition.finish(),
-        })
+        let mut inner = acquisition.finish();
+        inner.pace_sigma = self.pace_sigma;
+        Ok(PyAcquired { inner })
     }
 }
 

@@ -48,7 +48,7 @@ def acquire(
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, or two files show one pose.
     """
-    segmenter = _core.Segmenter()
+    segmenter = _core.Segmenter(pace_sigma=recording.metadata.pace_sigma)
     counts = Counts()
     head = GyroscopeHead()
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)

@@ -82,6 +82,8 @@ pub struct Acquired {
     pub missing: u64,
     /// Time of the first sample that was not later than the one before, s of the recording's own clock.
     pub first_backwards: Option<f64>,
+    /// 1-sigma of the pace of its times, relative; zero where they are stamps as they came.
+    pub pace_sigma: f64,
     /// Lowest, mean and highest temperature, degC.
     pub temperature: Option<[f64; 3]>,
 }

@@ -54,6 +54,7 @@ impl Acquisition {
                 not_finite: 0,
                 missing: 0,
                 first_backwards: None,
+                pace_sigma: 0.0,
                 temperature: None,
             },
             channels: ChannelMonitor::new(),

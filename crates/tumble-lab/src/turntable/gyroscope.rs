@@ -51,12 +51,14 @@ impl TargetSession<'_> {
             let observations: Vec<_> = rates.iter().map(coupled).collect();
             inputs.noise = refine(&observations, &inputs);
             let solved = fit::<f64, 7, 6, 27>(&observations, &inputs)?;
-            return finish(&solved, &observations, labels, &inputs, 0.0);
+            let found = finish(&solved, &observations, labels, &inputs, 0.0)?;
+            return Ok(found.with_pace(self.pace_variance()));
         }
         let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
-        finish(&solved, &observations, labels, &inputs, 0.0)
+        let found = finish(&solved, &observations, labels, &inputs, 0.0)?;
+        Ok(found.with_pace(self.pace_variance()))
     }
 
     /// The rotation of the published compensation, where it is asked for.

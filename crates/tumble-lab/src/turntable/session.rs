@@ -31,6 +31,16 @@ pub(super) struct TargetSession<'a> {
 }
 
 impl TargetSession<'_> {
+    /// Variance of the pace of the target's clock against that of the reference, relative: what turns show of it, or what is
+    /// known of times that were fitted.
+    pub(super) fn pace_variance(&self) -> f64 {
+        if self.pairing.shared {
+            self.reference_unit.pace_sigma.powi(2) + self.unit.pace_sigma.powi(2)
+        } else {
+            self.pairing.clock.covariance[(1, 1)]
+        }
+    }
+
     /// When a segment of the target took place, on the clock of the reference.
     pub fn when(&self, own: &Segment<f64>) -> Interval<f64> {
         let own = interval(own);

@@ -1,6 +1,6 @@
 //! Calibration of one triad with all that goes with it.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 use tumble_core::model::{Covariance, Decomposition, ErrorModel};
 use tumble_core::turntable::fit::TriadFit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
@@ -38,6 +38,24 @@ pub struct TriadCalibration {
     pub residuals: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// What each residual belongs to.
     pub labels: Vec<Label>,
+}
+
+impl TriadCalibration {
+    /// The same where the target's clock may go faster than the reference's by the root of `variance`, relative: all of M with
+    /// it (docs/theory/turntable.md, section 6).
+    #[must_use]
+    pub(super) fn with_pace(mut self, variance: f64) -> Self {
+        let m = SVector::<f64, 12>::from_fn(|i, _| {
+            if i < 9 {
+                self.model.matrix[(i / 3, i % 3)]
+            } else {
+                0.0
+            }
+        });
+        self.covariance += m * m.transpose() * variance;
+        self.parts_covariance = self.parts.carry(&self.covariance);
+        self
+    }
 }
 
 /// The interval a residual belongs to, by index of the reference's rests.

@@ -16,10 +16,13 @@ const SAME_CLOCK: f64 = 0.1;
 /// Skew below this is none: it would change a scale by as much.
 const SAME_RATE: f64 = 1e-6;
 
-/// Whether the turns meet as they do under one clock.
-fn coincide(clock: &ClockFit<f64>, given: f64) -> bool {
+/// Whether the turns meet as they do under one clock. Times that were fitted go alike only as far as their pace is known:
+/// where turns show it better, what they show holds.
+fn coincide(clock: &ClockFit<f64>, given: f64, pace_sigma: f64) -> bool {
     let skew_sigma = clock.covariance[(1, 1)].sqrt();
-    (clock.offset - given).abs() <= SAME_CLOCK && clock.skew.abs() <= SAME_RATE.max(5.0 * skew_sigma)
+    pace_sigma <= SAME_RATE.max(skew_sigma)
+        && (clock.offset - given).abs() <= SAME_CLOCK
+        && clock.skew.abs() <= SAME_RATE.max(5.0 * skew_sigma)
 }
 
 /// Lays a target beside its reference, by the turns both felt.
@@ -29,10 +32,13 @@ pub(super) fn pair_by_clock(
     clocks: Clocks,
 ) -> Result<Pairing, PairingError> {
     let given = reference.origin - target.origin;
+    let pace_sigma = reference.pace_sigma.hypot(target.pace_sigma);
     let estimated = estimate(reference, target, (clocks != Clocks::Apart).then_some(given));
     let (clock, shared) = match (clocks, estimated) {
         (Clocks::Shared, _) => (ClockFit::known(given), true),
-        (Clocks::Unknown, Some(clock)) if coincide(&clock, given) => (ClockFit::known(given), true),
+        (Clocks::Unknown, Some(clock)) if coincide(&clock, given, pace_sigma) => {
+            (ClockFit::known(given), true)
+        }
         (_, Some(clock)) => (clock, false),
         (Clocks::Unknown, None) if overlap(reference, target, given) => (ClockFit::known(given), true),
         (_, None) => return Err(PairingError::NoCommonTime),
