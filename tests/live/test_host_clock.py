@@ -147,6 +147,54 @@ def test_what_waited_in_buffers_when_listening_began_is_no_leap():
     assert abs(error) < 1e-4
 
 
+class Load:
+    """Arrivals at a computer whose load comes and goes: heavy-tailed delays, and all late for seconds."""
+
+    def __init__(self, seed, seconds=60.0, rate=100.0):
+        print(f"seed {seed}")
+        generator = np.random.default_rng(seed)
+        count = round(seconds * rate)
+        self.taken = 1e5 + np.arange(count) / rate
+        self.stamps = 40.0 + np.arange(count) / rate
+        late = 1e-3 * generator.pareto(1.2, count)
+        for start in np.cumsum(generator.exponential(6.0, 12)):
+            busy = (self.taken - self.taken[0] > start) & (self.taken - self.taken[0] < start + 3.0)
+            late[busy] += generator.exponential(0.2)
+        # At first nothing comes quickly: the program is still loading.
+        late[: generator.integers(100, 900)] += generator.uniform(0.05, 0.4)
+        self.arrivals = np.maximum.accumulate(self.taken + LEAST + np.minimum(late, 0.9))
+
+    def steps(self):
+        """Give for each sample by how much host times step more than stamps, the step of these and sigma."""
+        clock, last, sigma = HostClock(), None, np.inf
+        for stamp, arrival in zip(self.stamps, self.arrivals, strict=True):
+            host = float(clock.host_times(np.array([stamp]), float(arrival))[0])
+            if last is not None:
+                step = stamp - last[0]
+                yield host - last[1] - step, step, sigma, clock
+            last, sigma = (stamp, host), clock.sigma
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_under_load_host_times_never_jump_beyond_their_sigma(seed):
+    for extra, step, sigma, clock in Load(seed).steps():
+        assert extra > -step
+        if clock.settled:
+            assert abs(extra) <= (1.1e-3 + abs(clock.skew)) * step + 1e-9
+        else:
+            assert extra <= max(sigma, 0.92 * step)
+    assert clock.leaps == 0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_under_load_the_sigma_holds_what_is_yet_to_be_slewed(seed):
+    load = Load(seed)
+    clock = HostClock()
+    for stamp, arrival, taken in zip(load.stamps, load.arrivals, load.taken, strict=True):
+        error = float(clock.host_times(np.array([stamp]), float(arrival))[0]) - taken - LEAST
+    assert abs(error) < 3.0 * clock.sigma
+
+
 @pytest.mark.parametrize("jump", [-30.0, -2.0, 0.5, 3600.0])
 def test_a_clock_that_is_set_is_followed_anew_and_that_is_counted(jump):
     line = Line(7, seconds=40.0)

@@ -116,3 +116,29 @@ def test_times_that_are_the_stamps_stay_as_they_are(tmp_path):
         writer.take("unit", LiveChunk(taken, *said, arrival=5.0))
         writer.finish("done")
     assert np.array_equal(times(tmp_path / "session"), taken)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_busy_computer_makes_no_leap_of_a_sensor_that_runs_on(tmp_path, seed):
+    generator = np.random.default_rng(seed)
+    print(f"seed {seed}")
+    count = 6000
+    stamps = 5.0 + np.arange(count) / RATE
+    # Over a program that is still loading nothing comes quickly; the live map as it was before: it stepped.
+    late = generator.exponential(0.1, count) + np.where(np.arange(count) < 1500, 0.3, 0.0)
+    arrival = np.maximum.accumulate(1000.0 + stamps + late)
+    time = 1000.3 + stamps - np.where(np.arange(count) < 1500, 0.0, 0.2)
+    # Samples of the seam came in a row, or the log would run backwards.
+    time = np.maximum.accumulate(time) + 1e-6 * np.arange(count)
+    with SessionWriter(tmp_path / "s", {"unit": RecordedUnit(Sensor(), "udp://:9000", "")}, "host") as writer:
+        said = np.full((1, 3), 9.8), np.zeros((1, 3))
+        for k in range(count):
+            writer.take(
+                "unit", LiveChunk(time[k : k + 1], *said, arrival=arrival[k], sensor_time=stamps[k : k + 1])
+            )
+        writer.finish("done")
+    recording = open_recording(tmp_path / "s")
+    steps = np.diff(np.concatenate([chunk.time for chunk in recording.chunks()]))
+    assert np.ptp(steps) < 1e-9
+    assert abs(steps[0] * RATE - 1.0) < 3.0 * recording.metadata.pace_sigma
+    assert 0.0 < recording.metadata.pace_sigma < 2e-3

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble import _core
-from tumble.logs import ChunkStream, ReadOptions, open_recording
+from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 from tumble.recording import Chunk, Recording, RecordingSource
 
 MILLISECONDS = 1e3
@@ -30,6 +30,7 @@ class SampledStream(ChunkStream):
 
     def __init__(self, stream: Iterator[Chunk], times: _core.SampleTimes) -> None:
         self._times, self._stream, self._row = times, stream, 0
+        self.counts, self.expected = Counts(), None
         if isinstance(stream, ChunkStream):
             self.counts, self.expected = stream.counts, stream.expected
 

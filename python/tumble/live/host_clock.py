@@ -24,9 +24,15 @@ LEAP = 1.0
 """s by which samples are late, all of them for
 """
 LEAP_ARRIVALS = 5.0
-"""s, where it is not the line that stalls but the clock that was set back."""
+"""s, where it is not the line that stalls but the clock that was set back, if stamps step unevenly meanwhile;
+"""
+LATE_FOR_GOOD = 60.0
+"""s, if they are even: a busy computer is late for less, a sensor that loses samples for longer."""
 SET_FORWARD = 0.1
-"""s by which a sample arrives before it was taken, where the clock was set forward."""
+"""s by which a sample arrives before it was taken, after a step of stamps too long by as much, where the
+clock was set forward. An arrival as early after an even step had a shorter delay."""
+UNEVEN = 0.5
+"""Of the step between stamps before, by which another differs where the clock may have been set."""
 DOUBTED = 5e-3
 """s by which a sample comes sooner than any before, at which one alone is not believed."""
 ALMOST_THERE = 1e-9
@@ -111,6 +117,12 @@ class HostClock:
         """Stamp and host time, s, of the last sample, stamps counted as the line counts them."""
         self._last_arrival: float | None = None
         self._steps = Scatter()
+        self._left = 0.0
+        """s by which the last host time is off the line, yet to be slewed."""
+        self._stamp, self._arrival, self._step = math.nan, math.nan, math.nan
+        """s of the last sample, and the step of stamps before it."""
+        self._set_forward_at = self._uneven_at = -math.inf
+        """s of the last arrivals after which the clock may have been set forward, or set at all."""
         self._sooner = 0.0
         """s by which the last sample came sooner than all before; never above zero."""
 
@@ -134,7 +146,7 @@ class HostClock:
     @property
     def sigma(self) -> float:
         """1-sigma of host times now, s, beyond the least delay; infinite while nothing is known."""
-        return self._line.sigma if self._stamped else self._steps.sigma
+        return math.hypot(self._line.sigma, self._left) if self._stamped else self._steps.sigma
 
     @property
     def settled(self) -> bool:
@@ -166,12 +178,13 @@ class HostClock:
         """
         # Lists: samples mostly come one by one, for which arrays take several times as long.
         times = stamps.tolist()
+        before = self.sigma
+        arrivals = arrival.tolist() if isinstance(arrival, np.ndarray) else [arrival] * len(times)
+        self._watch_steps(times, arrivals)
         if isinstance(arrival, np.ndarray):
-            arrivals = arrival.tolist()
             for place in _last_of_each(arrival):
                 self._take(times[place], arrivals[place])
         else:
-            arrivals = [arrival] * len(times)
             self._take(times[-1], arrival)
         assert self._first is not None, "a sample was taken in"
         first_stamp, first_arrival = self._first
@@ -179,9 +192,24 @@ class HostClock:
         since = [stamp - first_stamp for stamp in times]
         wanted = [pace * each + origin for each in since]
         self.delays.add([came - taken for came, taken in zip(arrivals, wanted, strict=True)])
-        host = self._never_back(since, wanted)
+        host = self._never_back(since, wanted, before)
+        self._left = abs(host[-1] - wanted[-1])
         self._given = since[-1], host[-1]
         return np.array(host)
+
+    def _watch_steps(self, stamps: list[float], arrivals: list[float]) -> None:
+        """Note where stamps step unevenly: only there can the sensor's clock have been set."""
+        for stamp, arrival in zip(stamps, arrivals, strict=True):
+            step, came = stamp - self._stamp, arrival - self._arrival
+            if abs(step - self._step) > UNEVEN * self._step:
+                self._uneven_at = arrival
+                if step - self._step - came > SET_FORWARD:
+                    self._set_forward_at = arrival
+            else:
+                self._step = step
+            if math.isnan(self._step):
+                self._step = step
+            self._stamp, self._arrival = stamp, arrival
 
     def _take(self, stamp: float, arrival: float) -> None:
         """Take in the last of the samples that arrived together: those before it had to wait for it."""
@@ -208,14 +236,22 @@ class HostClock:
         return since, arrival - self._first[1] - since
 
     def _has_leapt(self, since: float, beyond: float, arrival: float) -> bool:
-        """Whether the sensor's clock was set, rather than that the line stalls: all samples stay late."""
-        if since < self._newest or beyond < -SET_FORWARD:
+        """Whether the sensor's clock was set, rather than that the line stalls: all samples stay late.
+
+        Stamps that go on evenly are those of a clock that was not set, however much sooner they come.
+        """
+        if since < self._newest:
+            return True
+        if beyond < -SET_FORWARD and arrival - self._set_forward_at <= LEAP_ARRIVALS:
             return True
         if beyond <= LEAP:
             self._late_since = None
         elif self._late_since is None:
             self._late_since = arrival
-        return self._late_since is not None and arrival - self._late_since > LEAP_ARRIVALS
+        if self._late_since is None:
+            return False
+        was_set = self._uneven_at >= self._late_since - LEAP_ARRIVALS
+        return arrival - self._late_since > (LEAP_ARRIVALS if was_set else LATE_FOR_GOOD)
 
     def _is_doubtful(self, beyond: float) -> bool:
         """Whether it came so much sooner than all before that its stamp may be spoilt: the next one tells."""
@@ -230,8 +266,11 @@ class HostClock:
             self._given = math.nan, self._given[1]
         return 0.0, 0.0
 
-    def _never_back(self, since: list[float], wanted: list[float]) -> list[float]:
-        """Go over to the times wanted, slowly once settled, and never back (eq. 7)."""
+    def _never_back(self, since: list[float], wanted: list[float], sigma: float) -> list[float]:
+        """Go over to the times wanted, slowly once settled, and never back (eq. 7).
+
+        Before that they step ahead, but by no more than `sigma`, s, the uncertainty stated before.
+        """
         if self._given is None:
             return wanted
         stamp, host = self._given
@@ -239,7 +278,7 @@ class HostClock:
             stamp = since[0] - STEP_AFTER_LEAP
         step = since[0] - stamp
         ahead = host - wanted[0] + (1.0 + self._line.skew) * step
-        if abs(ahead) < ALMOST_THERE < 0.1 * step or (ahead <= 0.0 and not self.settled):
+        if abs(ahead) < ALMOST_THERE < 0.1 * step or (-sigma <= ahead <= 0.0 and not self.settled):
             return wanted
         pace = SLEW if self.settled else CATCH_UP
         left = [max(abs(ahead) - pace * (each - stamp), 0.0) for each in since]

@@ -24,7 +24,7 @@ from tumble.recording import FloatArray
 STAMP, ARRIVAL = "sensor_time", "arrival"
 """Columns of the sensor's own time, and of when samples came, both in s."""
 LEAP = 0.05
-"""s by which stamp and time come apart from one sample to the next where the sensor's clock may have been set."""
+"""s by which stamp and time come apart from one sample to the next where its clock may have been set."""
 UNEVEN = 0.5
 """Of the usual step between stamps, by which another differs where the sensor's clock may have been set."""
 BELIEVED = 10.0

@@ -223,8 +223,8 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
 def usual_step(time: FloatArray) -> float:
     """Give the median step between successive (n,) times that advances, NaN where none does.
 
-    Where readers stamp several samples in one burst, it is that of the samples: a share of the step from burst
-    to burst.
+    Where readers stamp several samples in one burst, it is that of the samples: a share of the step between
+    bursts.
     """
     stamps = _stamps(time)
     steps = np.diff(stamps)
