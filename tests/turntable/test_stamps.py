@@ -70,7 +70,6 @@ def test_a_busy_computer_leaves_errors_within_sigma(busy, truth_of_units):
 def test_a_busy_computer_loses_no_sample_that_was_recorded(busy):
     said = [*busy.warnings, *(warning for target in busy.targets for warning in target.warnings)]
     assert not any("missing" in warning for warning in said)
-    assert not any("disturbed" in warning for warning in said)
 
 
 def test_what_is_not_known_of_a_pace_widens_the_gyroscope():
