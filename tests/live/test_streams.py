@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import socket
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from live_fixtures import HEADER, first_samples, resting, text_lines
+from live_fixtures import HEADER, first_samples, piped, resting, text_lines
 from mavlink_fixtures import highres
 from ports import free_port
 from tumble.errors import LogError
@@ -38,17 +37,6 @@ def listening(*pieces):
         device.start()
         yield server.getsockname()[1]
         device.join(5.0)
-
-
-@contextmanager
-def piped(monkeypatch, data):
-    """Standard input that holds these bytes."""
-    read, write = os.pipe()
-    with os.fdopen(read) as stream:
-        monkeypatch.setattr(sys, "stdin", stream)
-        os.write(write, data)
-        os.close(write)
-        yield
 
 
 def test_samples_come_over_tcp():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import select
+import sys
 import threading
 import tty
 from contextlib import contextmanager, suppress
@@ -163,3 +164,14 @@ def serial_device():
         yield device
     finally:
         device.unplug()
+
+
+@contextmanager
+def piped(monkeypatch, data):
+    """Standard input that holds these bytes."""
+    read, write = os.pipe()
+    with os.fdopen(read) as stream:
+        monkeypatch.setattr(sys, "stdin", stream)
+        os.write(write, data)
+        os.close(write)
+        yield

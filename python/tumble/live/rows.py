@@ -17,7 +17,7 @@ from tumble.live.readings import Readings
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
-from tumble.logs.track import RawSamples, none_such, several
+from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, several
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 from tumble.units import TRIADS
@@ -31,6 +31,9 @@ ROWS_WITHOUT_NAMES = 8
 """Rows to see before columns without names are given the usual ones: the first has to grow, to be time."""
 DEEPEST = 8
 """Levels of a JSON object; a sample of ROS has three."""
+_STAMP_FIELDS = (("sec", "nanosec"), ("secs", "nsecs"))
+_ROS_IMU = "angular_velocity_covariance[0]"
+"""Field that only `sensor_msgs/Imu` has, whose definition states rad/s and m/s^2."""
 MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
 UNREADABLE_SECONDS = 2.0
@@ -245,7 +248,14 @@ class RowReader:
                 f"{self._source}: no column for {missing}; columns found: {', '.join(names)}; a spin needs "
                 "accelerometer and gyroscope of one unit"
             )
-        return _Layout(names, delimiter, imus[imu], self._moving_among(names), notices)
+        columns = imus[imu]
+        if any(name.endswith(_ROS_IMU) for name in names):
+            columns = replace(
+                columns,
+                accelerometer_unit=StatedUnit("m/s^2", DEFINED),
+                gyroscope_unit=StatedUnit("rad/s", DEFINED),
+            )
+        return _Layout(names, delimiter, columns, self._moving_among(names), notices)
 
     def _moving_among(self, names: tuple[str, ...]) -> str | None:
         stated = self._moving_column
@@ -310,7 +320,9 @@ def _flat(value: dict[str, Any]) -> dict[str, float] | None:
     for _ in range(DEEPEST):
         below: list[tuple[str, Any]] = []
         for name, each in level:
-            if isinstance(each, dict):
+            if (stamp := _ros_stamp(each)) is not None:
+                numbers[f"{name} [s]"] = stamp
+            elif isinstance(each, dict):
                 below += [(f"{name}.{key}", part) for key, part in each.items()]
             elif isinstance(each, list):
                 below += [(f"{name}[{position}]", part) for position, part in enumerate(each)]
@@ -318,3 +330,14 @@ def _flat(value: dict[str, Any]) -> dict[str, float] | None:
                 numbers[name] = math.nan if each is None else float(each)
         level = below
     return None if level else numbers
+
+
+def _ros_stamp(value: object) -> float | None:
+    """Return s of a time as ROS writes it, `{sec, nanosec}` or `{secs, nsecs}`; None of anything else."""
+    if not isinstance(value, dict) or len(value) != 2:
+        return None
+    for seconds, nanoseconds in _STAMP_FIELDS:
+        whole, rest = value.get(seconds), value.get(nanoseconds)
+        if isinstance(whole, float) and isinstance(rest, float):
+            return whole + 1e-9 * rest
+    return None

@@ -10,6 +10,7 @@ from tumble.live.address import STANDARD_INPUT, Address, host_and_port
 from tumble.live.labels import LabelChoice, LabelledRow, LabelReader
 from tumble.live.lines import LONGEST_LINE, LineSplitter
 from tumble.live.readings import Readings, StreamFacts
+from tumble.live.ros_echo import EchoedMessages
 from tumble.live.rows import RowReader
 from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.streams import GrowingFile, StandardInput, TcpConnection
@@ -63,6 +64,7 @@ class TextLine(SharedLine[LabelledRow]):
     def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
         super().__init__(address, transport, name)
         self._splitter = LineSplitter()
+        self._echoed = EchoedMessages()
         self._labels = LabelReader(options)
         self.heard = self._labels.heard
         """Rows of each unit so far, where rows say of which they are."""
@@ -85,7 +87,7 @@ class TextLine(SharedLine[LabelledRow]):
                     f"{self.address.text}: {LONGEST_LINE} bytes came without a line end: this is no text, or "
                     "the baud rate is wrong; check ?baud= and what the device sends"
                 )
-            return lines
+            return list(self._echoed.gather(lines))
         if piece.lstrip().startswith(b"["):
             return [piece.replace(b"\n", b" ")]
         return [line for line in piece.splitlines() if line.strip()]

@@ -1,0 +1,47 @@
+"""Messages as `ros2 topic echo` and `rostopic echo` print them: YAML over many lines, `---` after each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+
+import yaml
+
+from tumble.bounded_yaml import parse
+
+BEGIN, END = b"header:", b"---"
+MOST_LINES = 400
+"""Lines of a message; `sensor_msgs/Imu` has 52."""
+
+
+class EchoedMessages:
+    """Gathers the lines of a message into one line of JSON; other lines pass."""
+
+    def __init__(self) -> None:
+        self._lines: list[bytes] = []
+        self._has_begun = False
+        """Whether a message was seen: from then on `---` belongs to one."""
+
+    def gather(self, lines: Sequence[bytes]) -> Iterator[bytes]:
+        """Return lines, each message that is whole by now as one of them."""
+        for line in lines:
+            text = line.rstrip()
+            if text == BEGIN:
+                # What was open lacks its end: its reader counts it.
+                yield from self._lines[:1]
+                self._lines, self._has_begun = [line], True
+            elif self._lines and text == END:
+                yield self._object()
+                self._lines = []
+            elif self._lines and len(self._lines) < MOST_LINES:
+                self._lines.append(line)
+            elif not (self._has_begun and text == END):
+                yield line
+
+    def _object(self) -> bytes:
+        """Return the message as JSON, or its first line where it cannot be read."""
+        try:
+            _, content = parse(b"\n".join(self._lines).decode("utf-8", "replace"))
+            return json.dumps(content, default=str).encode()
+        except (yaml.YAMLError, RecursionError):
+            return self._lines[0]
