@@ -65,7 +65,11 @@ class Segmenter:
     """Takes in one recording chunk by chunk; keeps sums over rests and turns only."""
 
     def __init__(
-        self, shortest_rest: float = 1.0, by_hand: bool = False, pace_sigma: float = 0.0
+        self,
+        shortest_rest: float = 1.0,
+        by_hand: bool = False,
+        rates: Literal["reference", "target"] | None = None,
+        pace_sigma: float = 0.0,
     ) -> None: ...
     def push(
         self,
@@ -79,6 +83,9 @@ class Segmenter:
 
 class Acquired:
     """What one unit showed: k rests, and turns between them."""
+
+    @property
+    def constant_rates(self) -> list[tuple[float, float, str, list[float], list[float]]]: ...
 
     @property
     def samples(self) -> int: ...
@@ -204,6 +211,7 @@ class TargetFigures(TypedDict):
 def fit_reference(
     unit: Acquired, ups: FloatArray, settings: TurntableSettings, gyroscope: bool = True
 ) -> Reference: ...
+def as_reference(reference_unit: Acquired, unit: Acquired, settings: TurntableSettings) -> Acquired: ...
 def calibrate_target(
     reference_unit: Acquired,
     reference: Reference,

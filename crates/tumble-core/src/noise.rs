@@ -263,6 +263,20 @@ impl<T: Real> AllanLadder<T> {
         }
     }
 
+    /// What it has taken in since an earlier state of itself.
+    #[must_use]
+    pub fn since(mut self, earlier: &Self) -> Self {
+        self.blocks -= earlier.blocks.min(self.blocks);
+        self.time -= earlier.time;
+        for (rung, less) in self.rungs.iter_mut().zip(&earlier.rungs) {
+            rung.pairs -= less.pairs.min(rung.pairs);
+            for (sum, less) in rung.differences.iter_mut().zip(less.differences) {
+                *sum -= less;
+            }
+        }
+        self
+    }
+
     /// Averaging time, Allan variance and number of pairs of each rung that has any.
     pub fn variances(&self, channel: usize) -> impl Iterator<Item = (T, T, u32)> + '_ {
         let block = if self.blocks > 0 {

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use tumble_core::real::seconds;
-use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES};
+use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, RateGate};
 use tumble_lab::multipose::{BY_HAND, rest_settings};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
 
@@ -20,20 +20,24 @@ pub struct PyAcquisition {
 
 #[pymethods]
 impl PyAcquisition {
-    /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies. `pace_sigma` is that of
-    /// the times to come, relative.
+    /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies. `rates`: whether
+    /// constant rates are looked for, as of a `reference` or of a `target`. `pace_sigma` is that of the times to come,
+    /// relative.
     #[new]
-    #[pyo3(signature = (shortest_rest=1.0, by_hand=false, pace_sigma=0.0))]
-    fn new(shortest_rest: f64, by_hand: bool, pace_sigma: f64) -> Self {
+    #[pyo3(signature = (shortest_rest=1.0, by_hand=false, rates=None, pace_sigma=0.0))]
+    fn new(shortest_rest: f64, by_hand: bool, rates: Option<&str>, pace_sigma: f64) -> PyResult<Self> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let shortest = (shortest_rest * 1e6) as u64;
-        Self {
-            acquisition: Some(Acquisition::new(rest_settings(
-                shortest,
-                if by_hand { BY_HAND } else { 1.0 },
-            ))),
+        let acquisition = Acquisition::new(rest_settings(shortest, if by_hand { BY_HAND } else { 1.0 }));
+        Ok(Self {
+            acquisition: Some(match rates {
+                None => acquisition,
+                Some("reference") => acquisition.with_rates(RateGate::Reference),
+                Some("target") => acquisition.with_rates(RateGate::Target),
+                Some(other) => return Err(PyValueError::new_err(format!("unknown rates {other:?}"))),
+            }),
             pace_sigma,
-        }
+        })
     }
 
     /// Takes in successive samples: time (n,) s, accelerometer (n, 3) m/s^2, gyroscope (n, 3) rad/s.
@@ -229,6 +233,26 @@ impl PyAcquired {
             .rejected
             .iter()
             .map(|(rest, reason)| (at(rest.start), at(rest.end), reason.name()))
+            .collect()
+    }
+
+    /// Segments of constant rate that are no rests: (start s, end s, `constant` or `unclear`, rate (3,) rad/s, specific
+    /// force (3,) m/s^2).
+    #[getter]
+    fn constant_rates(&self) -> Vec<(f64, f64, &'static str, [f64; 3], [f64; 3])> {
+        let at = |time: f64| self.inner.origin + time;
+        self.inner
+            .constant_rates()
+            .map(|plateau| {
+                let span = plateau.interval;
+                (
+                    at(span.start),
+                    at(span.end),
+                    plateau.kind.name(),
+                    plateau.rate.into(),
+                    plateau.force.into(),
+                )
+            })
             .collect()
     }
 

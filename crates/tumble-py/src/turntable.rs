@@ -10,7 +10,7 @@ use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
     Clocks, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
-    TurntableSettings, calibrate, fit_reference, own_sphere, poses,
+    TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
 };
 
 use crate::acquisition::PyAcquired;
@@ -145,6 +145,21 @@ fn fit_reference_of(
     })
 }
 
+/// A target with rests and constant rates as the reference saw them.
+#[pyfunction(name = "as_reference")]
+fn as_reference_of(
+    py: Python<'_>,
+    reference_unit: &PyAcquired,
+    unit: Py<PyAcquired>,
+    settings: &PySettings,
+) -> PyResult<Py<PyAcquired>> {
+    let (seen, felt, clocks) = (&reference_unit.inner, &unit.get().inner, settings.inner.clocks);
+    match py.detach(|| as_reference(seen, felt, clocks)) {
+        Some(inner) => Py::new(py, PyAcquired { inner }),
+        None => Ok(unit),
+    }
+}
+
 /// Calibrates one target. `triads`: accelerometer and gyroscope, whether there is one to calibrate.
 #[pyfunction]
 #[pyo3(signature = (reference_unit, reference, unit, ups, settings, triads=(true, true)))]
@@ -228,6 +243,10 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     let label = |label: &Label| match *label {
         Label::Rest(k) => ("rest", k, k),
         Label::Turn(i, j) => ("turn", i, j),
+        Label::Rate(k) => ("rate", k, k),
+        Label::RampUp(i, j) => ("ramp up", i, j),
+        Label::Ramp(i, j) => ("ramp", i, j),
+        Label::RampDown(i, j) => ("ramp down", i, j),
     };
     figures.set_item("M", array2(py, &triad.model.matrix))?;
     figures.set_item("b", array1(py, &triad.model.bias))?;
@@ -316,6 +335,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PySettings>()?;
     module.add_class::<PyReference>()?;
     module.add_function(wrap_pyfunction!(fit_reference_of, module)?)?;
+    module.add_function(wrap_pyfunction!(as_reference_of, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
     module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
     module.add_function(wrap_pyfunction!(normal_gravity, module)?)?;

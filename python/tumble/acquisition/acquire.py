@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -40,15 +40,17 @@ def acquire(
     recording: Recording,
     calibration: Calibration | None = None,
     progress: SampleProgress | None = None,
+    rates: Literal["reference", "target"] | None = None,
 ) -> Imu:
     """Read a recording once, in chunks, and keep sums over its rests and turns.
 
+    `rates` looks for constant rates, which are then no rests, as of a reference or of a target.
     `progress` is told samples done, and samples expected where they are known beforehand.
 
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, or two files show one pose.
     """
-    segmenter = _core.Segmenter(pace_sigma=recording.metadata.pace_sigma)
+    segmenter = _core.Segmenter(rates=rates, pace_sigma=recording.metadata.pace_sigma)
     counts = Counts()
     head = GyroscopeHead()
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
@@ -191,7 +193,7 @@ def si_unit(channel: str) -> str:
 
 def _rests(unit: _core.Acquired) -> str:
     found = len(unit.rest_times)
-    if found >= FEWEST_RESTS:
+    if found >= FEWEST_RESTS or unit.constant_rates:
         return ""
     refused = "".join(
         f"; {start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
@@ -235,6 +237,8 @@ def scale_notice(unit: _core.Acquired, gravity: float) -> Iterator[str]:
 
 
 def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:
+    if not len(unit.rest_times):
+        return None
     length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
     ratio = length / gravity
     if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
@@ -318,6 +322,13 @@ def rests_of(
         )
         for k, (start, end) in enumerate(unit.rest_times)
     )
+
+
+def rests_after_rates(unit: _core.Acquired) -> frozenset[int]:
+    """Give the rests between which, and the rest before, the unit turned at a constant rate."""
+    starts = [start for start, *_ in unit.constant_rates]
+    after = np.searchsorted(unit.rest_times[:, 0], starts)
+    return frozenset(int(rest) for rest in after)
 
 
 def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:

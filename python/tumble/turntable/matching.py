@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -39,9 +39,13 @@ class PoseMatch:
 
 
 def match_poses(
-    recording: Recording, forces: FloatArray, parts: Sequence[int], poses: PoseList | None
+    recording: Recording,
+    forces: FloatArray,
+    parts: Sequence[int],
+    poses: PoseList | None,
+    after_rates: Collection[int] = (),
 ) -> PoseMatch:
-    """Match rests, by mean specific force (k, 3), to poses.
+    """Match rests, by mean specific force (k, 3), to poses; `after_rates` are those that follow a constant rate.
 
     Raises `ProcedureError` where a pose of the list is missing, tipped, or mislabelled.
     """
@@ -52,7 +56,7 @@ def match_poses(
         labelled = _by_file(recording, parts, poses)
         _refuse_mislabelled(recording, forces, labelled, parts, poses)
         strange = [recording.parts[part].name for k, part in enumerate(parts) if k not in labelled]
-        return _matched(forces, parts, labelled, poses, _strange_files(strange))
+        return _matched(forces, parts, labelled, poses, _strange_files(strange), after_rates)
     nearest = [_nearest(force, poses) for force in forces]
     labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
     if poses is SIX_FACES and not _shows_six_faces(labelled, len(forces)):
@@ -74,7 +78,7 @@ def match_poses(
             "or use --poses none",
             about=recording.name,
         )
-    return _matched(forces, parts, labelled, poses, _extras(nearest))
+    return _matched(forces, parts, labelled, poses, _extras(nearest), after_rates)
 
 
 def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
@@ -151,12 +155,13 @@ def _matched(
     labelled: dict[int, Pose],
     poses: PoseList,
     warnings: tuple[str, ...],
+    after_rates: Collection[int],
 ) -> PoseMatch:
     ups = np.full(forces.shape, np.nan)
     for k, pose in labelled.items():
         ups[k] = pose.up
     names = {k: pose.name for k, pose in labelled.items()}
-    visits = _visits(names, parts, poses)
+    visits = _visits(names, parts, poses, after_rates)
     return PoseMatch(ups, names, "", (*warnings, *_interrupted(visits), *_repeated(visits)))
 
 
@@ -164,11 +169,15 @@ Visits: TypeAlias = dict[str, list[list[int]]]
 """Rests of each pose, in the order of the list, for each time that the table was turned to it."""
 
 
-def _visits(names: dict[int, str], parts: Sequence[int], poses: PoseList) -> Visits:
-    """Rests of one pose that follow each other are one that was disturbed."""
+def _visits(
+    names: dict[int, str], parts: Sequence[int], poses: PoseList, after_rates: Collection[int]
+) -> Visits:
+    """Rests of one pose that follow each other are one that was disturbed, unless the table turned in between."""
     visits: Visits = {pose.name: [] for pose in poses}
     for k in sorted(names):
         of_pose = visits[names[k]]
+        if k in after_rates and names.get(k - 1) == names[k]:
+            continue
         if of_pose and of_pose[-1][-1] == k - 1 and parts[k] == parts[k - 1]:
             of_pose[-1].append(k)
         else:

@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import acquire, refuse_if_unfit
+from tumble.acquisition.acquire import acquire, refuse_if_unfit, rests_after_rates
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
@@ -60,7 +60,7 @@ class Session:
             return ProcedureError(
                 "is the reference itself; leave it out of the targets", about=_name_of(source)
             )
-        return _acquire(source, None, read)
+        return _acquire(source, None, read, "target")
 
     def calibrate(self, name: str, unit: UnitRead, provenance: Provenance | None = None) -> TargetResult:
         """Calibrate a target that was read; what hinders that becomes its failure."""
@@ -124,7 +124,7 @@ def open_session(
     compared = {
         each: _core.TurntableSettings(strength, each, clock, north, g_sensitivity) for each in TREATMENTS
     }
-    unit = _acquire(reference, applied, read)
+    unit = _acquire(reference, applied, read, "reference")
     if isinstance(unit, TumbleError):
         raise unit
     if "accelerometer" not in unit.triads:
@@ -134,7 +134,11 @@ def open_session(
         )
     refuse_if_unfit(unit.name, unit, strength)
     match = match_poses(
-        unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
+        unit.recording,
+        unit.acquired.rest_specific_force,
+        unit.acquired.rest_parts,
+        pose_list,
+        rests_after_rates(unit.acquired),
     )
     fitted = _fitted_reference(unit, match, settings, truth)
     asked = procedure_of(reference)
@@ -254,9 +258,14 @@ def _refuse_unknown(**words: tuple[str, object]) -> None:
             raise ProcedureError(f"{option} {word!r}: give one of {', '.join(get_args(known))}")
 
 
-def _acquire(source: RecordingSource, calibration: Calibration | None, read: ReadOptions | None) -> UnitRead:
+def _acquire(
+    source: RecordingSource,
+    calibration: Calibration | None,
+    read: ReadOptions | None,
+    rates: Literal["reference", "target"],
+) -> UnitRead:
     try:
-        unit = acquire(open_sampled(source, read), calibration)
+        unit = acquire(open_sampled(source, read), calibration, rates=rates)
         if isinstance(source, str | Path):
             return replace(unit, log=replace(unit.log, sha256=log_digest(parse_spec(source).path)))
     except TumbleError as error:

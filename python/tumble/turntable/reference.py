@@ -15,9 +15,14 @@ from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
 from tumble.turntable.matching import PoseMatch
 from tumble.turntable.result import MountingResult, PoseResult, ReferenceResult
+from tumble.words import count_of
 
 NOTABLE_NORM_RESIDUAL = 0.005
 """m/s^2: what WGS 84 leaves of local gravity in mountains is less; standard gravity errs up to 0.027."""
+
+
+REFERENCE_BIAS = 0.1
+"""deg/s: bias of the gyroscope of a reference, as the core assumes it where no rest shows it."""
 
 
 def reference_result(
@@ -61,6 +66,7 @@ def reference_warnings(
     """Say what was odd about the reference; `gravity` and where it is from are those of `local_gravity`."""
     for notice in (*notices(unit), *scale_notice(unit.acquired, gravity)):
         yield f"{unit.name}: {notice}"
+    yield from _unclear_rests(unit)
     figures = fitted.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
@@ -68,6 +74,25 @@ def reference_warnings(
             f"m/s^2, {math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of "
             f"the targets include that: {_remedy(gravity_source, applied)}"
         )
+
+
+def _unclear_rests(unit: Imu) -> Iterator[str]:
+    """Say what the targets lack where no rest was found among constant rates."""
+    if len(unit.acquired.rest_times) or not unit.acquired.constant_rates:
+        return
+    slow = [rate for *_, kind, rate, _ in unit.acquired.constant_rates if kind == "unclear"]
+    fastest = math.degrees(max((float(np.linalg.norm(rate)) for rate in slow), default=0.0))
+    unclear = (
+        f"; turning at up to {fastest:.2g} deg/s cannot be told from rest with one line of gravity"
+        if slow
+        else ""
+    )
+    yield (
+        f"{unit.name}: no rest was found among {count_of('constant rate', len(unit.acquired.constant_rates))}"
+        f"{unclear}: accelerometers are not calibrated, and biases of gyroscopes are relative to the "
+        f"reference's, which is taken to be zero within {REFERENCE_BIAS:g} deg/s; hold at least two poses "
+        "still, about different axes, for 5 s or longer"
+    )
 
 
 def _remedy(gravity_source: str, applied: Calibration | None) -> str:

@@ -48,7 +48,7 @@ def evaluate(
     objections: list[Objection] = []
     for name, recording in recordings.items():
         try:
-            units[name] = acquire(recording)
+            units[name] = acquire(recording, rates="reference" if name == reference else "target")
             objections += faults(name, units[name])
         except TumbleError as error:
             objections.append(Objection(name, "not read", error.why))

@@ -70,6 +70,8 @@ class TargetProcedure:
         """Calibrate one target; what hinders it becomes its failure."""
         if isinstance(unit, TumbleError):
             return _failed(name, unit)
+        seen = _core.as_reference(self.reference.acquired, unit.acquired, self.settings)
+        unit = replace(unit, acquired=seen)
         try:
             refuse_if_unfit(name, unit, self.gravity)
             figures = _core.calibrate_target(

@@ -18,6 +18,14 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 UPPER = 0.975
 """Where a 95 % interval ends."""
+_BETWEEN = {
+    "turn": "turn {}-{}",
+    "rate": "rate {}",
+    "ramp up": "ramp from rest {} to rate {}",
+    "ramp": "ramp from rate {} to {}",
+    "ramp down": "ramp from rate {} to rest {}",
+}
+"""Names of what lies between rests, by the word of the core."""
 VERY_MANY = 1e9
 """Degrees of freedom from which Student's distribution is the normal one."""
 
@@ -125,7 +133,7 @@ def _names(triad: TriadName) -> list[tuple[str, str]]:
 
 def _label(label: tuple[str, int, int], pose_names: dict[int, str]) -> str:
     kind, first, second = label
-    if kind == "turn":
-        return f"turn {first + 1}-{second + 1}"
+    if kind in _BETWEEN:
+        return _BETWEEN[kind].format(first + 1, second + 1)
     pose = pose_names.get(first)
     return f"rest {first + 1}: {pose}" if pose else f"rest {first + 1}"

@@ -7,6 +7,9 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 
 use super::channels::ChannelFault;
+use super::constant_rates::RestLadders;
+use super::motion::Motion;
+use super::plateaus::{Plateau, PlateauKind};
 use super::trace::Trace;
 
 tumble_core::vocabulary! {
@@ -68,6 +71,12 @@ pub struct Acquired {
     pub turns: Vec<Segment<f64>>,
     /// Stretches that looked like rests, with the reason why they are none.
     pub rejected: Vec<(Segment<f64>, RestRejection)>,
+    /// Segments of constant rate, rests among them, where they were looked for.
+    pub plateaus: Vec<Plateau>,
+    /// What any span is integrated over, where constant rates were looked for.
+    pub motion: Motion,
+    /// What each rest showed of noise, where constant rates were looked for.
+    pub(crate) rest_noise: Vec<RestLadders>,
     /// Noise of the six channels.
     pub noise: [Noise<f64>; CHANNELS],
     /// The recording at a glance.
@@ -111,17 +120,34 @@ impl Acquired {
         })
     }
 
+    /// Segments of constant rate that are no rests.
+    pub fn constant_rates(&self) -> impl Iterator<Item = &Plateau> {
+        let turned = |plateau: &&Plateau| plateau.kind != PlateauKind::Rest;
+        self.plateaus.iter().filter(turned)
+    }
+
+    /// Whether it is known of every constant rate whether it is a rest.
+    pub fn knows_rests(&self) -> bool {
+        self.plateaus
+            .iter()
+            .all(|plateau| plateau.kind != PlateauKind::Unclear)
+    }
+
     /// Samples missing at rest over those taken.
     pub fn share_missing_at_rest(&self) -> f64 {
         let of = |count: fn(&Segment<f64>) -> u32| self.rests.iter().map(count).map(f64::from).sum::<f64>();
         of(|rest| rest.interpolation.missing) / of(|rest| rest.moments.samples()).max(1.0)
     }
 
-    /// From the start of the first rest to the end of the last, s since the origin.
+    /// From the start of the first rest, or constant rate, to the end of the last, s since the origin.
     pub fn session(&self) -> Interval<f64> {
-        let start = self.rests.first().map_or(0.0, |rest| seconds(rest.start));
-        let end = self.rests.last().map_or(0.0, |rest| seconds(rest.end));
-        Interval { start, end }
+        let rests = self.rests.iter().map(interval);
+        let rates = self.constant_rates().map(|plateau| plateau.interval);
+        let whole = rests.chain(rates).reduce(|a, b| Interval {
+            start: a.start.min(b.start),
+            end: a.end.max(b.end),
+        });
+        whole.unwrap_or(Interval { start: 0.0, end: 0.0 })
     }
 
     /// All that happened after rest `i` and before rest `j`.

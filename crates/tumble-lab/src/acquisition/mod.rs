@@ -1,7 +1,7 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 //!
 //! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; `rejection` takes out what only looked like
-//! a rest, [`channels`] watches the channels, [`trace`] keeps a picture. What shakes a rest is averaged out in `vibration`. [`consistency`] holds the gyroscope against the
+//! a rest, [`plateaus`] finds constant rates in the [`motion`], which are then no rests, [`channels`] watches the channels, [`trace`] keeps a picture. What shakes a rest is averaged out in `vibration`. [`consistency`] holds the gyroscope against the
 //! accelerometer.
 
 use tumble_core::sample::CHANNELS;
@@ -9,12 +9,17 @@ use tumble_core::sample::CHANNELS;
 pub mod acquired;
 pub mod channels;
 pub mod consistency;
+mod constant_rates;
+pub mod motion;
+pub mod plateaus;
 pub mod recorder;
 mod rejection;
 pub mod trace;
 mod vibration;
 
 pub use acquired::{Acquired, Part, RestRejection, Restlessness, Tremor, interval};
+pub use constant_rates::without_turning;
+pub use plateaus::{Plateau, PlateauKind, RateGate};
 pub use recorder::Acquisition;
 pub(crate) use rejection::leave_out_saturated;
 

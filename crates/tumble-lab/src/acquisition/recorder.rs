@@ -6,6 +6,9 @@ use tumble_core::segmenter::{FinishedSegment, Segmenter, SegmenterSettings};
 
 use super::acquired::{Acquired, Part};
 use super::channels::{ChannelMonitor, is_calm};
+use super::constant_rates::{RateFinder, RestLadders};
+use super::motion::Motion;
+use super::plateaus::RateGate;
 use super::rejection::{leave_out_saturated, reject_rests};
 use super::trace::Trace;
 use super::vibration::soften;
@@ -24,6 +27,7 @@ pub struct Acquisition {
     channels: ChannelMonitor,
     allan: AllanLadder<f64>,
     soft_allan: Option<AllanLadder<f64>>,
+    rates: Option<RateFinder>,
     temperature: (u64, f64, f64, f64),
 }
 
@@ -47,6 +51,9 @@ impl Acquisition {
                 restlessness: Vec::new(),
                 turns: Vec::new(),
                 rejected: Vec::new(),
+                plateaus: Vec::new(),
+                motion: Motion::default(),
+                rest_noise: Vec::new(),
                 noise: [none; CHANNELS],
                 trace: Trace::new(),
                 faults: Vec::new(),
@@ -60,8 +67,16 @@ impl Acquisition {
             channels: ChannelMonitor::new(),
             allan: AllanLadder::new(),
             soft_allan: None,
+            rates: None,
             temperature: (0, f64::INFINITY, 0.0, f64::NEG_INFINITY),
         }
+    }
+
+    /// The same, with constant rates looked for: what turns at one is then no rest.
+    #[must_use]
+    pub fn with_rates(mut self, gate: RateGate) -> Self {
+        self.rates = Some(RateFinder::new(gate));
+        self
     }
 
     /// Takes in successive samples: `time` (n) s, `force` (n x 3) m/s^2, `rate` (n x 3) rad/s.
@@ -119,6 +134,9 @@ impl Acquisition {
             self.channels.push_sample(microseconds, y);
         }
         let segment = self.segmenter.push_channels(microseconds, y);
+        if let Some(rates) = &mut self.rates {
+            rates.push(y);
+        }
         if self.segmenter.has_block() {
             self.look();
         }
@@ -138,17 +156,20 @@ impl Acquisition {
             self.latest = f64::NEG_INFINITY;
             self.leading = true;
             self.segmenter = Segmenter::new(self.settings);
+            if let Some(rates) = &mut self.rates {
+                rates.begin_part();
+            }
         }
     }
 
     /// Ends the recording.
     pub fn finish(mut self) -> Acquired {
         self.drain();
-        let ([fx, fy, fz], [wx, wy, wz]) = (
-            self.allan.fit_jointly([0, 1, 2]),
-            self.allan.fit_jointly([3, 4, 5]),
-        );
-        self.found.noise = [fx, fy, fz, wx, wy, wz];
+        if let Some(rates) = self.rates.take() {
+            let ladders = rates.settle(&mut self.found);
+            (self.allan, self.soft_allan) = (ladders.flat, Some(ladders.soft));
+        }
+        self.found.noise = noise_of(&self.allan);
         let (n, low, sum, high) = self.temperature;
         #[allow(clippy::cast_precision_loss)]
         if n > 0 {
@@ -184,6 +205,9 @@ impl Acquisition {
     fn look(&mut self) {
         if let Some(block) = self.segmenter.take_block() {
             self.found.missing += u64::from(block.interpolation.missing);
+            if let Some(rates) = &mut self.rates {
+                rates.push_block(block);
+            }
             self.found.trace.push(block);
             self.channels.push_block(block);
         }
@@ -191,7 +215,16 @@ impl Acquisition {
 
     fn keep(&mut self, segment: FinishedSegment<f64>) {
         match segment {
-            FinishedSegment::Rest(rest) => self.found.rests.push(rest),
+            FinishedSegment::Rest(rest) => {
+                if let Some(rates) = &mut self.rates {
+                    let ladders = RestLadders {
+                        flat: *self.segmenter.allan(),
+                        soft: *self.segmenter.soft_allan(),
+                    };
+                    rates.push_rest(&rest, &ladders);
+                }
+                self.found.rests.push(rest);
+            }
             // What came before the first rest leads from nowhere.
             FinishedSegment::Turn(_) if self.found.rests.is_empty() => {}
             FinishedSegment::Turn(mut turn) => {
@@ -201,4 +234,10 @@ impl Acquisition {
         }
         self.leading = false;
     }
+}
+
+/// Noise of the six channels, with the flicker that the axes of a triad share.
+pub(super) fn noise_of(ladder: &AllanLadder<f64>) -> [Noise<f64>; CHANNELS] {
+    let ([fx, fy, fz], [wx, wy, wz]) = (ladder.fit_jointly([0, 1, 2]), ladder.fit_jointly([3, 4, 5]));
+    [fx, fy, fz, wx, wy, wz]
 }

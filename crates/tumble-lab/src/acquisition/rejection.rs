@@ -31,18 +31,26 @@ fn reject(found: &mut Acquired, reason_against: impl Fn(&Acquired, usize) -> Opt
             continue;
         };
         found.rejected.push((found.rests[i], reason));
-        if i > 0 && i < found.turns.len() {
-            let rest = found.rests[i];
-            let after = found.turns.remove(i);
-            let before = &mut found.turns[i - 1];
-            before.append(&rest);
-            before.append(&after);
-        } else if i < found.turns.len() {
-            found.turns.remove(i);
-        } else if i > 0 {
-            found.turns.truncate(i - 1);
-        }
-        found.rests.remove(i);
+        take_out(found, i);
+    }
+}
+
+/// Takes out a rest; the turns beside it become one turn.
+pub(super) fn take_out(found: &mut Acquired, i: usize) {
+    if i > 0 && i < found.turns.len() {
+        let rest = found.rests[i];
+        let after = found.turns.remove(i);
+        let before = &mut found.turns[i - 1];
+        before.append(&rest);
+        before.append(&after);
+    } else if i < found.turns.len() {
+        found.turns.remove(i);
+    } else if i > 0 {
+        found.turns.truncate(i - 1);
+    }
+    found.rests.remove(i);
+    if i < found.rest_noise.len() {
+        found.rest_noise.remove(i);
     }
 }
 

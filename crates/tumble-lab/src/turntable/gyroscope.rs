@@ -1,4 +1,4 @@
-//! Step 4 for the gyroscope: every rest, and every turn between rests, both units saw.
+//! Step 4 for the gyroscope: every rest, every turn between rests, and every constant rate both units saw.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3};
 use tumble_core::noise::Interval;
@@ -10,18 +10,32 @@ use tumble_core::turntable::truth::{
 };
 
 use super::accelerometer::nominal;
+use super::clock_shift::{Shifted, find_shift};
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
 use super::triad::{Label, TriadCalibration, finish};
-use crate::acquisition::{Acquired, interval};
+use crate::acquisition::motion::Passage;
+use crate::acquisition::{Acquired, Plateau, interval};
 
 /// The angular rate over one interval, and the mean specific force over it, m/s^2.
 struct Rate {
     label: Label,
     observation: RateObservation<f64>,
     force: Vector3<f64>,
+    /// Derivative of the truth by a shift of the target's clock, rad/s^2.
+    by_shift: Vector3<f64>,
+}
+
+/// By how much the rests of two units are cut apart where both see the same, s: a block, and the latency of a logger.
+const LATENCY: f64 = 0.3;
+
+/// Where a ramp begins or ends.
+#[derive(Clone, Copy)]
+enum End<'a> {
+    Rest(&'a PairedRest),
+    Rate(usize, &'a Plateau),
 }
 
 impl TargetSession<'_> {
@@ -29,14 +43,19 @@ impl TargetSession<'_> {
     pub fn gyroscope(&self, mounting: Option<&Rotation3<f64>>) -> Result<TriadCalibration, TurntableError> {
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
-        let rates = self.rates(&back);
+        let mut rates = self.rates(&back);
         let labels = rates.iter().map(|rate| rate.label).collect();
         let nominal = match (compensated, mounting) {
             (Some(_), _) => Matrix3::identity(),
             (None, Some(mounting)) => *mounting.matrix(),
             (None, None) => {
                 let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
-                nominal(&observations).ok_or(TurntableError::DirectionsTooAlike)?
+                match nominal(&observations) {
+                    Some(rotation) => rotation,
+                    // A table that turned about one axis shows one column, and nothing of how the unit is mounted.
+                    None if self.constant_rates().next().is_some() => Matrix3::identity(),
+                    None => return Err(TurntableError::DirectionsTooAlike),
+                }
             }
         };
         let mut inputs = FitInputs {
@@ -46,6 +65,17 @@ impl TargetSession<'_> {
             largest_bias: LARGEST_RATE_BIAS,
             shared: turned(&self.reference.earth.covariance, &back),
         };
+        let shifted: Vec<_> = rates
+            .iter()
+            .map(|rate| Shifted {
+                observation: rate.observation,
+                by_shift: rate.by_shift,
+            })
+            .collect();
+        let shift = find_shift(&shifted, &inputs)?;
+        for rate in &mut rates {
+            shift.correct(&mut rate.observation, &rate.by_shift);
+        }
         if self.settings.g_sensitivity {
             let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
             let observations: Vec<_> = rates.iter().map(coupled).collect();
@@ -67,29 +97,188 @@ impl TargetSession<'_> {
         (self.settings.truth == TruthSource::RotateMeasurement).then(|| mounting.rotation.inverse())
     }
 
-    /// Rests and turns in order of time. `back` turns truth and readings alike.
+    /// Rests, turns and constant rates in order of time. `back` turns truth and readings alike.
     fn rates(&self, back: &Rotation3<f64>) -> Vec<Rate> {
         let pairs = &self.pairing.pairs;
+        let mut constant: Vec<_> = self.constant_rates().enumerate().collect();
         let mut rates = Vec::new();
-        for (k, pair) in pairs.iter().enumerate() {
+        let mut before: Option<End<'_>> = None;
+        for pair in pairs {
+            let rest = interval(&self.reference_unit.rests[pair.reference]);
+            let passed = constant
+                .iter()
+                .take_while(|(_, plateau)| plateau.interval.start < rest.start)
+                .count();
+            for (k, plateau) in constant.drain(..passed) {
+                rates.extend(self.constant(&mut before, k, plateau));
+            }
+            rates.extend(before.and_then(|before| match before {
+                End::Rest(previous) => self.turn(previous, pair),
+                End::Rate(..) => self.ramp(&before, &End::Rest(pair)),
+            }));
             rates.push(self.at_rest(pair));
-            rates.extend(pairs.get(k + 1).and_then(|next| self.turn(pair, next)));
+            before = Some(End::Rest(pair));
+        }
+        for (k, plateau) in constant {
+            rates.extend(self.constant(&mut before, k, plateau));
         }
         for rate in &mut rates {
             rate.observation = turn_back(rate.observation, back);
             rate.force = back * rate.force;
+            rate.by_shift = back * rate.by_shift;
         }
         rates
     }
 
+    /// Constant rates of the reference; none where no clock leads from one file to the next.
+    fn constant_rates(&self) -> impl Iterator<Item = &Plateau> {
+        let continuous = self.reference_unit.parts.len() <= 1;
+        self.reference_unit.constant_rates().filter(move |_| continuous)
+    }
+
+    /// A constant rate and the ramp that leads to it; nothing where one of the units did not record all of it.
+    fn constant<'b>(&self, before: &mut Option<End<'b>>, k: usize, plateau: &'b Plateau) -> Vec<Rate> {
+        let end = End::Rate(k, plateau);
+        let ramp = before.and_then(|before| self.ramp(&before, &end));
+        *before = Some(end);
+        let own = self.of_target(&plateau.interval);
+        let (seen, felt) = (
+            self.reference_unit.motion.over(&plateau.interval),
+            self.unit.motion.over(&own),
+        );
+        let rate = seen.zip(felt).map(|(seen, felt)| {
+            self.passage(Label::Rate(k), &seen, &felt, Vector3::zeros(), Vector3::zeros())
+        });
+        ramp.into_iter().chain(rate).collect()
+    }
+
+    /// From one rest or constant rate to the next.
+    fn ramp(&self, from: &End<'_>, to: &End<'_>) -> Option<Rate> {
+        let rest = |pair: &PairedRest| interval(&self.reference_unit.rests[pair.reference]);
+        let bias = self.reference.earth.bias;
+        let own = |time: f64| {
+            self.of_target(&Interval {
+                start: time,
+                end: time,
+            })
+            .start
+        };
+        let (start, own_start, rate_before) = match from {
+            End::Rest(pair) => (rest(pair).end, self.own_rest(pair).end, Vector3::zeros()),
+            End::Rate(_, plateau) => {
+                let time = plateau.interval.end;
+                (time, own(time), plateau.rate - bias)
+            }
+        };
+        let (end, own_end, rate_after) = match to {
+            End::Rest(pair) => (rest(pair).start, self.own_rest(pair).start, Vector3::zeros()),
+            End::Rate(_, plateau) => {
+                let time = plateau.interval.start;
+                (time, own(time), plateau.rate - bias)
+            }
+        };
+        let label = match (from, to) {
+            (End::Rest(pair), End::Rate(k, _)) => Label::RampUp(pair.reference, *k),
+            (End::Rate(k, _), End::Rest(pair)) => Label::RampDown(*k, pair.reference),
+            (End::Rate(i, _), End::Rate(j, _)) => Label::Ramp(*i, *j),
+            (End::Rest(one), End::Rest(other)) => Label::Turn(one.reference, other.reference),
+        };
+        let seen = self.reference_unit.motion.over(&Interval { start, end })?;
+        let felt = self.unit.motion.over(&Interval {
+            start: own_start,
+            end: own_end,
+        })?;
+        let to_reference = |time: f64| self.pairing.clock.to_reference(time);
+        let mut between_cuts = Vector3::zeros();
+        if let End::Rest(pair) = from {
+            between_cuts += self.earth_over(pair.reference, start - to_reference(own_start));
+        }
+        if let End::Rest(pair) = to {
+            between_cuts += self.earth_over(pair.reference, to_reference(own_end) - end);
+        }
+        let by_shift = (rate_after - rate_before) / felt.interval.duration();
+        Some(self.passage(label, &seen, &felt, between_cuts, by_shift))
+    }
+
+    /// One span as both units integrated it.
+    fn passage(
+        &self,
+        label: Label,
+        seen: &Passage,
+        felt: &Passage,
+        between_cuts: Vector3<f64>,
+        by_shift: Vector3<f64>,
+    ) -> Rate {
+        let turn = ReferenceTurn {
+            angle_variance: angle_variance(self.reference_unit, seen),
+            angle: seen.angle + between_cuts,
+            interval: seen.interval,
+            noise: self.reference_unit.rate_noise(),
+            session: self.reference_unit.session(),
+        };
+        let duration = felt.interval.duration();
+        let clock = &self.pairing.clock;
+        let when = Interval {
+            start: clock.to_reference(felt.interval.start),
+            end: clock.to_reference(felt.interval.end),
+        };
+        let mut observation = turning(when, felt.angle / duration, &turn, &self.reference.earth);
+        observation.reading_variance = angle_variance(self.unit, felt) / duration.powi(2);
+        Rate {
+            label,
+            observation,
+            force: seen.velocity / seen.interval.duration() - self.reference.sphere.bias,
+            by_shift,
+        }
+    }
+
+    /// A rest of the target without what the reference saw of it as turning: a slow turn beside it is hidden in the noise
+    /// of the target. `None` where it is the rest of the target itself.
+    fn cut(&self, pair: &PairedRest) -> Option<Passage> {
+        let own = interval(&pair.segment);
+        let seen = self.of_target(&interval(&self.reference_unit.rests[pair.reference]));
+        let cut = Interval {
+            start: if own.start < seen.start - LATENCY {
+                seen.start
+            } else {
+                own.start
+            },
+            end: if own.end > seen.end + LATENCY {
+                seen.end
+            } else {
+                own.end
+            },
+        };
+        let turned = self.constant_rates().next().is_some();
+        (turned && cut != own)
+            .then(|| self.unit.motion.over(&cut))
+            .flatten()
+    }
+
+    /// When a rest took place, s on the clock of the target.
+    fn own_rest(&self, pair: &PairedRest) -> Interval<f64> {
+        self.cut(pair)
+            .map_or_else(|| interval(&pair.segment), |cut| cut.interval)
+    }
+
     fn at_rest(&self, pair: &PairedRest) -> Rate {
-        let reading = pair.segment.angular_rate();
+        let cut = self.cut(pair);
+        let reading = cut.map_or_else(
+            || pair.segment.angular_rate(),
+            |cut| cut.angle / cut.interval.duration(),
+        );
+        let own = self.own_rest(pair);
+        let when = Interval {
+            start: self.pairing.clock.to_reference(own.start),
+            end: self.pairing.clock.to_reference(own.end),
+        };
         let attitude = &self.reference.attitudes[pair.reference];
         let seen = &self.reference_unit.rests[pair.reference];
         Rate {
             label: Label::Rest(pair.reference),
-            observation: at_rest(self.when(&pair.segment), reading, attitude, &self.reference.earth),
+            observation: at_rest(when, reading, attitude, &self.reference.earth),
             force: seen.specific_force() - self.reference.sphere.bias,
+            by_shift: Vector3::zeros(),
         }
     }
 
@@ -102,7 +291,7 @@ impl TargetSession<'_> {
             .filter(whole)?;
         let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
         let turn = ReferenceTurn {
-            angle_variance: angle_variance(self.reference_unit, &seen),
+            angle_variance: angle_variance(self.reference_unit, &passage_of(&seen)),
             angle: seen.angle() + self.earth_between_cuts(pair, next, &interval(&seen), &self.when(&felt)),
             interval: interval(&seen),
             noise: self.reference_unit.rate_noise(),
@@ -110,11 +299,13 @@ impl TargetSession<'_> {
         };
         let reading = felt.angle() / felt.duration();
         let mut observation = turning(self.when(&felt), reading, &turn, &self.reference.earth);
-        observation.reading_variance = angle_variance(self.unit, &felt) / felt.duration().powi(2);
+        observation.reading_variance =
+            angle_variance(self.unit, &passage_of(&felt)) / felt.duration().powi(2);
         Some(Rate {
             label: Label::Turn(pair.reference, next.reference),
             observation,
             force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
+            by_shift: Vector3::zeros(),
         })
     }
 
@@ -126,22 +317,37 @@ impl TargetSession<'_> {
         seen: &Interval<f64>,
         felt: &Interval<f64>,
     ) -> Vector3<f64> {
-        let turned = |rest: usize, seconds: f64| match self.reference.attitudes[rest] {
+        self.earth_over(pair.reference, seen.start - felt.start)
+            + self.earth_over(next.reference, felt.end - seen.end)
+    }
+
+    /// Angle through which the Earth turns a rest within so many seconds, rad.
+    fn earth_over(&self, rest: usize, seconds: f64) -> Vector3<f64> {
+        match self.reference.attitudes[rest] {
             Some(start_from_here) => start_from_here.inverse() * self.reference.earth.earth_rate * seconds,
             None => Vector3::zeros(),
-        };
-        turned(pair.reference, seen.start - felt.start) + turned(next.reference, felt.end - seen.end)
+        }
+    }
+}
+
+/// A segment as a span of a recording.
+fn passage_of(segment: &Segment<f64>) -> Passage {
+    Passage {
+        interval: interval(segment),
+        angle: segment.angle(),
+        velocity: segment.velocity(),
+        longer: segment.interpolation.longer,
+        variance: Vector3::from(segment.interpolation.variance),
     }
 }
 
 /// Variance of the angle of a turn because samples are missing in it, rad^2, besides what the noise of the rests, which
 /// lack some too, says of one as long (docs/theory/turntable.md, eq. 29 to 31).
-fn angle_variance(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
+fn angle_variance(unit: &Acquired, passage: &Passage) -> Vector3<f64> {
     let noise = unit.rate_noise();
-    let duration = turn.duration();
-    let interpolation = &turn.interpolation;
-    let longer = (duration + interpolation.longer) / (1.0 + unit.share_missing_at_rest()) - duration; // eq. 31
-    Vector3::from_fn(|i, _| noise[i].white * longer + interpolation.variance[i])
+    let duration = passage.interval.duration();
+    let longer = (duration + passage.longer) / (1.0 + unit.share_missing_at_rest()) - duration; // eq. 31
+    Vector3::from_fn(|i, _| noise[i].white * longer + passage.variance[i])
 }
 
 /// A covariance of two vectors, both turned.

@@ -4,6 +4,7 @@
 //! [`calibrate`] makes a [`Target`] of both.
 
 mod accelerometer;
+mod clock_shift;
 mod error;
 pub(crate) mod flicker;
 mod gyroscope;
@@ -17,6 +18,6 @@ mod triad;
 pub use error::{PairingError, TurntableError};
 pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
 pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
-pub use target::{Target, Triads, calibrate};
+pub use target::{Target, Triads, as_reference, calibrate};
 pub(crate) use triad::widening;
 pub use triad::{Label, TriadCalibration};

@@ -9,6 +9,7 @@ use tumble_core::turntable::truth::Attitude;
 
 use super::error::TurntableError;
 use super::settings::{FEWEST_RESTS, TurntableSettings};
+use crate::acquisition::plateaus::LARGEST_REFERENCE_BIAS;
 use crate::acquisition::{Acquired, interval};
 
 /// Up direction of each rest of the reference in the table frame, where its pose is known.
@@ -68,7 +69,8 @@ pub fn fit_reference(
     settings: &TurntableSettings,
     gyroscope: bool,
 ) -> Result<Reference, TurntableError> {
-    if unit.rests.len() < FEWEST_RESTS {
+    let rates_only = gyroscope && unit.constant_rates().next().is_some();
+    if unit.rests.len() < FEWEST_RESTS && !rates_only {
         return Err(TurntableError::TooFewRests {
             found: unit.rests.len(),
             needed: FEWEST_RESTS,
@@ -76,7 +78,7 @@ pub fn fit_reference(
     }
     let forces: Vec<_> = (0..unit.rests.len()).map(|k| force_at(unit, k)).collect();
     let sphere = fit_sphere(&forces, settings.gravity)?;
-    if sphere.observed.contains(&false) {
+    if sphere.observed.contains(&false) && !rates_only {
         return Err(TurntableError::DirectionsTooAlike);
     }
     let attitudes = attitudes(unit);
@@ -87,25 +89,36 @@ pub fn fit_reference(
             start_from_here: attitudes[k],
         })
         .collect();
-    let vertical = settings.latitude.map(|latitude| {
-        let up = (forces[0].0 - sphere.bias).normalize();
+    let vertical = settings.latitude.zip(forces.first()).map(|(latitude, first)| {
+        let up = (first.0 - sphere.bias).normalize();
         (up, vertical_earth_rate(latitude))
     });
     Ok(Reference {
         sphere,
-        earth: if gyroscope {
+        earth: if gyroscope && !rates.is_empty() {
             fit_earth(&rates, vertical)?
         } else {
-            EarthFit {
-                bias: Vector3::zeros(),
-                earth_rate: Vector3::zeros(),
-                covariance: Matrix6::zeros(),
-            }
+            no_earth()
         },
         attitudes,
         mounting: fit_mounting(&poses(unit, ups), settings.gravity),
     })
 }
+
+/// Without rests nothing shows the bias of the reference: it is what its grade allows. The rotation of the Earth is asked
+/// of rests only.
+fn no_earth() -> EarthFit<f64> {
+    let bias = LARGEST_REFERENCE_BIAS * LARGEST_REFERENCE_BIAS;
+    let variances = [bias, bias, bias, NONE, NONE, NONE];
+    EarthFit {
+        bias: Vector3::zeros(),
+        earth_rate: Vector3::zeros(),
+        covariance: Matrix6::from_diagonal(&variances.into()),
+    }
+}
+
+/// Variance of what is zero by definition, (rad/s)^2; a prior must only not be singular.
+const NONE: f64 = 1e-24;
 
 /// Bias from the sphere of a unit's own rests: how well it does without any reference.
 pub fn own_sphere(unit: &Acquired, gravity: f64) -> Option<SphereFit<f64>> {
@@ -114,6 +127,9 @@ pub fn own_sphere(unit: &Acquired, gravity: f64) -> Option<SphereFit<f64>> {
 }
 
 fn attitudes(unit: &Acquired) -> Vec<Attitude<f64>> {
+    if unit.rests.is_empty() {
+        return Vec::new();
+    }
     let mut here = Some(UnitQuaternion::identity());
     let mut attitudes = vec![here];
     for turn in &unit.turns {

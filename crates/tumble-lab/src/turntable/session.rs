@@ -3,7 +3,7 @@
 use tumble_core::noise::Interval;
 use tumble_core::segmenter::Segment;
 
-use super::pairing::{PairedRest, Pairing};
+use super::pairing::Pairing;
 use super::reference::{Reference, Ups};
 use super::settings::TurntableSettings;
 use crate::acquisition::{Acquired, interval};
@@ -50,13 +50,27 @@ impl TargetSession<'_> {
         }
     }
 
-    /// From the first rest both saw to the last: the bias is the mean over it.
-    pub fn span(&self) -> Interval<f64> {
-        let when = |k: Option<&PairedRest>| k.map(|pair| self.when(&pair.segment));
-        let (first, last) = (when(self.pairing.pairs.first()), when(self.pairing.pairs.last()));
+    /// When, on the clock of the target, something took place that the reference dates.
+    pub fn of_target(&self, seen: &Interval<f64>) -> Interval<f64> {
+        let clock = &self.pairing.clock;
+        let own = |time: f64| time + clock.offset_at(time).0;
         Interval {
-            start: first.map_or(0.0, |rest| rest.start),
-            end: last.map_or(1.0, |rest| rest.end),
+            start: own(seen.start),
+            end: own(seen.end),
         }
+    }
+
+    /// From the first rest both saw, or constant rate, to the last: the bias is the mean over it.
+    pub fn span(&self) -> Interval<f64> {
+        let rests = self.pairing.pairs.iter().map(|pair| self.when(&pair.segment));
+        let rates = self
+            .reference_unit
+            .constant_rates()
+            .map(|plateau| plateau.interval);
+        let whole = rests.chain(rates).reduce(|a, b| Interval {
+            start: a.start.min(b.start),
+            end: a.end.max(b.end),
+        });
+        whole.unwrap_or(Interval { start: 0.0, end: 1.0 })
     }
 }

@@ -1,12 +1,13 @@
 //! A target, calibrated against a fitted reference.
 
 use super::error::TurntableError;
-use super::pairing::{Pairing, pair};
+use super::pairing::{Pairing, pair, pair_rates};
 use super::reference::{Reference, Ups};
 use super::session::TargetSession;
-use super::settings::{FEWEST_RESTS, TurntableSettings};
+use super::settings::{Clocks, FEWEST_RESTS, TurntableSettings};
 use super::triad::TriadCalibration;
-use crate::acquisition::Acquired;
+use crate::acquisition::{Acquired, without_turning};
+use tumble_core::noise::Interval;
 
 /// A target, calibrated.
 #[derive(Clone, Debug)]
@@ -40,8 +41,14 @@ pub fn calibrate(
     settings: &TurntableSettings,
     triads: Triads,
 ) -> Result<Target, TurntableError> {
-    let pairing = pair(reference_unit, unit, settings.clocks)?;
-    if pairing.pairs.len() < FEWEST_RESTS {
+    let rates = reference_unit.constant_rates().next().is_some() && triads.gyroscope;
+    let rested = reference_unit.rests.len() >= FEWEST_RESTS;
+    let pairing = if rates && !rested {
+        pair_rates(reference_unit, unit, settings.clocks)?
+    } else {
+        pair(reference_unit, unit, settings.clocks)?
+    };
+    if pairing.pairs.len() < FEWEST_RESTS && !(rates && !rested) {
         return Err(TurntableError::TooFewRests {
             found: pairing.pairs.len(),
             needed: FEWEST_RESTS,
@@ -55,8 +62,7 @@ pub fn calibrate(
         ups,
         settings,
     };
-    let accelerometer = triads
-        .accelerometer
+    let accelerometer = (triads.accelerometer && rested)
         .then(|| session.accelerometer())
         .transpose()?;
     let mounting = accelerometer.as_ref().map(|triad| triad.parts.mounting);
@@ -70,4 +76,18 @@ pub fn calibrate(
         accelerometer,
         gyroscope,
     })
+}
+
+/// What a target showed, with rests and constant rates as the reference saw them; `None` where its own are the same.
+pub fn as_reference(reference_unit: &Acquired, unit: &Acquired, clocks: Clocks) -> Option<Acquired> {
+    let pairing = pair_rates(reference_unit, unit, clocks).ok()?;
+    let own = |time: f64| time + pairing.clock.offset_at(time).0;
+    let turning: Vec<_> = reference_unit
+        .constant_rates()
+        .map(|plateau| Interval {
+            start: own(plateau.interval.start),
+            end: own(plateau.interval.end),
+        })
+        .collect();
+    without_turning(unit, &turning)
 }

@@ -58,13 +58,21 @@ impl TriadCalibration {
     }
 }
 
-/// The interval a residual belongs to, by index of the reference's rests.
+/// The interval a residual belongs to, by index of the reference's rests and constant rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
     /// A rest.
     Rest(usize),
     /// The turn between two rests.
     Turn(usize, usize),
+    /// A constant rate.
+    Rate(usize),
+    /// From a rest to a constant rate.
+    RampUp(usize, usize),
+    /// From a constant rate to another.
+    Ramp(usize, usize),
+    /// From a constant rate to a rest.
+    RampDown(usize, usize),
 }
 
 /// Chi-square beyond this many of its own sigma above its mean is no chance.

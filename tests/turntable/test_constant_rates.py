@@ -1,0 +1,98 @@
+"""Turns at a constant rate are turns, whatever gravity does, and calibrate a gyroscope."""
+
+import numpy as np
+import pytest
+import yaml
+from tests.support.log_fixtures import real
+from tests.support.rate_tables import Session, Unit, usual
+from tests.support.repetitions import repetitions
+
+import tumble
+
+ONE_FACE = ((0, 0, 1),)
+
+
+def errors(found, M, b):
+    """(12,) errors of [M, b] over their sigmas."""
+    sigma = np.sqrt(np.diag(found.covariance))
+    return np.concatenate([(found.M - M).ravel(), found.b - b]) / sigma
+
+
+def run(seed, **session):
+    """Result of a session made by numpy, its target's and its reference's errors."""
+    random = np.random.default_rng(seed)
+    made, unit = Session(**session), usual(random)
+    best = Unit(b=random.normal(0.0, 1e-4, 3), force_b=random.normal(0.0, 0.01, 3))
+    recordings = [made.recorded("reference", best, random), made.recorded("target", unit, random)]
+    return tumble.turntable(*recordings), unit, best
+
+
+@pytest.mark.parametrize(("case", "rests"), [("rate_table_const20", 18), ("rate_table_stairs30", 12)])
+def test_a_session_of_a_rate_table_is_calibrated(case, rests):
+    folder = real(f"cases/{case}")
+    result = tumble.turntable(folder / "ref.parquet", folder / "dut.parquet")
+    target = result.targets[0]
+    truth = yaml.safe_load((folder / "truth.yaml").read_text())["dut"]
+    assert target.verdict == "calibrated" and (*result.warnings, *target.warnings) == ()
+    assert len(result.reference.rests) == len(target.rests) == rests
+    for triad in (target.accelerometer, target.gyroscope):
+        known = truth[triad.triad]
+        z = errors(triad, np.array(known["matrix"]), np.array(known["bias"]))
+        assert np.abs(z).max() < 3.0 and np.sqrt(np.mean(z**2)) > 0.5, z
+    scales = target.gyroscope.parameters[3:6]
+    assert all(scale.sigma < 100e-6 for scale in scales)
+
+
+@pytest.mark.parametrize(
+    "session",
+    [
+        {"rates": (30, -30)},
+        {"rates": (10, 60, -60, -10, 200, -200), "tilt": np.radians(0.5)},
+        {"rates": (30, None, -30), "tilt": np.radians(0.1)},
+        {"rates": (1, 5, -5, -1), "tilt": np.radians(0.3)},
+        {"rates": (0.2, -0.2, 45), "rest": 5.0},
+    ],
+)
+def test_errors_are_as_large_as_their_sigmas_at_constant_rates(session):
+    found = []
+    for seed in range(7100, 7100 + repetitions(8)):
+        result, unit, _ = run(seed, **session)
+        target = result.targets[0]
+        assert target.verdict == "calibrated", seed
+        found.append(errors(target.gyroscope, unit.M, unit.b))
+        found.append(errors(target.accelerometer, unit.force_M, unit.force_b))
+    spread = np.sqrt(np.mean(np.square(found)))
+    assert 0.8 < spread < 1.25, spread
+
+
+def test_without_any_rest_the_matrix_of_the_gyroscope_is_found():
+    found = []
+    for seed in range(7200, 7200 + repetitions(8)):
+        result, unit, best = run(seed, rates=(10, 30, 60, -60, -30, -10), rest=0.0)
+        target = result.targets[0]
+        assert target.accelerometer is None and result.reference.rests == ()
+        assert any("no rest" in warning for warning in result.warnings)
+        found.append(errors(target.gyroscope, unit.M, unit.b - unit.M @ best.b)[:9])
+        bias = target.gyroscope.parameters[0]
+        assert bias.sigma == pytest.approx(np.radians(0.1), rel=0.1)
+        relative = target.gyroscope.b - (unit.b - unit.M @ best.b)
+        # The Earth turns both; only what the reference's bias hides is left.
+        assert np.abs(relative).max() < 1e-4
+    assert 0.8 < np.sqrt(np.mean(np.square(found))) < 1.25
+
+
+def test_one_face_shows_the_response_to_its_own_axis():
+    result, unit, _ = run(7301, rates=(10, 30, -30, -10), faces=ONE_FACE)
+    gyroscope = result.targets[0].gyroscope
+    sigma = np.sqrt(np.diag(gyroscope.covariance)[8])
+    assert abs(gyroscope.M[2, 2] - unit.M[2, 2]) < 4.0 * sigma < 4e-4
+    assert any("case axis x" in reason for reason in gyroscope.unobservable)
+
+
+def test_a_rate_not_fitted_is_predicted_as_by_least_squares():
+    for seed in range(7400, 7400 + repetitions(4)):
+        result, unit, _ = run(seed, rates=(30, -30))
+        found = result.targets[0].gyroscope
+        rate = np.radians(60.0) * np.eye(3)
+        error = (rate @ unit.M.T + unit.b - found.b) @ np.linalg.inv(found.M).T - rate
+        assert np.degrees(np.abs(error).max()) < 0.01, seed
