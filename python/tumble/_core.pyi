@@ -86,7 +86,6 @@ class Acquired:
 
     @property
     def constant_rates(self) -> list[tuple[float, float, str, list[float], list[float]]]: ...
-
     @property
     def samples(self) -> int: ...
     @property

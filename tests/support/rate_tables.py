@@ -1,4 +1,4 @@
-"""Sessions of a rate table by numpy alone: they share no line with the simulator, nor its noise or its profiles."""
+"""Sessions of a rate table by numpy alone: neither noise nor profiles are those of the simulator."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _profile(rates, hold, ramp, rest):
 
 
 def _smooth(knots, time):
-    """Rate and angle (n,) at times: between knots the rate follows a cubic whose acceleration begins and ends at zero."""
+    """Rate and angle (n,) at times: between knots the rate is a cubic that begins and ends level."""
     start, value = knots[:-1, 0], knots[:-1, 1]
     length, change = np.diff(knots[:, 0]), np.diff(knots[:, 1])
     whole = np.concatenate([[0.0], np.cumsum(length * (value + 0.5 * change))])

@@ -33,12 +33,14 @@ def test_a_session_of_a_rate_table_is_calibrated(case, rests):
     result = tumble.turntable(folder / "ref.parquet", folder / "dut.parquet")
     target = result.targets[0]
     truth = yaml.safe_load((folder / "truth.yaml").read_text())["dut"]
-    assert target.verdict == "calibrated" and (*result.warnings, *target.warnings) == ()
+    assert target.verdict == "calibrated"
+    assert (*result.warnings, *target.warnings) == ()
     assert len(result.reference.rests) == len(target.rests) == rests
     for triad in (target.accelerometer, target.gyroscope):
         known = truth[triad.triad]
         z = errors(triad, np.array(known["matrix"]), np.array(known["bias"]))
-        assert np.abs(z).max() < 3.0 and np.sqrt(np.mean(z**2)) > 0.5, z
+        assert np.abs(z).max() < 3.0, z
+        assert np.sqrt(np.mean(z**2)) > 0.5, z
     scales = target.gyroscope.parameters[3:6]
     assert all(scale.sigma < 100e-6 for scale in scales)
 
@@ -67,10 +69,11 @@ def test_errors_are_as_large_as_their_sigmas_at_constant_rates(session):
 
 def test_without_any_rest_the_matrix_of_the_gyroscope_is_found():
     found = []
-    for seed in range(7200, 7200 + repetitions(8)):
+    for seed in range(7200, 7200 + repetitions(24)):
         result, unit, best = run(seed, rates=(10, 30, 60, -60, -30, -10), rest=0.0)
         target = result.targets[0]
-        assert target.accelerometer is None and result.reference.rests == ()
+        assert target.accelerometer is None
+        assert result.reference.rests == ()
         assert any("no rest" in warning for warning in result.warnings)
         found.append(errors(target.gyroscope, unit.M, unit.b - unit.M @ best.b)[:9])
         bias = target.gyroscope.parameters[0]

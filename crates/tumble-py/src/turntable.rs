@@ -9,8 +9,8 @@ use pyo3::types::{IntoPyDict, PyDict};
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
-    TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
+    AxisResponse, Clocks, Label, PairingError, RateLevel, Reference, Target, TriadCalibration, Triads,
+    TurntableError, TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
 };
 
 use crate::acquisition::PyAcquired;
@@ -194,7 +194,31 @@ fn calibrate_target(
     let figures = |found: &Option<TriadCalibration>| found.as_ref().map(|it| triad(py, it)).transpose();
     result.set_item("accelerometer", figures(&target.accelerometer)?)?;
     result.set_item("gyroscope", figures(&target.gyroscope)?)?;
+    let responses = target.responses.iter().map(|axis| response(py, axis));
+    result.set_item("responses", responses.collect::<PyResult<Vec<_>>>()?)?;
     Ok(result.unbind())
+}
+
+/// Figures of a sensing axis at constant rates; those of each rate are (rate, turns, scale, sigma, deviation, sigma).
+fn response<'py>(py: Python<'py>, axis: &AxisResponse) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("axis", axis.axis)?;
+    figures.set_item("full_scale", axis.full_scale)?;
+    figures.set_item("scale", axis.scale)?;
+    figures.set_item("linearity", axis.linearity)?;
+    figures.set_item("asymmetry", axis.asymmetry)?;
+    let level = |level: &RateLevel| {
+        (
+            level.rate,
+            level.turns,
+            level.scale,
+            level.scale_sigma,
+            level.deviation,
+            level.deviation_sigma,
+        )
+    };
+    figures.set_item("levels", axis.levels.iter().map(level).collect::<Vec<_>>())?;
+    Ok(figures)
 }
 
 fn clock<'py>(

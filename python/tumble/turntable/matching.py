@@ -45,7 +45,7 @@ def match_poses(
     poses: PoseList | None,
     after_rates: Collection[int] = (),
 ) -> PoseMatch:
-    """Match rests, by mean specific force (k, 3), to poses; `after_rates` are those that follow a constant rate.
+    """Match rests, by mean specific force (k, 3), to poses; those `after_rates` follow a constant rate.
 
     Raises `ProcedureError` where a pose of the list is missing, tipped, or mislabelled.
     """
@@ -172,7 +172,7 @@ Visits: TypeAlias = dict[str, list[list[int]]]
 def _visits(
     names: dict[int, str], parts: Sequence[int], poses: PoseList, after_rates: Collection[int]
 ) -> Visits:
-    """Rests of one pose that follow each other are one that was disturbed, unless the table turned in between."""
+    """Rests of one pose that follow each other are one that was disturbed, unless the table turned between."""
     visits: Visits = {pose.name: [] for pose in poses}
     for k in sorted(names):
         of_pose = visits[names[k]]

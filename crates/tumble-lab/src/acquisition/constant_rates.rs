@@ -172,26 +172,27 @@ fn sum(ladders: &[RestLadders]) -> RestLadders {
 /// Time in which the rate of a table may still change by more than the noise, s.
 const SETTLING: f64 = 1.0;
 
-/// Noise of a recording without any rest, as its constant rates show it.
+/// White noise of a recording without any rest, as neighbouring pieces of its constant rates show it. Longer averages show
+/// the rotation of the Earth, which turns in the unit, and not bias instability.
 fn of_plateaus(motion: &Motion, plateaus: &[Plateau]) -> AllanLadder<f64> {
     let mut all = AllanLadder::new();
-    for plateau in plateaus
-        .iter()
-        .filter(|plateau| plateau.kind != PlateauKind::Rest)
-    {
-        let mut ladder = AllanLadder::new();
+    let turned = |plateau: &&Plateau| plateau.kind != PlateauKind::Rest;
+    for plateau in plateaus.iter().filter(turned) {
         let span = plateau.interval;
         let settling = SETTLING.min(0.25 * span.duration());
         let settled = Interval {
             start: span.start + settling,
             end: span.end - settling,
         };
-        for piece in motion.within(&settled) {
-            let duration = piece.interval.duration();
-            let (force, rate) = (piece.velocity / duration, piece.rate());
-            ladder.push(&[force.x, force.y, force.z, rate.x, rate.y, rate.z], duration);
+        for pair in motion.within(&settled).chunks_exact(2) {
+            let mut ladder = AllanLadder::new();
+            for piece in pair {
+                let duration = piece.interval.duration();
+                let (force, rate) = (piece.velocity / duration, piece.rate());
+                ladder.push(&[force.x, force.y, force.z, rate.x, rate.y, rate.z], duration);
+            }
+            all.merge(&ladder);
         }
-        all.merge(&ladder);
     }
     all
 }

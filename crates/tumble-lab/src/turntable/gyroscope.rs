@@ -14,6 +14,7 @@ use super::clock_shift::{Shifted, find_shift};
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
+use super::rate_response::{AxisResponse, rate_response};
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
 use super::triad::{Label, TriadCalibration, finish};
 use crate::acquisition::motion::Passage;
@@ -31,6 +32,16 @@ struct Rate {
 /// By how much the rests of two units are cut apart where both see the same, s: a block, and the latency of a logger.
 const LATENCY: f64 = 0.3;
 
+/// Calibration of the gyroscope, and the response of its axes at constant rates.
+pub(super) type GyroscopeFit = (TriadCalibration, Vec<AxisResponse>);
+
+fn with_responses(triad: TriadCalibration, rates: &[Rate]) -> GyroscopeFit {
+    let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
+    let forces: Vec<_> = rates.iter().map(|rate| rate.force).collect();
+    let responses = rate_response(&triad, &observations, &forces);
+    (triad, responses)
+}
+
 /// Where a ramp begins or ends.
 #[derive(Clone, Copy)]
 enum End<'a> {
@@ -40,7 +51,7 @@ enum End<'a> {
 
 impl TargetSession<'_> {
     /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it, else the turns show it.
-    pub fn gyroscope(&self, mounting: Option<&Rotation3<f64>>) -> Result<TriadCalibration, TurntableError> {
+    pub fn gyroscope(&self, mounting: Option<&Rotation3<f64>>) -> Result<GyroscopeFit, TurntableError> {
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let mut rates = self.rates(&back);
@@ -81,14 +92,14 @@ impl TargetSession<'_> {
             let observations: Vec<_> = rates.iter().map(coupled).collect();
             inputs.noise = refine(&observations, &inputs);
             let solved = fit::<f64, 7, 6, 27>(&observations, &inputs)?;
-            let found = finish(&solved, &observations, labels, &inputs, 0.0)?;
-            return Ok(found.with_pace(self.pace_variance()));
+            let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
+            return Ok(with_responses(triad.with_pace(self.pace_variance()), &rates));
         }
         let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
-        let found = finish(&solved, &observations, labels, &inputs, 0.0)?;
-        Ok(found.with_pace(self.pace_variance()))
+        let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
+        Ok(with_responses(triad.with_pace(self.pace_variance()), &rates))
     }
 
     /// The rotation of the published compensation, where it is asked for.

@@ -9,6 +9,7 @@ mod error;
 pub(crate) mod flicker;
 mod gyroscope;
 pub mod pairing;
+mod rate_response;
 mod reference;
 mod session;
 mod settings;
@@ -16,6 +17,7 @@ mod target;
 mod triad;
 
 pub use error::{PairingError, TurntableError};
+pub use rate_response::{AxisResponse, RateLevel};
 pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
 pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
 pub use target::{Target, Triads, as_reference, calibrate};

@@ -2,6 +2,7 @@
 
 use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
+use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
 use super::session::TargetSession;
 use super::settings::{Clocks, FEWEST_RESTS, TurntableSettings};
@@ -18,6 +19,8 @@ pub struct Target {
     pub accelerometer: Option<TriadCalibration>,
     /// Gyroscope, where the logs of reference and target have one.
     pub gyroscope: Option<TriadCalibration>,
+    /// Response of each axis of the gyroscope that turned at constant rates.
+    pub responses: Vec<AxisResponse>,
 }
 
 /// Which triads there are to calibrate; what a log has not is zero in what was acquired from it.
@@ -66,15 +69,17 @@ pub fn calibrate(
         .then(|| session.accelerometer())
         .transpose()?;
     let mounting = accelerometer.as_ref().map(|triad| triad.parts.mounting);
-    let gyroscope = triads
+    let fitted = triads
         .gyroscope
         .then(|| session.gyroscope(mounting.as_ref()))
         .transpose()
         .map_err(TurntableError::of_gyroscope)?;
+    let (gyroscope, responses) = fitted.unzip();
     Ok(Target {
         pairing,
         accelerometer,
         gyroscope,
+        responses: responses.unwrap_or_default(),
     })
 }
 
