@@ -172,7 +172,7 @@ Visits: TypeAlias = dict[str, list[list[int]]]
 def _visits(
     names: dict[int, str], parts: Sequence[int], poses: PoseList, after_rates: Collection[int]
 ) -> Visits:
-    """Rests of one pose that follow each other are one that was disturbed, unless the table turned between."""
+    """Rests of one pose in a row are one that was disturbed, unless the table turned between."""
     visits: Visits = {pose.name: [] for pose in poses}
     for k in sorted(names):
         of_pose = visits[names[k]]
