@@ -1,6 +1,7 @@
 """`tumble compare` as it is typed."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from compare_units import drawn, truth
 from tumble.calibration.document import Calibration
 from tumble.exchange.procedure import export
-from turntable_sessions import typed
+from turntable_sessions import one_line, typed
 
 
 @pytest.fixture(scope="module")
@@ -144,3 +145,12 @@ def test_the_same_result_is_had_from_python(folder):
     assert result["january and june"].joint.degrees_of_freedom == 24
     assert len(result.to_frame()) == 24
     assert "are the same within what is known" in result._repr_html_()
+
+
+def test_a_pipe_or_a_device_is_no_calibration_to_compare(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", "/dev/zero"):
+        done = typed("compare", path, path, "-o", tmp_path / "out")
+        assert done.code == 2
+        assert "is a device or a pipe" in one_line(done.err)
+    assert not (tmp_path / "out").exists()

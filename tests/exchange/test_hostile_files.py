@@ -1,5 +1,9 @@
 """Whatever a file holds, an import gives calibrations or says in one line what is wrong."""
 
+import os
+import re
+from pathlib import Path
+
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -57,6 +61,41 @@ def test_a_file_with_parts_cut_out_doubled_or_replaced_never_ends_in_a_traceback
     path = folder / word
     path.write_bytes(content)
     assert is_read_or_given_up_in_a_line(path, word)
+
+
+TEXTS = [word for word in READABLE if not word.startswith("record")]
+EXTREMES = ("1e308", "-1e308", "1e-320", "1e200", "0", "-1", "nan", "inf", "1" + 30 * "0")
+
+
+@pytest.mark.parametrize("word", TEXTS)
+@pytest.mark.filterwarnings("error")
+@settings(max_examples=repetitions(60))
+@given(data=st.data())
+def test_numbers_beyond_all_bounds_end_in_a_line_without_warnings(folder, word, data):
+    text = export(calibration(1), word, needed(word)).content.decode()
+    numbers = list(re.finditer(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text))
+    chosen = data.draw(st.lists(st.sampled_from(range(len(numbers))), min_size=1, max_size=8, unique=True))
+    for place in sorted(chosen, reverse=True):
+        start, end = numbers[place].span()
+        text = text[:start] + data.draw(st.sampled_from(EXTREMES)) + text[end:]
+    path = folder / f"{word}-numbers"
+    path.write_text(text)
+    assert is_read_or_given_up_in_a_line(path, word)
+
+
+@pytest.mark.parametrize("word", [None, *READABLE])
+def test_what_has_no_end_is_refused(tmp_path, word):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(TumbleError, match="is a device or a pipe"):
+            import_calibrations(path, word)
+    for path, message in (
+        (tmp_path, "is a directory|Is a directory|folder"),
+        (tmp_path / "absent", "No such file"),
+    ):
+        with pytest.raises(TumbleError, match=message) as raised:
+            import_calibrations(path, word)
+        assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("word", READABLE)

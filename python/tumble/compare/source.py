@@ -23,7 +23,7 @@ def open_calibration(source: CalibrationSource) -> Calibration:
     if isinstance(source, Calibration):
         return source
     spec = parse_spec(source)
-    if spec.path.is_dir() or KIND.begins(spec.path) or spec.path.suffix == ".yml":
+    if not _is_of_another_program(spec.path):
         return Calibration.load(spec.path)
     found = {each.name: each for each in import_calibrations(spec.path)}
     if spec.imu is None and len(found) == 1:
@@ -32,6 +32,11 @@ def open_calibration(source: CalibrationSource) -> Calibration:
         return found[spec.imu]
     wanted = f"holds {join(list(found))}; name one, as in {spec.path}:{next(iter(found))}"
     raise ProcedureError(wanted, about=str(spec.path))
+
+
+def _is_of_another_program(path: Path) -> bool:
+    """Return True for a file to import; folders, devices and pipes are left to the loader of calibrations."""
+    return path.is_file() and path.suffix != ".yml" and not KIND.begins(path)
 
 
 def date_of(calibration: Calibration) -> str:

@@ -72,6 +72,9 @@ def _reader(triad: Triad) -> Read:
             stray = short(words[found.index(None)])
             raise CalibrationFileError(f"holds {stray}; a .calib file of imu_tk holds numbers alone")
         numbers = np.array(found, dtype=np.float64)
+        if not np.isfinite(numbers).all():
+            stray = short(words[int(np.argmin(np.isfinite(numbers)))])
+            raise CalibrationFileError(f"holds {stray}; numbers of a .calib file are finite")
         if len(numbers) != _NUMBERS:
             raise CalibrationFileError(
                 f"holds {len(numbers)} numbers; a .calib file of imu_tk holds {_NUMBERS}: T, K and B"

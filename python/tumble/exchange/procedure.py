@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
+import numpy as np
 from pydantic import ValidationError
 
 from tumble.calibration.document import Calibration
@@ -49,12 +50,16 @@ def import_calibrations(path: Path | str, source: str | None = None) -> list[Cal
     Raises `CalibrationFileError` or `ProcedureError`, in one line with the file, where none can be read.
     """
     path = Path(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise LogError(f"{path}: is a device or a pipe, not a calibration; give a file")
     logged = firmware_parameters(path)
     format_, read = (
         _reading_of_text(path, source) if logged is None else _reading_of_log(path, source, *logged)
     )
     try:
-        contents = read()
+        # Products beyond all bounds are infinite, and refused as such.
+        with np.errstate(over="ignore", invalid="ignore"):
+            contents = read()
     except CalibrationFileError as error:
         raise CalibrationFileError(error.why, str(path)) from error
     if not contents:
