@@ -91,7 +91,18 @@ LAYERS: dict[str, set[str]] = {
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_line", "log_formats", "firmware"},
-    "live": {"numbers", "units", "errors", "files", "file_names", "recording", "timing", "words", "logs"}
+    "live": {
+        "numbers",
+        "units",
+        "errors",
+        "files",
+        "file_names",
+        "recording",
+        "timing",
+        "words",
+        "logs",
+        "bounded_yaml",
+    }
     | {"clock_line"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},

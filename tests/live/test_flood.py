@@ -26,6 +26,7 @@ class Backlog:
     whole = True
     joined_midway = False
     reorder_window = 0.0
+    unread = 0
     notices = ()
     sender = None
 

@@ -32,6 +32,7 @@ class Scripted:
 
     notices = ()
     reorder_window = 0.0
+    unread = 0
     sender = None
 
     def __init__(self, pieces, whole=False):

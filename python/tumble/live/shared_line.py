@@ -49,6 +49,11 @@ class LineUnit(ConditionedSource, Generic[Part]):
         self._arrival = 0.0
 
     @property
+    def unread(self) -> int:
+        """Messages of the line that the system dropped because nobody read them in time."""
+        return self.line.transport.unread
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
         return (*self._conditioner.notices, *self.line.notices)

@@ -36,6 +36,7 @@ class TcpConnection(NetworkSocket):
 
     whole = False
     reorder_window = 0.0
+    unread = 0
     sender = None
     joined_midway = True
     notices: tuple[str, ...] = ()
@@ -88,6 +89,7 @@ class StandardInput:
 
     whole = False
     reorder_window = 0.0
+    unread = 0
     sender = None
     joined_midway = False
     notices: tuple[str, ...] = ()
@@ -138,6 +140,7 @@ class GrowingFile:
 
     whole = False
     reorder_window = 0.0
+    unread = 0
     sender = None
     joined_midway = False
 

@@ -24,6 +24,7 @@ from tumble.errors import LogError
 from tumble.live.conditioning import EMPTY
 from tumble.live.host_clock import HostClock
 from tumble.live.iterated import IteratedSource
+from tumble.live.losses import SampleLoss
 from tumble.live.naming import parse_named_sources
 from tumble.live.registry import open_source
 from tumble.live.shared_line import SharedLines
@@ -179,6 +180,14 @@ class LiveSet:
     def timing(self) -> Mapping[str, TimeWatch]:
         """Interval, jitter and gaps of each unit, by its own clock."""
         return {name: unit.timing for name, unit in self._units.items()}
+
+    @property
+    def losses(self) -> tuple[SampleLoss, ...]:
+        """Samples of each unit that are missing."""
+        return tuple(
+            SampleLoss(name, unit.timing.samples, unit.timing.missing, getattr(unit.source, "unread", 0))
+            for name, unit in self._units.items()
+        )
 
     @property
     def remarks(self) -> Mapping[str, tuple[str, ...]]:

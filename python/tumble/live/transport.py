@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import io
 import socket
+import struct
+import sys
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     import serial
 
 LARGEST_DATAGRAM = 1 << 16
+COUNT_DROPS = 40 if sys.platform == "linux" else None
+"""Option of a socket (`SO_RXQ_OVFL`): each datagram comes with how many were dropped before it."""
+_COUNT = struct.Struct("=I")
 WAITING_BYTES = 1 << 22
 """Of datagrams that wait to be read: seconds of one IMU."""
 REORDER_WINDOW = 0.05
@@ -39,6 +44,10 @@ class Transport(Protocol):
     @property
     def sender(self) -> object:
         """Who sent what was received last; None where a line has one sender only."""
+
+    @property
+    def unread(self) -> int:
+        """Messages that the system dropped because nobody read them in time."""
 
     @property
     def reorder_window(self) -> float:
@@ -73,6 +82,7 @@ class SerialLine:
     whole = False
     joined_midway = True
     reorder_window = 0.0
+    unread = 0
     sender = None
     notices: tuple[str, ...] = ()
 
@@ -169,6 +179,8 @@ class DatagramSocket(NetworkSocket):
         """Address of the first that sent anything, its host first."""
         self.sender: object = None
         """Address of the one that sent last."""
+        self.unread = 0
+        """See `Transport`."""
         self._wanted = address.settings.get("from")
         self._hosts: frozenset[str] = frozenset()
         """Numbers of the only host that counts; empty where it is the first that sends."""
@@ -180,11 +192,9 @@ class DatagramSocket(NetworkSocket):
     def notices(self) -> tuple[str, ...]:
         """Say that others sent as well: samples of two devices in turn would be those of none."""
         sender = self._wanted or (self._sender and self._sender[0])
-        return (
-            (f"left out {count_of('datagram', self._from_others)} not from {sender}",)
-            if self._from_others
-            else ()
-        )
+        others = f"left out {count_of('datagram', self._from_others)} not from {sender}"
+        unread = f"{count_of('datagram', self.unread)} dropped unread: this computer was too slow"
+        return (*((others,) if self._from_others else ()), *((unread,) if self.unread else ()))
 
     def __enter__(self) -> DatagramSocket:
         self._hosts = self._numbers_of(self._wanted) if self._wanted is not None else frozenset()
@@ -196,6 +206,8 @@ class DatagramSocket(NetworkSocket):
             self._socket.setblocking(False)
             # As much as the system grants: what comes while others are read waits here.
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
+            if COUNT_DROPS is not None:
+                self._socket.setsockopt(socket.SOL_SOCKET, COUNT_DROPS, 1)
             self._socket.bind(place)
         except OSError as error:
             self.__exit__(None, None, None)
@@ -217,7 +229,7 @@ class DatagramSocket(NetworkSocket):
     def receive(self) -> bytes:
         """Give the next datagram that has come."""
         try:
-            datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
+            datagram, sender = self._receive()
         except BlockingIOError:
             return b""
         if self._sender is None and (not self._hosts or sender[0] in self._hosts):
@@ -227,6 +239,15 @@ class DatagramSocket(NetworkSocket):
             return b""
         self.sender = sender
         return datagram
+
+    def _receive(self) -> tuple[bytes, tuple[Any, ...]]:
+        if COUNT_DROPS is None:
+            return self._socket.recvfrom(LARGEST_DATAGRAM)
+        datagram, notes, _, sender = self._socket.recvmsg(LARGEST_DATAGRAM, socket.CMSG_SPACE(_COUNT.size))
+        for level, kind, content in notes:
+            if (level, kind) == (socket.SOL_SOCKET, COUNT_DROPS):
+                (self.unread,) = _COUNT.unpack(content[: _COUNT.size])
+        return datagram, sender
 
     def send(self, data: bytes) -> None:
         """Send a datagram to where the first one came from; before that there is nobody to send to."""

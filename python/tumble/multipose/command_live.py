@@ -81,7 +81,7 @@ def run_live(
         folder = output or folder_named_after(name)
         procedure = _procedure(asked, operator, station)
         with no_empty_folder(folder):
-            session = _recorded(source, name, folder, read_options, asked, options, procedure, as_json)
+            session, whole = _recorded(source, name, folder, read_options, asked, options, procedure, as_json)
         result = _calibrated(session, options)
         files = write_results(result, folder)
         if as_json:
@@ -90,7 +90,7 @@ def run_live(
             print_json_line({"event": "result", **json_content(result, files)})
         else:
             show_results(result, files, as_json=False)
-    if result.verdict != "calibrated" or not session.is_reached:
+    if result.verdict != "calibrated" or not session.is_reached or not whole:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
@@ -103,8 +103,8 @@ def _recorded(
     options: Mapping[str, Any],
     procedure: SessionProcedure,
     as_json: bool,
-) -> LiveMultipose:
-    """Lead through the session."""
+) -> tuple[LiveMultipose, bool]:
+    """Lead through the session; return it, and whether few samples are missing."""
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.stopping import stopped_by_signals
     from tumble.goal import Goal
@@ -113,6 +113,7 @@ def _recorded(
     from tumble.multipose.guide import HELD
     from tumble.multipose.live import LiveMultipose
     from tumble.multipose.procedure import multipose
+    from tumble.record.command_screen import is_whole
 
     goal = Goal.parse(asked.until) if asked.until else None
     held = HELD if asked.held is None else seconds_of("--pose-seconds", asked.held)
@@ -135,7 +136,7 @@ def _recorded(
     with stopped_by_signals(session.stop), shown(as_json) as show:
         for step in session.steps():
             show(step)
-    return session
+    return session, is_whole(units.losses)
 
 
 def _procedure(asked: LiveOptions, operator: str, station: str) -> SessionProcedure:

@@ -63,14 +63,15 @@ def record_command(
 
     Writes session.yaml and a Parquet file for each unit; what has come is on disk within 2 s, and stays
     readable whatever happens. Ctrl-C or SIGTERM ends it. A source that is lost is opened again every second.
-    The exit code is 0 if every unit was recorded, 3 if one never sent a sample, 2 if nothing could be done.
+    The exit code is 0 if every unit was recorded, 3 if one never sent a sample or lacks more than
+    2 % of them, 2 if nothing could be done.
     """
     if finish is not None:
         _finish(finish, bool(sources))
         return
     from tumble.live import open_set
     from tumble.live.naming import parse_named_sources
-    from tumble.record.command_screen import shown
+    from tumble.record.command_screen import is_whole, shown
     from tumble.record.procedure import Recorder
 
     seconds = None if duration is None else seconds_of("--duration", duration)
@@ -91,8 +92,10 @@ def record_command(
             show(step)
     if not as_json:
         _print_summary(recorder.session, output)
+    whole = is_whole(units.losses)
     if empty := [unit.name for unit in recorder.session.units if not unit.samples]:
         print(f"tumble: warning: {join(empty)} never sent a sample", file=sys.stderr)
+    if empty or not whole:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 

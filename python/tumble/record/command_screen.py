@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, TypeAlias
@@ -15,6 +15,7 @@ from tumble.words import count_of
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from tumble.live.losses import SampleLoss
     from tumble.record.procedure import RecordStep, UnitProgress
 
 Show: TypeAlias = "Callable[[RecordStep], None]"
@@ -22,6 +23,14 @@ Show: TypeAlias = "Callable[[RecordStep], None]"
 BETWEEN_LINES = 10.0
 """s between two lines about each unit, where there is no terminal."""
 STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
+
+
+def is_whole(losses: Iterable[SampleLoss]) -> bool:
+    """Warn of each unit of which many samples are missing; return True where there is none."""
+    heavy = [loss for loss in losses if loss.is_heavy]
+    for loss in heavy:
+        print(f"tumble: warning: {loss}", file=sys.stderr, flush=True)
+    return not heavy
 
 
 @contextmanager

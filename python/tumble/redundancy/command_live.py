@@ -8,6 +8,9 @@ from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import typer
+
+from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_screen import LISTENING
 from tumble.cli.output import folder_named_after
 from tumble.cli.screen import print_json_line
@@ -58,7 +61,8 @@ def watch_sources(
 ) -> RedundancyResult:
     """Watch units, `NAME=SOURCE`, until they end, for `duration` s, or until a signal; write the results.
 
-    Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then.
+    Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then. Ends with
+    `NOT_ALL_WELL`, once all is written, where many samples are missing.
     """
     from tumble.cli.stopping import stopped_by_signals
     from tumble.file_names import EVENTS, REDUNDANCY_PAGE
@@ -67,6 +71,7 @@ def watch_sources(
     from tumble.live.naming import parse_named_sources
     from tumble.live.outputs import OF_A_SET, STDOUT, parse_output
     from tumble.logs.writer import Facts
+    from tumble.record.command_screen import is_whole
     from tumble.redundancy.command_files import EVENTS_KIND, write_results
     from tumble.redundancy.live import LiveRedundancy
     from tumble.redundancy.monitor import RedundancyMonitor
@@ -124,6 +129,8 @@ def watch_sources(
         with redirect_stdout(sys.stderr if to == STDOUT else sys.stdout):
             show_results(result, files, as_json=False)
             _print_delays(live)
+    if not is_whole(units.losses):
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
     return result
 
 

@@ -96,7 +96,7 @@ class RecordedSession:
 
     folder: Path
     is_all: bool
-    """Whether all poses, all turns and the goal were reached."""
+    """Whether all poses, all turns and the goal were reached, and few samples are missing."""
     not_shown: tuple[str, ...]
     """Poses of which nothing is there."""
 
@@ -126,6 +126,7 @@ def record_live(
     from tumble.goal import Goal
     from tumble.live import open_set
     from tumble.live.naming import parse_named_sources
+    from tumble.record.command_screen import is_whole
     from tumble.turntable.command_live_screen import shown
     from tumble.turntable.live import POSE_SECONDS, REFERENCE, SESSION_FOLDER, LiveTurntable
     from tumble.turntable.poses import SIX_FACES
@@ -170,7 +171,8 @@ def record_live(
         _say_how_to_go_on(session)
         raise KeyboardInterrupt
     _refuse_if_unheard(session, reference or REFERENCE, typed)
-    return RecordedSession(session.session, session.is_complete and session.goal_is_met, session.not_shown)
+    reached = session.is_complete and session.goal_is_met
+    return RecordedSession(session.session, is_whole(units.losses) and reached, session.not_shown)
 
 
 def _procedure(

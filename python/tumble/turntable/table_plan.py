@@ -91,7 +91,7 @@ def planned(
 def _with_rests(
     poses: PoseList, axes: tuple[Axis, ...], rests: Sequence[FloatArray] | FloatArray
 ) -> PoseList:
-    """Add where else the units rest: beside a pose by a few degrees it would count as that pose, badly set."""
+    """Add where else the units rest: a few degrees beside a pose it would count as that pose, badly set."""
     added = list(poses)
     for angles in rests:
         (up,) = ups(axes, angles[np.newaxis])

@@ -1,0 +1,37 @@
+"""Samples that did not come: how many, and whether this computer or the way to it lost them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+HEAVY_LOSS = 0.02
+"""Share of missing samples beyond which what was recorded is not whole."""
+
+
+@dataclass(frozen=True, slots=True)
+class SampleLoss:
+    """Samples of one unit that are missing between those that came."""
+
+    name: str
+    """Of the unit."""
+    samples: int
+    """That came."""
+    missing: int
+    """That would fill the gaps in their times."""
+    unread: int
+    """Datagrams that the system dropped because nobody read them in time; of all units of that port."""
+
+    @property
+    def is_heavy(self) -> bool:
+        """Whether more is missing than `HEAVY_LOSS`."""
+        return self.missing > HEAVY_LOSS * (self.samples + self.missing)
+
+    def __str__(self) -> str:
+        share = self.missing / (self.samples + self.missing)
+        is_ours = 2 * self.unread >= self.missing
+        why = (
+            "this computer was too slow to read them; close other programs, or send less often"
+            if is_ours
+            else "they were lost on the way; check cable, network and what the device can send"
+        )
+        return f"{self.name}: {self.missing} samples are missing ({100.0 * share:.2g} %): {why}"

@@ -1,0 +1,102 @@
+"""Samples that are missing are counted, explained and end in exit code 3 where they are many."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from ports import free_port
+from tumble.live import open_set
+from tumble.live.losses import SampleLoss
+from turntable_sessions import typed
+
+RATE = 200.0
+
+
+def datagram(number):
+    return json.dumps({"t": number / RATE, "acc": [0.1, 0.2, 9.8], "gyro": [0.0, 0.01, 0.0]}).encode()
+
+
+@pytest.mark.parametrize(("missing", "heavy"), [(0, False), (20, False), (21, True)])
+def test_a_loss_is_heavy_beyond_two_percent(missing, heavy):
+    assert SampleLoss("a", 980, missing, 0).is_heavy == heavy
+
+
+def test_the_cause_is_this_computer_where_it_dropped_half_of_them():
+    assert "this computer was too slow" in str(SampleLoss("a", 900, 100, 50))
+    assert "lost on the way" in str(SampleLoss("a", 900, 100, 49))
+
+
+def drained(units):
+    """Read until nothing comes for a while; how many samples came."""
+    came = silent = 0
+    for _, chunk in units:
+        came += len(chunk)
+        silent = 0 if len(chunk) else silent + 1
+        if silent == 5:
+            return came
+    return came
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts dropped datagrams by socket")
+def test_datagrams_that_the_system_drops_are_counted():
+    port = free_port()
+    with open_set([f"a=udp://127.0.0.1:{port}"]) as units:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            for number in range(60_000):
+                line.sendto(datagram(number), ("127.0.0.1", port))
+        came = drained(units)
+        # The count comes with the next datagram that is not dropped.
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            for number in range(60_000, 60_020):
+                line.sendto(datagram(number), ("127.0.0.1", port))
+        came += drained(units)
+        (loss,) = units.losses
+    # Four stamps after a leap of minutes are left out until a fifth bears them out.
+    assert 0 <= 60_020 - came - loss.unread <= 4
+    assert loss.is_heavy
+    assert "this computer was too slow" in str(loss)
+
+
+def recorded(tmp_path, numbers):
+    """`tumble record` of samples with these numbers; how it ended."""
+    port = free_port()
+    ended = threading.Event()
+
+    def send():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+            while not ended.is_set():
+                for number in numbers:
+                    line.sendto(datagram(number), ("127.0.0.1", port))
+                    time.sleep(0.0005)
+                return
+
+    # The port is open before the first sample: `listening` is printed then.
+    sender = threading.Timer(1.5, send)
+    sender.start()
+    done = typed(
+        "record", f"a=udp://127.0.0.1:{port}", "-o", tmp_path / "session", "--count", len(numbers) - 5
+    )
+    ended.set()
+    sender.join()
+    return done
+
+
+def test_a_recording_that_lacks_a_tenth_ends_in_exit_code_3(tmp_path):
+    numbers = np.flatnonzero(np.random.default_rng(4).random(1200) > 0.1)
+    done = recorded(tmp_path, numbers)
+    assert done.code == 3, done.err
+    assert "samples are missing" in done.err
+    assert "lost on the way" in done.err
+
+
+def test_a_recording_that_lacks_a_hundredth_is_sound(tmp_path):
+    numbers = np.flatnonzero(np.random.default_rng(4).random(1200) > 0.01)
+    done = recorded(tmp_path, numbers)
+    assert done.code == 0, done.err
