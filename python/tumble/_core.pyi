@@ -194,6 +194,19 @@ class TriadFigures(TypedDict, total=False):
     g_sensitivity: FloatArray
     g_sensitivity_sigma: FloatArray
 
+class ResponseFigures(TypedDict):
+    """A sensing axis at constant rates, rad/s; pairs are values with their sigmas.
+
+    `levels` are (rate, turns, scale, sigma, deviation from the straight line over full scale, sigma).
+    """
+
+    axis: int
+    full_scale: float
+    scale: tuple[float, float]
+    linearity: tuple[float, float]
+    asymmetry: tuple[float, float] | None
+    levels: list[tuple[float, int, float, float, float, float]]
+
 class TargetFigures(TypedDict):
     """A calibrated target.
 
@@ -206,6 +219,7 @@ class TargetFigures(TypedDict):
     continued: list[int]
     accelerometer: TriadFigures | None
     gyroscope: TriadFigures | None
+    responses: list[ResponseFigures]
 
 def fit_reference(
     unit: Acquired, ups: FloatArray, settings: TurntableSettings, gyroscope: bool = True

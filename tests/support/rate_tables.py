@@ -26,6 +26,10 @@ class Unit:
     rate_noise: float = 2e-5
     delay: float = 0.0
 
+    def rate_reading(self, rate):
+        """Angular rate (n, 3) as it is read, without noise."""
+        return rate @ self.M.T + self.b
+
 
 def usual(random):
     """Draw a target of consumer grade."""
@@ -139,7 +143,7 @@ class Session:
         time = np.arange(int(self.length * sample_rate)) / sample_rate
         force, rate = self.truth(time - unit.delay)
         force = force @ unit.force_M.T + unit.force_b + random.normal(0.0, unit.force_noise, force.shape)
-        rate = rate @ unit.M.T + unit.b + random.normal(0.0, unit.rate_noise, rate.shape)
+        rate = unit.rate_reading(rate) + random.normal(0.0, unit.rate_noise, rate.shape)
         return Recording.from_arrays(name, np.round(time / stamp) * stamp, force, rate, clock="table")
 
 

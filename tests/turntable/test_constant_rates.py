@@ -1,11 +1,14 @@
 """Turns at a constant rate are turns, whatever gravity does, and calibrate a gyroscope."""
 
+import json
+
 import numpy as np
 import pytest
 import yaml
 from tests.support.log_fixtures import real
 from tests.support.rate_tables import Session, Unit, usual
 from tests.support.repetitions import repetitions
+from tests.support.turntable_sessions import typed
 
 import tumble
 
@@ -99,3 +102,54 @@ def test_a_rate_not_fitted_is_predicted_as_by_least_squares():
         rate = np.radians(60.0) * np.eye(3)
         error = (rate @ unit.M.T + unit.b - found.b) @ np.linalg.inv(found.M).T - rate
         assert np.degrees(np.abs(error).max()) < 0.01, seed
+
+
+def bent(unit, full_scale, linearity, asymmetry):
+    """A unit whose axes bend: a cubic of that share of full scale, and a slope that differs by sign."""
+
+    class Bent(Unit):
+        def rate_reading(self, rate):
+            cubic = linearity * full_scale * (rate / full_scale) ** 3
+            return (rate + cubic + 0.5 * asymmetry * np.abs(rate)) @ self.M.T + self.b
+
+    return Bent(unit.M, unit.b, unit.force_M, unit.force_b, unit.force_noise, unit.rate_noise, unit.delay)
+
+
+def test_asymmetry_and_linearity_are_within_their_sigmas(tmp_path):
+    errors_of = []
+    for seed in range(7500, 7500 + repetitions(8)):
+        random = np.random.default_rng(seed)
+        session = Session(rates=(20, 50, 100, -100, -50, -20), hold=10.0, rest=5.0)
+        unit = bent(usual(random), np.radians(100.0), 0.004, 0.002)
+        result = tumble.turntable(
+            session.recorded("reference", Unit(), random), session.recorded("target", unit, random)
+        )
+        target = result.targets[0]
+        assert [each.axis for each in target.responses] == list("xyz")
+        for response in target.responses:
+            assert [round(level.rate, -1) for level in response.levels] == [-100, -50, -20, 20, 50, 100]
+            assert response.full_scale == pytest.approx(100.0, rel=0.02)
+            errors_of.append((response.asymmetry - 2000.0) / response.asymmetry_sigma)
+            # A line through 4000 x^3 + 1000 |x| ppm, x the share of full scale, leaves 1200 at x = 1.
+            assert abs(response.linearity - 1200.0) < 200.0
+            assert response.linearity_sigma < 60.0
+        paths = result.save(tmp_path / str(seed))
+        page = next(tmp_path.glob(f"{seed}/**/target*.html")).read_text()
+        assert "Gyroscope at constant rates" in page
+        kept = tumble.Calibration.load(next(tmp_path.glob(f"{seed}/**/target*.yaml")))
+        assert kept.gyroscope.constant_rates[0].asymmetry == pytest.approx(target.responses[0].asymmetry)
+        assert "gyroscope asymmetry x (ppm)" in paths["summary"].read_text()
+    assert np.sqrt(np.mean(np.square(errors_of))) < 3.0
+
+
+def test_simulated_rates_are_found_and_reported(tmp_path):
+    made = ("--grades", "tactical", "--rates", "10,40", "-o", tmp_path / "s")
+    assert typed("simulate", "turntable", *made).code == 0
+    logs = [tmp_path / "s" / "reference.csv", tmp_path / "s" / "target_1.csv"]
+    done = typed("turntable", *logs, "-o", tmp_path / "r", "--json")
+    assert done.code == 0, done.err
+    gyroscope = json.loads(done.out)["targets"][0]["calibration"]["gyroscope"]
+    for response in gyroscope["constant_rates"]:
+        assert [round(level["rate"]) for level in response["levels"]] == [-40, -10, 10, 40]
+        assert abs(response["asymmetry"]) < 4.0 * response["asymmetry_sigma"]
+    assert "is not a rest" not in done.out + done.err

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, overload
 
@@ -199,6 +199,37 @@ class AccelerometerCalibration(Triad):
     unit: Literal["m/s^2"] = "m/s^2"
 
 
+class RateLevel(Document):
+    """A sensing axis at one constant rate."""
+
+    rate: float
+    """deg/s, true, along the sensing axis."""
+    turns: int
+    scale: float
+    """Reading less bias over true rate."""
+    scale_sigma: float
+    deviation: float
+    """ppm of full scale, from the straight line through all rates."""
+    deviation_sigma: float
+
+
+class AxisResponse(Document):
+    """A sensing axis at constant rates; its figures are those of IEEE Std 952 and 1431."""
+
+    axis: Literal["x", "y", "z"]
+    full_scale: float
+    """deg/s."""
+    scale: float
+    scale_sigma: float
+    linearity: float
+    """ppm of full scale: largest deviation from the straight line by least squares, without sign."""
+    linearity_sigma: float
+    asymmetry: float | None = None
+    """ppm: slope at positive less slope at negative rates over the slope."""
+    asymmetry_sigma: float | None = None
+    levels: tuple[RateLevel, ...] = Field(strict=False)
+
+
 class GyroscopeCalibration(Triad):
     """Three gyroscopes, rad/s. With g-sensitivity: y = M w + b + G f, `f` the true specific force."""
 
@@ -206,6 +237,8 @@ class GyroscopeCalibration(Triad):
     g_sensitivity: Matrix | None = None
     """G, rad/s per m/s^2."""
     g_sensitivity_sigma: Annotated[FloatArray, ArrayField((3, 3), gaps=True)] | None = None
+    constant_rates: tuple[AxisResponse, ...] | None = Field(default=None, strict=False)
+    """Each axis that turned at constant rates."""
 
 
 class Gravity(Document):
@@ -543,7 +576,10 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         },
         "gravity": {"value": batch.gravity, "source": batch.gravity_source},
     }
-    return content | _found(target)
+    content |= _found(target)
+    if target.responses:
+        content["gyroscope"]["constant_rates"] = [asdict(each) for each in target.responses]
+    return content
 
 
 def _from_multipose(result: MultiposeResult) -> dict[str, Any]:

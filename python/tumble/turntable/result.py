@@ -99,6 +99,48 @@ class OffDiagonal:
 
 
 @dataclass(frozen=True, slots=True)
+class RateLevel:
+    """A sensing axis at one constant rate."""
+
+    rate: float
+    """deg/s, true, along the sensing axis."""
+    turns: int
+    """Constant rates that went into it."""
+    scale: float
+    """Reading less bias over true rate."""
+    scale_sigma: float
+    deviation: float
+    """ppm of full scale, from the straight line through all rates."""
+    deviation_sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class AxisResponse:
+    """A sensing axis of a gyroscope at constant rates, as IEEE Std 952 and 1431 define its figures."""
+
+    axis: str
+    full_scale: float
+    """deg/s: the largest rate that was shown."""
+    scale: float
+    """Slope of the straight line by least squares."""
+    scale_sigma: float
+    linearity: float
+    """ppm of full scale: largest deviation from the straight line, without sign."""
+    linearity_sigma: float
+    asymmetry: float | None
+    """ppm: slope at positive less slope at negative rates over the slope; None where not observable."""
+    asymmetry_sigma: float | None
+    levels: tuple[RateLevel, ...]
+    """The rates, from the most negative up."""
+
+    def figures(self) -> Iterator[tuple[str, float, float]]:
+        """Give name, value and sigma of linearity and asymmetry, ppm."""
+        yield f"linearity {self.axis}", self.linearity, self.linearity_sigma
+        if self.asymmetry is not None and self.asymmetry_sigma is not None:
+            yield f"asymmetry {self.axis}", self.asymmetry, self.asymmetry_sigma
+
+
+@dataclass(frozen=True, slots=True)
 class TargetResult(Tabular):
     """One target: its calibration, or why it has none."""
 
@@ -121,6 +163,8 @@ class TargetResult(Tabular):
     provenance: Provenance = UNKNOWN
     off_diagonals: tuple[OffDiagonal, ...] = ()
     """What mounting does to M of the accelerometer; empty where the mounting angle was not estimated."""
+    responses: tuple[AxisResponse, ...] = ()
+    """The gyroscope at constant rates; empty where there were none."""
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""

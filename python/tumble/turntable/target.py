@@ -25,6 +25,7 @@ from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
 from tumble.turntable.messages import explain
 from tumble.turntable.off_diagonals import Treatment, off_diagonals
+from tumble.turntable.rates import axis_responses
 from tumble.turntable.reference import mounting_result
 from tumble.turntable.result import AxisReading, ClockFit, OffDiagonal, TargetResult
 from tumble.turntable.triads import triad_result
@@ -148,6 +149,7 @@ class TargetProcedure:
             result,
             axis_readings=self._axis_readings(result, figures),
             off_diagonals=self._off_diagonals(unit),
+            responses=axis_responses(figures["responses"]),
             warnings=(
                 *notices(unit),
                 *scale_notice(unit.acquired, self.gravity),

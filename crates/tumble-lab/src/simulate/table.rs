@@ -38,6 +38,12 @@ pub struct Table {
     pub limits: TurnLimits,
     /// Turn about the vertical after each change of pose, rad; 0 for none.
     pub heading_turn: f64,
+    /// Rates, rad/s, at which the table turns about the vertical after the rest at each pose, both ways, before it rests again.
+    #[serde(default)]
+    pub rates: Vec<f64>,
+    /// Time at each rate, s.
+    #[serde(default)]
+    pub rate_duration: f64,
     /// Error of the table at each pose, rad, 1 sigma about each of its axes.
     pub error: f64,
     /// Gravity, m/s^2.
@@ -138,6 +144,10 @@ impl TableMotion {
                 motion.push_turn(table, before_heading, heading);
             }
             motion.push_rest(index, table.rest_duration, table_error, target);
+            if !table.rates.is_empty() {
+                motion.push_rates(table, target, &pose.up);
+                motion.push_rest(index, table.rest_duration, table_error, target);
+            }
             reached = Some(target);
         }
         motion
@@ -227,18 +237,41 @@ impl TableMotion {
         });
     }
 
+    /// Each rate both ways about an axis, after which the table stands as before.
+    fn push_rates(&mut self, table: &Table, level_from_table: Rotation3<f64>, axis: &Vector3<f64>) {
+        let mut here = level_from_table;
+        for rate in &table.rates {
+            let limits = TurnLimits {
+                rate: rate.abs(),
+                acceleration: table.limits.acceleration,
+            };
+            let ramps = rate * limits.rate / limits.acceleration;
+            let rotation = axis * (rate * table.rate_duration + ramps);
+            for rotation in [rotation, -rotation] {
+                let turn = TableTurn::new(rotation, TurnProfile::Trapezoid, &limits);
+                self.push_turning(turn, here);
+                here *= Rotation3::new(rotation);
+            }
+            here = level_from_table;
+        }
+    }
+
     fn push_turn(&mut self, table: &Table, level_from_table: Rotation3<f64>, rotation: Vector3<f64>) {
         // Rounding alone does not turn a table.
         if rotation.norm() > 1e-12 {
             let turn = TableTurn::new(rotation, table.profile, &table.limits);
-            let start = self.duration();
-            self.segments.push(TableSegment::Turning {
-                start,
-                end: start + turn.duration,
-                turn,
-                level_from_table,
-            });
+            self.push_turning(turn, level_from_table);
         }
+    }
+
+    fn push_turning(&mut self, turn: TableTurn, level_from_table: Rotation3<f64>) {
+        let start = self.duration();
+        self.segments.push(TableSegment::Turning {
+            start,
+            end: start + turn.duration,
+            turn,
+            level_from_table,
+        });
     }
 }
 

@@ -24,6 +24,8 @@ fn table(ups: &[[f64; 3]], profile: TurnProfile, heading_turn: f64, error: f64) 
         profile,
         limits,
         heading_turn,
+        rates: Vec::new(),
+        rate_duration: 0.0,
         error,
         gravity: GRAVITY,
         latitude,

@@ -48,6 +48,8 @@ fn scenario(seed: u64) -> TurntableScenario {
             acceleration: 3.0,
         },
         heading_turn: 0.0,
+        rates: Vec::new(),
+        rate_duration: 0.0,
         error: 1e-3,
         gravity: 9.81,
         latitude: Some(0.84),

@@ -99,7 +99,8 @@ fn points(
         Point {
             rate: sensing.dot(&truth(k)),
             reading: observations[k].reading[axis] - felt,
-            variance: triad.residuals[k].1[axis].powi(2) * triad.widened,
+            // A bend of the response is what is looked for, and no reason to widen its sigma.
+            variance: triad.residuals[k].1[axis].powi(2),
             turning,
         }
     };

@@ -72,6 +72,15 @@ def turntable_command(
     heading_turn: Annotated[
         float, typer.Option(help="Turn about the vertical after each change of pose, deg.")
     ] = 0.0,
+    rates: Annotated[
+        str,
+        typer.Option(
+            metavar="RATE,...",
+            help="Turn about the vertical at these constant rates after each rest, deg/s, both ways, such as "
+            "10,30,60.",
+        ),
+    ] = "",
+    seconds_per_rate: Annotated[float, typer.Option(help="Time at each of the constant rates, s.")] = 20.0,
     clocks: Annotated[
         ClockSharing, typer.Option(help="One clock for all units, or each its own.")
     ] = ClockSharing.SHARED,
@@ -123,6 +132,8 @@ def turntable_command(
         turn_rate_dps=turn_rate,
         turn_profile=profile.value,
         heading_turn_deg=heading_turn,
+        rates_dps=_rates(rates),
+        seconds_per_rate=seconds_per_rate,
         clocks=clocks.value,
         clock_offset_seconds=clock_offset,
         clock_skew_ppm=clock_skew,
@@ -140,6 +151,13 @@ def turntable_command(
 
 def _words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(",") if word.strip())
+
+
+def _rates(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in _words(text))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r}: give numbers in deg/s, such as 10,30,60") from None
 
 
 def _poses(path: Path) -> PoseList:

@@ -128,6 +128,8 @@ def _native_table(scenario: TurntableScenario) -> dict[str, Any]:
             "acceleration": radians(scenario.turn_acceleration_dps2),
         },
         "heading_turn": radians(scenario.heading_turn_deg),
+        "rates": [radians(rate) for rate in scenario.rates_dps],
+        "rate_duration": scenario.seconds_per_rate,
         "error": radians(scenario.table_error_deg),
         "gravity": scenario.gravity,
         "latitude": native.in_radians_or_none(scenario.latitude_deg),

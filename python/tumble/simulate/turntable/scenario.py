@@ -73,6 +73,10 @@ class TurntableScenario:
     """Raised cosine, or constant acceleration, rate and deceleration."""
     heading_turn_deg: float = 0.0
     """Turn about the vertical after each change of pose."""
+    rates_dps: Sequence[float] = ()
+    """deg/s at which the table turns about the vertical after each rest, both ways, before it rests again."""
+    seconds_per_rate: float = 20.0
+    """Time at each rate, s."""
 
     clocks: Literal["shared", "apart"] = "shared"
     """One clock stamps all units, or each has its own with an offset, a skew and a phase that are drawn."""
@@ -98,6 +102,8 @@ class TurntableScenario:
         for each in fields(self):
             if not is_finite(getattr(self, each.name)):
                 raise ScenarioError(f"{each.name} is {getattr(self, each.name)}; give finite numbers")
+        if 0.0 in self.rates_dps or (self.rates_dps and self.seconds_per_rate <= 0.0):
+            raise ScenarioError("a rate of zero, or for no time, is no turn; give rates and times above zero")
         grades = [grade for grade in (self.reference, *self.grades) if isinstance(grade, str)]
         _known("grade", grades, grade_names())
         poses = tuple(pose.name for pose in self.poses)

@@ -63,12 +63,15 @@ def record_of(
 
 
 def _parameters(target: TargetResult) -> tuple[RecordedParameter, ...]:
-    return tuple(
+    found = [
         _parameter(triad, each)
         for triad in (target.accelerometer, target.gyroscope)
         if triad is not None
         for each in triad.parameters
-    )
+    ]
+    shown = (figure for response in target.responses for figure in response.figures())
+    found += [RecordedParameter(f"gyroscope {name}", "ppm", value, sigma) for name, value, sigma in shown]
+    return tuple(found)
 
 
 def _parameter(triad: TriadResult, found: Parameter) -> RecordedParameter:

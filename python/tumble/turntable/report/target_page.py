@@ -27,6 +27,7 @@ from tumble.results import INTERVAL, Rest, TriadName, TriadResult
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
 from tumble.turntable.report.off_diagonals import OffDiagonalRow, off_diagonal_rows
+from tumble.turntable.report.rates import ResponseSection, response_section
 from tumble.turntable.report.readings import axis_reading_figure, deviations, rms
 from tumble.turntable.result import AxisReading, PoseResult, TargetResult, TurntableResult
 
@@ -80,6 +81,7 @@ class TargetPage:
     no_readings: str
     off_diagonals: tuple[OffDiagonalRow, ...]
     mounting: str
+    responses: ResponseSection | None
     recording: Picture | None
     rests: tuple[RestRow, ...]
     poses: tuple[PoseRow, ...]
@@ -105,6 +107,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         no_readings=_why_no_readings(result, target),
         off_diagonals=off_diagonal_rows(target.off_diagonals),
         mounting=text.mounting_sentence(result.reference),
+        responses=response_section(target.responses),
         recording=_recording(target),
         rests=rest_rows(target.rests),
         poses=pose_rows(result.poses),
