@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tumble.words import plain
+
 
 class TumbleError(Exception):
     """What is wrong, where, why, and what to do, in one line.
@@ -11,8 +13,14 @@ class TumbleError(Exception):
     """
 
     def __init__(self, why: str, about: str = "") -> None:
-        super().__init__(f"{about}: {why}" if about else why)
+        why = _printable(why)
+        super().__init__(f"{_printable(about)}: {why}" if about else why)
         self.why = why
+
+
+def _printable(text: str) -> str:
+    """Escape control characters but for ends of lines, so that no terminal obeys text from outside."""
+    return "\n".join(plain(line) for line in text.split("\n"))
 
 
 class CommandError(TumbleError):

@@ -53,7 +53,9 @@ class FileKind:
     """Is found in the first bytes of every file of this kind."""
 
     def begins(self, path: Path) -> bool:
-        """Whether the file is of this kind; an empty one is of any."""
+        """Whether the file is of this kind; an empty one is of any, a device or a pipe of none."""
+        if is_special(path):
+            return False
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
         return not head or self.start.search(head) is not None
@@ -121,6 +123,11 @@ def name_too_long(path: Path) -> str | None:
     if all(len(part) <= _LONGEST_NAME for part in path.parts):
         return None
     return f"{str(path)[:_SHOWN]}...: no file has so long a name; check the path"
+
+
+def is_special(path: Path) -> bool:
+    """Tell a device, a pipe or a socket, from which reading may never end."""
+    return path.exists() and not (path.is_file() or path.is_dir())
 
 
 def note_input(path: Path) -> None:

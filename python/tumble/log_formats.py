@@ -39,9 +39,15 @@ class LogFormat:
     """Whether a file with such an ending that begins otherwise is damaged, and no table of text."""
     extra: str = ""
     """What is to be installed for it, as in `pip install tumble-imu[EXTRA]`; empty where nothing is."""
+    axes: str = ""
+    """Directions of its axes, where its documentation defines them; of its local frame too."""
     firmware: str = ""
     """Whose parameters its logs hold, as after `--to`: its module has `parameters_in`."""
 
+
+_FRD = "FRD: x forward, y right, z down, so that z reads -g when level; local frame NED"
+_FLU_OF_ROS = "FLU: x forward, y left, z up, where the driver keeps to REP 103; local frame ENU"
+_PHONE = "x to the right, y to the top, z out of the screen"
 
 LOG_FORMATS = (
     LogFormat(
@@ -70,6 +76,7 @@ LOG_FORMATS = (
         (".bag",),
         (b"#ROSBAG V2",),
         binary=True,
+        axes=_FLU_OF_ROS,
     ),
     LogFormat(
         "ulog",
@@ -81,6 +88,7 @@ LOG_FORMATS = (
         binary=True,
         extra="formats",
         firmware="px4",
+        axes=_FRD,
     ),
     LogFormat(
         "dataflash",
@@ -91,6 +99,7 @@ LOG_FORMATS = (
         (b"\xa3\x95\x80", b"FMT, 128,", b"FMT,128,"),
         extra="formats",
         firmware="ardupilot",
+        axes=_FRD,
     ),
     LogFormat(
         "mcap",
@@ -100,6 +109,7 @@ LOG_FORMATS = (
         (".mcap",),
         (b"\x89MCAP0\r\n",),
         binary=True,
+        axes=_FLU_OF_ROS,
     ),
     LogFormat(
         "ros2",
@@ -110,6 +120,7 @@ LOG_FORMATS = (
         (b"SQLite format 3\x00",),
         binary=True,
         folder_with="metadata.yaml",
+        axes=_FLU_OF_ROS,
     ),
     LogFormat(
         "session",
@@ -157,6 +168,7 @@ LOG_FORMATS = (
         pattern=rb"\A(?s:.{8})[\xfd\xfe]",
         looks_inside=True,
         extra="formats",
+        axes=_FRD,
     ),
     LogFormat(
         "euroc",
@@ -173,6 +185,7 @@ LOG_FORMATS = (
         "tumble inspect 2011_09_26_drive_0001_extract/oxts",
         pattern=rb"(?!)",
         looks_inside=True,
+        axes="FLU: x forward, y left, z up; local frame ENU",
     ),
     LogFormat(
         "vectornav",
@@ -180,13 +193,15 @@ LOG_FORMATS = (
         "vectornav",
         "tumble inspect vn100.txt --rate 200",
         pattern=rb"\$VN[A-Z]{3},",
+        axes="FRD as marked on the case: x forward, y right, z down; local frame NED",
     ),
     LogFormat(
         "xsens",
         "Xsens text of MT Manager, and of DOT",
         "xsens",
         "tumble inspect MT_0120067F-000.txt",
-        pattern=rb"(?m)^PacketCounter[\t,; ]",
+        pattern=rb"(?m)^PacketCounter[\t,; ]|^Counter\t(?:.*\t)?(?:Free)?Acc_X",
+        axes="as marked on the case, z up when level; local frame ENU, unless the log names another",
     ),
     LogFormat(
         "ros_echo",
@@ -194,6 +209,7 @@ LOG_FORMATS = (
         "ros_echo",
         "tumble inspect imu_data.csv",
         pattern=rb"\A%time,.*linear_acceleration\.x|(?m:^\d+,\d+,[^,\r\n]*(?:,[^,\r\n]*){37}\r?$)",
+        axes=_FLU_OF_ROS,
     ),
     LogFormat(
         "sensorlog",
@@ -201,6 +217,7 @@ LOG_FORMATS = (
         "programs",
         "tumble inspect sensorlog.csv",
         pattern=rb"accelerometerAccelerationX",
+        axes=_PHONE,
     ),
     LogFormat(
         "physics_toolbox",
@@ -208,6 +225,7 @@ LOG_FORMATS = (
         "programs",
         "tumble inspect toolbox.csv",
         pattern=rb"(?m)^[^\w\n]*time.{0,9}gFx",
+        axes=_PHONE,
     ),
     LogFormat(
         "betaflight",
@@ -223,12 +241,20 @@ LOG_FORMATS = (
         "tumble inspect recording --interpolate",
         pattern=rb"\A.{0,60}(?i:time)[^\r\n]*(?i:x)",
         looks_inside=True,
+        axes=_PHONE,
     ),
     LogFormat(
         "imu_tk",
         "pairs of imu_tk, *_acc.* beside *_gyro.*",
         "imu_tk",
         "tumble inspect xsens_acc.mat",
+        looks_inside=True,
+    ),
+    LogFormat(
+        "labelled",
+        "lines with words before the numbers, as sketches for Arduino print them",
+        "labelled",
+        "tumble inspect monitor.txt --rate 100",
         looks_inside=True,
     ),
     LogFormat(
@@ -326,6 +352,9 @@ NO_LOGS = (
     NoLog("a program", begins=(b"\x7fELF", b"MZ\x90")),
 )
 """What is known not to be a log, the narrower kinds first."""
+
+AXES_OF = {each.name: each.axes for each in LOG_FORMATS}
+"""Directions of the axes of each format; empty where it defines none."""
 
 FIRMWARE_OF = {each.name: each.firmware for each in LOG_FORMATS if each.firmware}
 """Formats whose logs hold the parameters by which firmware corrected, and whose they are."""

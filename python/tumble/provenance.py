@@ -10,7 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from tumble.errors import TumbleError
-from tumble.files import once_per_file
+from tumble.files import is_special, once_per_file
 
 _EPOCH = "SOURCE_DATE_EPOCH"
 _BLOCK = 1 << 20
@@ -60,6 +60,8 @@ def sha256_of(path: Path) -> str:
         files = sorted(each for each in path.rglob("*") if each.is_file())
         lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]
         return hashlib.sha256("".join(lines).encode()).hexdigest()
+    if is_special(path):
+        raise TumbleError(f"{path}: is a device or a pipe, from which reading may never end; give a file")
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(_BLOCK):

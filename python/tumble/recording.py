@@ -13,6 +13,7 @@ from tumble import arrays
 from tumble.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
 from tumble.errors import ArrayError, LogError
 from tumble.units import TRIADS, Triad
+from tumble.words import plain
 
 FEW_SAMPLES = 10
 """Samples that are looked at sooner one by one than by numpy."""
@@ -91,6 +92,8 @@ class Metadata:
     time_unit: ResolvedUnit
     frame: str = "case"
     """Frame the log declares (`frame_id`), else `case`."""
+    axes: str = ""
+    """Directions of the axes as the format defines them (FRD, FLU), in words; empty where it does not."""
     clock: str = ""
     """Name of the time base: recordings with the same non-empty clock share it for certain."""
     rate: float | None = None
@@ -107,6 +110,12 @@ class Metadata:
     """1-sigma of the pace of `time`, relative, where times were fitted; zero for stamps taken as they are."""
     remarks: tuple[str, ...] = ()
     """What the reader did that a user should know: signs turned, rows skipped."""
+
+    def __post_init__(self) -> None:
+        """Escape control characters in the names of a log, which reach terminals and file names."""
+        for name in ("name", "source", "frame", "serial", "axes"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
 
     @property
     def in_memory(self) -> bool:

@@ -30,6 +30,22 @@ def join(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
+_LONGEST_QUOTED = 60
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+"""Characters that move the cursor, ring, or turn the direction of writing."""
+
+
+def plain(text: str) -> str:
+    """Write control characters of text from outside as escapes, so that no terminal obeys them."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def quoted(text: str) -> str:
+    """Quote text from outside: its beginning, without control characters."""
+    short = text if len(text) <= _LONGEST_QUOTED else f"{text[:_LONGEST_QUOTED]}..."
+    return f"'{plain(short)}'"
+
+
 def length_of_time(seconds: float) -> str:
     """Print how long something takes: `40 s`, `7.5 min`, `3 h`, `2.5 days`."""
     unit, scale = "s", 1.0

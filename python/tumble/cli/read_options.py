@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, TypeAlias, get_type_hints
@@ -14,6 +15,7 @@ from tumble.errors import LogError
 from tumble.log_formats import stem_of
 from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
+from tumble.numbers import number_of
 
 _PANEL = "Reading options: what the log does not state"
 
@@ -51,6 +53,15 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "gyroscope_scale": (
         Annotated[str | None, _option("N[,N,N]", "Counts per unit of the gyroscope: 131, with unit deg/s.")],
+        None,
+    ),
+    "counts": (
+        Annotated[
+            str | None,
+            _option(
+                "G,DPS", "Counts of 16 bits of a sensor with these ranges, in g and deg/s, such as 2,250."
+            ),
+        ],
         None,
     ),
     "gyroscope_zero": (
@@ -193,15 +204,30 @@ def _names(source: str) -> tuple[str, ...]:
 def _value(name: str, typed: Any) -> Any:  # noqa: ANN401
     if name == "columns":
         return _mapping(typed)
+    if name == "counts":
+        return _ranges(typed)
     if name.endswith(("_scale", "_zero")):
         return _numbers(name, typed)
     if name in ("skip_bad_lines", "undo_correction", "interpolate"):
         return _flag(name, typed)
     kind = {"rate": float, "skip_lines": int, "accelerometer_sign": int}.get(name, str)
     try:
-        return kind(typed)
+        value = kind(typed)
     except ValueError:
         raise LogError(f"--{name.replace('_', '-')} {typed}: give a number") from None
+    if name == "skip_lines" and value < 0:
+        raise LogError(f"--skip-lines {typed}: give 0 or more")
+    return value
+
+
+def _ranges(text: str) -> tuple[float, float]:
+    numbers = [number_of(word) for word in text.split(",")]
+    if len(numbers) != 2 or not all(number and 0.0 < number < math.inf for number in numbers):
+        raise LogError(
+            f"--counts {text}: give the ranges of accelerometer and gyroscope in g and deg/s, as 2,250"
+        )
+    accelerometer, gyroscope = (float(number) for number in numbers if number)
+    return accelerometer, gyroscope
 
 
 def _flag(name: str, typed: Any) -> bool:  # noqa: ANN401
@@ -215,7 +241,12 @@ def _mapping(text: str) -> dict[str, str]:
     pairs = [pair.partition("=") for pair in text.split(",")]
     if not all(sign and value for _, sign, value in pairs):
         raise LogError(f"--columns {text}: expected pairs such as ax=NAME,ay=NAME")
-    return {key.strip(): value.strip() for key, _, value in pairs}
+    mapping: dict[str, str] = {}
+    for key, _, value in pairs:
+        if key.strip() in mapping:
+            raise LogError(f"--columns {text}: {key.strip()} is given twice")
+        mapping[key.strip()] = value.strip()
+    return mapping
 
 
 def _numbers(name: str, text: str) -> AxisValues:

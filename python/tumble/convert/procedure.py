@@ -282,6 +282,7 @@ def _concluded(imu: _Imu, target: str) -> ConvertedImu:
         imu.time.jitter,
         imu.arrival.conclude(),
         tuple(_remarks(imu, target)),
+        imu.recording.metadata.axes,
     )
 
 

@@ -42,6 +42,8 @@ class ConvertedImu:
     """None where the log has but one time."""
     remarks: tuple[str, ...]
     """What a user should know of it, and what the new file cannot hold."""
+    axes: str = ""
+    """Directions of the axes as the format of the log defines them; they are not turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,8 @@ def imu_lines(imu: ConvertedImu) -> list[str]:
     lines = [
         f"{where}: {count_of('sample', imu.samples)}, {imu.rate:.6g} Hz, jitter {1e6 * imu.jitter:.3f} us"
     ]
+    if imu.axes:
+        lines.append(f"  axes, as in the log: {imu.axes}")
     if imu.arrival is not None:
         lines.append(
             f"  time is the sensor's; that of recording gains {1e6 * imu.arrival.skew:+.3f} us/s on it "

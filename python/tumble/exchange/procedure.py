@@ -15,7 +15,7 @@ from tumble.errors import CalibrationFileError, LogError, ProcedureError
 from tumble.exchange.parts import BIAS, MATRIX
 from tumble.exchange.registry import TARGETS, target
 from tumble.exchange.target import READINGS, Content, Exported, Target
-from tumble.files import note_input
+from tumble.files import is_special, note_input
 from tumble.logs.formats import firmware_parameters
 from tumble.plain import short
 from tumble.provenance import date_now, sha256_of
@@ -92,6 +92,8 @@ def _reading_of_log(
 
 
 def _content(path: Path) -> bytes:
+    if is_special(path):
+        raise CalibrationFileError(f"{path}: is a device or a pipe, and no calibration; give a file")
     note_input(path)
     try:
         if path.stat().st_size > LARGEST_FILE:

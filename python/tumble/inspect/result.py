@@ -131,6 +131,7 @@ def head_lines(inspection: Inspection) -> list[str]:
     serial = f", serial {metadata.serial}" if metadata.serial else ""
     lines = [
         f"{metadata.format}, frame {metadata.frame}{serial}, {_corrected(metadata)}",
+        *((f"axes {metadata.axes}",) if metadata.axes else ()),
         f"{count_of('sample', timing.samples)} over {timing.duration:.6g} s, {timing.rate:.6g} Hz, "
         f"jitter {1e6 * timing.jitter:.3f} us",
         f"{count_of('gap', timing.gaps)}{_gap_details(timing)}, "

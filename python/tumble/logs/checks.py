@@ -38,6 +38,9 @@ _SMALLEST_SPIKE: Mapping[Literal["accelerometer", "gyroscope"], float] = {
 }
 """SI: less does not spoil a calibration."""
 _FEWEST_FOR_SPIKES = 100
+_LEAST_WARMING, _FASTEST_WARMING = 10.0, 5.0
+"""K, and K/s: what changes less, or slower, may be a sensor in an oven."""
+_PARTS_FOR_WARMING = 8
 
 Mask = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
@@ -67,6 +70,41 @@ class Oddities:
 
 
 @dataclass(slots=True)
+class Warming:
+    """Span of the temperature and of time, by which a wrong unit of time shows."""
+
+    low: float = np.inf
+    high: float = -np.inf
+    first: float = np.inf
+    last: float = -np.inf
+
+    def add(self, chunk: Chunk) -> None:
+        """Take in a chunk; medians of its parts leave out garbled readings."""
+        if chunk.temperature is None:
+            return
+        self.first, self.last = min(self.first, float(chunk.time[0])), max(self.last, float(chunk.time[-1]))
+        for part in np.array_split(chunk.temperature, _PARTS_FOR_WARMING):
+            if len(finite := part[np.isfinite(part)]):
+                middle = float(np.median(finite))
+                self.low, self.high = min(self.low, middle), max(self.high, middle)
+
+    def join(self, other: Warming) -> None:
+        """Take in another pass."""
+        self.low, self.high = min(self.low, other.low), max(self.high, other.high)
+        self.first, self.last = min(self.first, other.first), max(self.last, other.last)
+
+    def notices(self) -> tuple[str, ...]:
+        """Report warming faster than any sensor warms."""
+        span, duration = self.high - self.low, self.last - self.first
+        if not (span > _LEAST_WARMING and span > _FASTEST_WARMING * duration):
+            return ()
+        return (
+            f"temperature changes by {span:.3g} K in {duration:.3g} s, faster than sensors do: check "
+            "time, with --time-unit or --rate",
+        )
+
+
+@dataclass(slots=True)
 class Counts:
     """What a pass over a recording has met so far."""
 
@@ -88,6 +126,8 @@ class Counts:
     """Samples kept whose reading stands alone, far from those before and after."""
     reordering: Reordering = field(default_factory=Reordering)
     """Samples that were sorted by time."""
+    warming: Warming = field(default_factory=Warming)
+    """Temperature over the whole pass."""
 
     def add(self, other: Counts) -> None:
         """Count what another pass has met as well."""
@@ -101,6 +141,7 @@ class Counts:
         self.impossible.add(other.impossible)
         self.spikes.add(other.spikes)
         self.reordering.add(other.reordering)
+        self.warming.join(other.warming)
 
     def notices(self) -> tuple[str, ...]:
         """Say what was left out; empty if nothing was."""
@@ -130,7 +171,7 @@ class Counts:
                 f"{count_of('sample', self.spikes.count)} far from those before and after, garbled or "
                 f"knocked: {self.spikes.phrase()}"
             )
-        return tuple(notices)
+        return (*notices, *self.warming.notices())
 
 
 class ChunkStream(Iterator[Chunk]):
@@ -200,6 +241,7 @@ class ChunkStream(Iterator[Chunk]):
         if len(chunk) == 0:
             return
         chunk = self._hold_temperature(chunk)
+        self.counts.warming.add(chunk)
         self._last = chunk
         if self._keep_faults:
             self._refuse_degrees(chunk)

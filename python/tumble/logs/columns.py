@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.logs.track import COLUMN_NAME, StatedUnit
+from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 from tumble.units import TRIADS, Triad
 
@@ -50,6 +50,7 @@ _TIME = (
     "time_since_start",
     "seconds_elapsed",
     "elapsed_time",
+    "timestamp_unix",
     "time_stamp",
     "timestamp",
     "datetime",
@@ -73,6 +74,12 @@ _TEMPERATURE = (
 )
 _AXIS = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 _SEPARATOR = r"[\s_./:\-\[\]]*"
+_RANGE = r"\d|ln|wr|lo|hi|low|high|lg|hg"
+"""Of several sensors of one kind: a number, or low noise, wide range, low and high."""
+_STATE = re.compile(r"(?P<stem>.+)_(?P<state>CAL|UNCAL|RAW)")
+"""Behind names of Shimmer Consensys."""
+_LEFT_OUT = re.compile(r"(?i)(?:.*[\s_.])?(?:linear |user_?)acceleration.*")
+"""Acceleration without gravity, of phones: no specific force, which `linear_acceleration` of ROS is."""
 _PREFIX = r"(?:(?P<imu>.*?)[\s_./:\-]+)??"
 
 
@@ -91,6 +98,8 @@ def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
         f"{_PREFIX}(?:{_any(_long(words))})_(?P<unit>{unit}){_SEPARATOR}(?P<axis>[xyz012])\\]?",
         f"{_PREFIX}(?:{word}){_SEPARATOR}(?P<axis>[xyz012])\\]?(?:_(?P<unit>{unit}))?",
         f"{_PREFIX}(?P<axis>[xyz])_?(?:{_any(_long(words))})(?:_(?P<unit>{unit}))?",
+        f"{_PREFIX}(?:{_any(_long(words))})_?(?P<range>{_RANGE}){_SEPARATOR}(?P<axis>[xyz])\\]?"
+        f"(?:_(?P<unit>{unit}))?",
     )
 
 
@@ -152,6 +161,15 @@ class ImuColumns:
         return list(dict.fromkeys([*optional, *(self.accelerometer or ()), *(self.gyroscope or ())]))
 
     @property
+    def as_option(self) -> str:
+        """What a user types to read these columns; in quotes where a name needs them for a shell."""
+        channels = zip(
+            CHANNEL_NAMES[1:7], (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False
+        )
+        text = ",".join(f"{channel}={name}" for channel, name in channels)
+        return f"--columns {text}" if re.fullmatch(r"[\w=,./:-]+", text) else f'--columns "{text}"'
+
+    @property
     def triads(self) -> tuple[Triad, ...]:
         """Those the table has."""
         return tuple(triad for triad in TRIADS if getattr(self, triad) is not None)
@@ -169,21 +187,29 @@ def recognise(name: str) -> Column | None:
         return None
     bracketed = _BRACKETS.match(name)
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
+    if _LEFT_OUT.fullmatch(stem):
+        return None
+    state = _STATE.fullmatch(stem)
+    stem, raw = (
+        (state["stem"], "" if state["state"] == "CAL" else f" {state['state']}") if state else (stem, "")
+    )
     for quantity, patterns in _TRIADS.items():
         for pattern in patterns:
             if match := re.fullmatch(pattern, stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
-                return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match), unit)
+                return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
     for quantity, patterns in _SCALARS.items():
         for pattern in patterns:
             if match := re.fullmatch(pattern, stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
-                return Column(quantity, 0, _prefix(stem, match), unit)
+                return Column(quantity, 0, _prefix(stem, match) + raw, unit)
     return None
 
 
 def _prefix(stem: str, match: re.Match[str]) -> str:
-    return stem[match.start("imu") : match.end("imu")] if match["imu"] else ""
+    """Return what tells sensors of one kind apart: the words before the name, and its range."""
+    groups = [group for group in ("imu", "range") if match.groupdict().get(group)]
+    return "_".join(stem[match.start(group) : match.end(group)] for group in groups)
 
 
 def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
@@ -204,10 +230,79 @@ def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]
     found = {prefix: _imu_columns(prefix, recognised, stated) for prefix in prefixes}
     imus = {prefix: imu for prefix, imu in found.items() if imu is not None}
     if not imus:
-        raise LogError(_incomplete(names, path, recognised, stated))
+        raise LogError(_without_gravity(names, path) or _incomplete(names, path, recognised, stated))
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
-    return whole or imus
+    return whole or _with_shared_gyroscope(imus)
+
+
+def _with_shared_gyroscope(imus: Mapping[str, ImuColumns]) -> dict[str, ImuColumns]:
+    """Pair each accelerometer with the gyroscope whose name begins as its own does, or with the only one."""
+    accelerometers = {name: imu for name, imu in imus.items() if imu.gyroscope is None}
+    gyroscopes = {name: imu for name, imu in imus.items() if imu.accelerometer is None}
+    pairs = {}
+    for name, imu in accelerometers.items():
+        related = [other for other in gyroscopes if name.startswith(other)]
+        partner = max(related, key=len) if related else next(iter(gyroscopes), None)
+        if partner is None or (not related and len(gyroscopes) > 1):
+            return dict(imus)
+        gyroscope = gyroscopes[partner]
+        pairs[name] = replace(
+            imu,
+            gyroscope=gyroscope.gyroscope,
+            gyroscope_unit=gyroscope.gyroscope_unit,
+            time=imu.time or gyroscope.time,
+            time_unit=imu.time_unit or gyroscope.time_unit,
+        )
+    if len(pairs) == 1:
+        return {"": next(iter(pairs.values()))}
+    return pairs or dict(imus)
+
+
+def choose_imu(path: Path, imus: Mapping[str, ImuColumns], wanted: str | None) -> str:
+    """Pick one IMU of a table by its prefix.
+
+    Raises `LogError` where several are there and none is wanted: with a `--columns` to copy, where they share
+    a gyroscope.
+    """
+    shared = {imu.gyroscope for imu in imus.values()}
+    if wanted is None and len(imus) > 1 and len(shared) == 1 and None not in shared:
+        first = next(iter(imus))
+        raise LogError(
+            f"{path}: holds {len(imus)} accelerometers and one gyroscope: name one, as {path.name}:{first} "
+            f"(found: {', '.join(imus)}), or give {imus[first].as_option}"
+        )
+    return choose(path, tuple(imus), wanted, "column prefix")
+
+
+def unread_accelerometers(
+    names: Sequence[str], columns: Mapping[str, str], imus: Mapping[str, ImuColumns]
+) -> tuple[str, ...]:
+    """Name the accelerometers that stand beside a whole IMU and are not read."""
+    if columns or len(imus) != 1:
+        return ()
+    (read,) = imus.values()
+    recognised = {name: recognise(name) for name in names}
+    found = []
+    for prefix in dict.fromkeys(column.imu for column in recognised.values() if column):
+        other = _imu_columns(prefix, recognised, {})
+        if other and other.accelerometer and other.accelerometer != read.accelerometer:
+            option = replace(other, gyroscope=read.gyroscope).as_option
+            found.append(
+                f"another accelerometer, {', '.join(other.accelerometer)}, is not read: {option} reads it"
+            )
+    return tuple(found)
+
+
+def _without_gravity(names: Sequence[str], path: Path | str) -> str:
+    """Refuse acceleration of which gravity was taken off; empty where there is none."""
+    found = [name for name in names if _LEFT_OUT.fullmatch(name)]
+    if not found:
+        return ""
+    return (
+        f"{path}: {found[0]} is acceleration without gravity, which is no specific force: record the "
+        "accelerometer with gravity (phyphox: Acceleration with g), or name its columns with --columns"
+    )
 
 
 def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
@@ -231,6 +326,10 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
             raise LogError(f"--columns {key}={wanted}: {key} is none of {', '.join(CHANNEL_NAMES)}")
         if wanted in names:
             stated[key] = wanted
+        elif named := [
+            name for name in names if (found := _BRACKETS.match(name)) and found["name"] == wanted
+        ]:
+            stated[key] = named[0]
         elif wanted.isdigit() and 1 <= int(wanted) <= len(names):
             stated[key] = names[int(wanted) - 1]
         else:

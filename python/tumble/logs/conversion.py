@@ -10,7 +10,7 @@ import numpy as np
 
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
-from tumble.logs.options import AxisValues, ReadOptions
+from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
     TEMPERATURE_ZERO,
@@ -20,6 +20,7 @@ from tumble.logs.units import (
     find_unit,
     guess_accelerometer_unit,
     guess_gyroscope_unit,
+    guess_range,
     guess_time_unit,
     peak,
     rest_norm,
@@ -307,9 +308,17 @@ def _check_counts(track: Stating, norm: float) -> None:
 def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str:
     if not np.nan_to_num(head.accelerometer).any():
         return f"{track.source}: accelerometer reads 0 in its first {len(head)} samples: it is dead"
+    read = f"{track.source}: accelerometer reads {norm:.6g} at rest, which is neither m/s^2, g nor mg"
+    if span := guess_range(norm):
+        return (
+            f"{read}: it looks like raw counts of 16 bits, {COUNTS / span:.0f} a g, of a range of "
+            f"± {span:.0f} g; give --counts {span:.0f},250 where "
+            "that of the gyroscope is ± 250 deg/s (or 500, 1000, 2000), "
+            "else --accelerometer-scale (counts per unit) and --accelerometer-unit"
+        )
     return (
-        f"{track.source}: accelerometer reads {norm:.6g} at rest, which is neither m/s^2, g nor mg; for raw "
-        "counts give --accelerometer-scale (counts per unit) and --accelerometer-unit, else the unit"
+        f"{read}; for raw counts give --accelerometer-scale (counts per unit) and --accelerometer-unit, else "
+        "the unit"
     )
 
 

@@ -18,11 +18,11 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
-from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
-from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, choose, stack
+from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 from tumble.words import count_of
@@ -58,9 +58,10 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """
     layout = find_layout(path, options)
     imus = find_imus(layout.names, path, options.columns)
-    name = choose(path, tuple(imus), imu, "column prefix")
+    name = choose_imu(path, imus, imu)
     found = imu_of_table(path, layout, imus[name], options)
-    return replace(found, imu=name, alone=len(imus) == 1)
+    unread = unread_accelerometers(layout.names, options.columns, imus)
+    return replace(found, imu=name, alone=len(imus) == 1, notices=(*found.notices, *unread))
 
 
 def imu_of_table(

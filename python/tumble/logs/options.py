@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from tumble.recording import RecordingSource
 
+COUNTS = 32768.0
+"""Of a sensor of 16 bits, to the end of its range."""
+
 AxisValues: TypeAlias = float | Sequence[float]
 """One number for all three axes, or one for each."""
 
@@ -35,6 +38,8 @@ class ReadOptions:
     """Counts per unit of the accelerometer: 16384 with `g`; m/s^2 where no unit is stated."""
     accelerometer_zero: AxisValues = 0.0
     """Reading of the accelerometer at zero, in the counts or unit of the log."""
+    counts: tuple[float, float] | None = None
+    """Ranges, in g and deg/s, of a sensor that logs counts of 16 bits: unit and scale of both triads."""
     gyroscope_scale: AxisValues | None = None
     """Counts per unit of the gyroscope: 131 with `deg/s`; rad/s where no unit is stated."""
     gyroscope_zero: AxisValues = 0.0
@@ -59,6 +64,16 @@ class ReadOptions:
     """Undo what the firmware of an autopilot did to the samples, by the parameters in its log."""
     live_times: bool = False
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
+
+    def __post_init__(self) -> None:
+        """Fill in what `counts` says; what is stated by itself goes before that."""
+        if self.counts is None:
+            return
+        units = {"accelerometer": "g", "gyroscope": "deg/s"}
+        for (triad, unit), span in zip(units.items(), self.counts, strict=True):
+            if getattr(self, f"{triad}_scale") is None:
+                object.__setattr__(self, f"{triad}_scale", COUNTS / span)
+                object.__setattr__(self, f"{triad}_unit", getattr(self, f"{triad}_unit") or unit)
 
 
 def options_for(

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.log_formats import stem_of
+from tumble.log_formats import AXES_OF, stem_of
 from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
 from tumble.logs.columns import listed
@@ -138,6 +138,7 @@ def _metadata(
         gyroscope_unit=conversion.gyroscope_unit,
         time_unit=conversion.time_unit,
         frame=track.frame,
+        axes="" if notices_on_axes(replace(options, accelerometer_sign=1)) else AXES_OF.get(track.format, ""),
         clock=track.clock if options.rate is None else "",
         rate=rate,
         already_corrected=track.already_corrected,

@@ -16,11 +16,13 @@ from tumble.errors import LogError
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text_file import open_text
-from tumble.logs.units import credible, guess_accelerometer_unit, rest_norm
+from tumble.logs.units import credible, find_unit, guess_accelerometer_unit, rest_norm
 from tumble.numbers import number_of
 from tumble.schemas import schema_in
-from tumble.words import count_of
+from tumble.words import count_of, quoted
 
+AFTER_LAST = "(behind the last delimiter)"
+"""Name of the empty column behind rows that end in a delimiter."""
 BLANKS = " "
 """Stands for a delimiter of any run of spaces and tabs."""
 
@@ -111,10 +113,16 @@ def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> 
         if sought is LOG and not text.startswith(("#", "%")) and numbers_delimiter(text) is not None:
             return _unnamed(path, lines, number, offset - len(raw), options, preamble)
         preamble |= _key_value(body)
+    if lines[options.skip_lines :]:
+        shown = _decode(lines[options.skip_lines]).strip()
+        first_line = f"; line {options.skip_lines + 1} reads {quoted(shown)}"
+    else:
+        first_line = ""
     found_no = "neither" if sought is LOG else "no"
     or_rows = " nor rows of numbers" if sought is LOG else ""
     raise LogError(
         f"{path}: not a {sought.what}: found {found_no} column names such as {sought.columns}{or_rows}"
+        f"{first_line}"
     )
 
 
@@ -193,13 +201,19 @@ def _named(
     path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
 ) -> TextLayout:
     full = (line for line in lines[number : number + _ROWS_SEARCHED] if line.strip())
-    rows = [_decode(line).strip() for line in islice(full, _ROWS_COMPARED)]
+    whole = [_decode(line).rstrip("\r\n") for line in islice(full, _ROWS_COMPARED)]
+    skipped = sum(not line.startswith(_COMMENTS) for line in lines[: number - 1])
+    if whole and (units := _units(whole[0], names)):
+        offset += sum(map(len, lines[number : number + 1]))
+        number, whole, names = number + 1, whole[1:], _with_units(names, units)
+    rows = [line.strip() for line in whole]
     if not rows:
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
     row = max(rows, key=lambda row: _sound_fields(row, len(names)))
     delimiter = _row_delimiter(row, len(names))
-    skipped = sum(not line.startswith(_COMMENTS) for line in lines[: number - 1])
     _refuse_repeated(path, number, names)
+    if _end_in_delimiter(whole, delimiter, len(names)):
+        names.append(AFTER_LAST)
     return TextLayout(
         delimiter,
         tuple(names),
@@ -212,6 +226,33 @@ def _named(
         (f"skipped {count_of('line', skipped)} before the column names",) if skipped else (),
         _are_quoted(rows),
     )
+
+
+def _units(line: str, names: Sequence[str]) -> list[str]:
+    """Return the units in the line below the names, as Consensys writes them; empty if it holds none."""
+    units = split_line(line, _row_delimiter(line, len(names)))
+    if len(units) != len(names) or any(number_of(unit) is not None for unit in units):
+        return []
+    units = [unit.replace("(", "").replace(")", "") for unit in units]
+    columns = [recognise(name) for name in names]
+    pairs = zip(units, columns, strict=True)
+    return units if any(column and find_unit(unit, column.quantity) for unit, column in pairs) else []
+
+
+def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Write the unit behind each name that states none."""
+    return [
+        f"{name} [{unit}]" if unit and name and not name.endswith(("]", ")")) else name
+        for name, unit in zip(names, units, strict=True)
+    ]
+
+
+def _end_in_delimiter(rows: Sequence[str], delimiter: str, columns: int) -> bool:
+    """Tell whether a delimiter stands behind the last field of most rows, as MT Manager writes it."""
+    if delimiter == BLANKS:
+        return False
+    ended = [row.endswith(delimiter) and len(row.split(delimiter)) == columns + 1 for row in rows]
+    return 2 * sum(ended) > len(ended)
 
 
 def _sound_fields(row: str, columns: int) -> int:

@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tumble.constants import STANDARD_GRAVITY
+from tumble.logs.options import COUNTS
 from tumble.recording import ASSUMED, FloatArray
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
@@ -35,6 +36,7 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
         "m/s^2": "m/s^2",
         "m/s2": "m/s^2",
         "m/s/s": "m/s^2",
+        "m/sec^2": "m/s^2",
         "m_s2": "m/s^2",
         "m_s_2": "m/s^2",
         "m_s^2": "m/s^2",
@@ -132,6 +134,8 @@ LARGEST_SI = 1e6
 """m/s^2 or rad/s: beyond the range of any sensor; what reads more is a garbled line."""
 LARGEST_TIME = 1e11
 """s, three thousand years."""
+_RANGES_G = (2.0, 4.0, 8.0, 16.0, 32.0)
+"""Of accelerometers as they are made."""
 _IMPOSSIBLE_DEG_PER_S = 4500.0
 _LARGEST_BIAS_DEG_PER_S = 100.0
 
@@ -186,6 +190,11 @@ def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
         if 0.75 <= norm_at_rest * scale / STANDARD_GRAVITY <= 1.3:
             return name
     return None
+
+
+def guess_range(norm_at_rest: float) -> float | None:
+    """Give the range, g, of a sensor of 16 bits that reads so many counts at rest; None if none fits."""
+    return next((span for span in _RANGES_G if 0.9 <= norm_at_rest * span / COUNTS <= 1.1), None)
 
 
 def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]:

@@ -23,13 +23,13 @@ from tumble.logs.units import usual_step
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
-_COUNTER, _FINE = "PacketCounter", "SampleTimeFine"
-_BITS = {_COUNTER: 16, _FINE: 32}
+_COUNTER, _FINE, _OLD_COUNTER = "PacketCounter", "SampleTimeFine", "Counter"
+_BITS = {_COUNTER: 16, _FINE: 32, _OLD_COUNTER: 16}
 _MTI_TICKS, _DOT_TICKS = 1e4, 1e6
 """Of SampleTimeFine, a second."""
 _SLOWEST_MTI = 2000.0
 """Ticks between samples: more are of a DOT, as no MTi gives less than five samples a second."""
-_RATES = ("update rate", "outputrate", "output rate")
+_RATES = ("update rate", "sample rate", "outputrate", "output rate")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ def _clock_of(
     path: Path, layout: TextLayout, columns: ImuColumns, rate: float | None, options: ReadOptions
 ) -> _Clock | None:
     """Choose the finest counter that counts; None where there is none that says time."""
-    for column in (_FINE, _COUNTER):
+    for column in (_FINE, _COUNTER, _OLD_COUNTER):
         if column not in layout.names:
             continue
         head = imu_of_table(path, layout, replace(columns, time=column), options).head().time

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.file_names import SUMMARY
-from tumble.files import note_input
+from tumble.files import is_special, note_input
 from tumble.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.logs import open_recording, parse_spec
 from tumble.logs.formats import FOLDER, find_format
@@ -164,6 +164,8 @@ def _matching(pattern: str) -> list[str]:
 
 def _manifest_columns(path: Path) -> list[str]:
     """Give the columns of a list of logs; none where the file is a log itself, which has no column `file`."""
+    if is_special(path):
+        return []
     with path.open("rb") as file:
         line = file.read(_MANIFEST_HEAD).partition(b"\n")[0]
     try:
