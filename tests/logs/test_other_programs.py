@@ -199,6 +199,7 @@ def test_inspect_and_convert_state_the_directions_of_axes(tmp_path):
     assert "FRD" not in turned.out
 
 
+MAIN = "from tumble.cli.main import main; main()"
 ESCAPE = "\x1b]0;owned\x07"
 
 
@@ -229,7 +230,7 @@ def test_a_pipe_or_a_device_is_refused_at_once(tmp_path, arguments):
     os.mkfifo(tmp_path / "fifo")
     places = {"FIFO": tmp_path / "fifo", "OUT": tmp_path / "out.yaml"}
     done = subprocess.run(
-        [sys.executable, "-m", "tumble", *(str(places.get(word, word)) for word in arguments)],
+        [sys.executable, "-c", MAIN, *(str(places.get(word, word)) for word in arguments)],
         capture_output=True,
         text=True,
         timeout=60,
