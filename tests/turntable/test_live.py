@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from tumble.simulate.live.fault import LiveFault
 from tumble.turntable.guide import REST_AFTER_TURN, SHORTEST_TURN, Guide, WantedPose, WantedTurn
 from tumble.turntable.live import LiveTurntable
 from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.slips import Visit, slips
+from tumble.turntable.slips import Visit, exchanges, slips
 from turntable_sessions import contents, one_line, typed
 
 G = 9.80665
@@ -144,6 +145,29 @@ def test_two_units_that_changed_places_are_both_named(seed):
     visits, matrices = visits_with(np.random.default_rng(seed), swapped)
     found = {(each.target, each.other) for each in slips(visits, matrices, G)}
     assert found == {("target_1", "target_2"), ("target_2", "target_1")}
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 10))
+def test_exchanged_plugs_are_dated_without_a_pose_that_came_again(seed, since):
+    visits, _ = visits_with(np.random.default_rng(seed), lambda shown: shown)
+    crossed = [
+        replace(visit, targets=dict(zip(visit.targets, reversed(visit.targets.values()), strict=True)))
+        for visit in visits[since:]
+    ]
+    [found] = exchanges([*visits[:since], *crossed], ["target_1", "target_2"])
+    assert found.since.time == float(since)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32 - 1), st.floats(0.001, 0.3))
+def test_noisy_units_and_loose_ones_are_not_called_exchanged(seed, sigma):
+    rng = np.random.default_rng(seed)
+    visits, _ = visits_with(
+        rng, lambda shown: shown | {"target_2": shown["target_2"] + rng.normal(0, 1.0, 3)}
+    )
+    shaken = [replace(visit, targets=noisy(visit.targets)) for visit in visits]
+    assert list(exchanges(shaken, ["target_1", "target_2"])) == []
 
 
 # The loop

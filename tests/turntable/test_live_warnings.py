@@ -99,8 +99,22 @@ def test_two_units_that_were_exchanged_between_two_rounds_are_both_named(tmp_pat
         one[half:, 1:], other[half:, 1:] = other[half:, 1:].copy(), one[half:, 1:].copy()
 
     done = session(replayed(tmp_path, made, exchanged), tmp_path / "out")
-    swapped = {unit for unit, text in warnings_of(done) if "the two are swapped" in text}
+    swapped = {unit for unit, text in warnings_of(done) if "plugs of the two were exchanged" in text}
     assert swapped == {"target_1", "target_2"}
+
+
+def test_plugs_exchanged_within_one_round_are_named(tmp_path):
+    made = simulate(85, grades=["tactical", "tactical"], rate_hz=50.0, clocks="shared")
+
+    def exchanged(tables):
+        one, other = tables["target_1"], tables["target_2"]
+        half = len(one) // 2
+        one[half:, 1:], other[half:, 1:] = other[half:, 1:].copy(), one[half:, 1:].copy()
+
+    done = session(replayed(tmp_path, made, exchanged), tmp_path / "out")
+    named = {unit for unit, text in warnings_of(done) if "were exchanged before" in text}
+    assert named == {"target_1", "target_2"}
+    assert not any("loose" in text or "other axes" in text for _, text in warnings_of(done))
 
 
 @pytest.mark.parametrize("angle", [1.0, 5.0])

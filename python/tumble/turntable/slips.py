@@ -22,6 +22,11 @@ OTHER_AXES = 20.0
 LIKER = 0.5
 """Two units are swapped where each is nearer by this factor to what the other showed than to its own."""
 
+FEWEST_VISITS = 6
+"""Visits from which an exchange is told without a pose that came again: two more than a fit takes up."""
+EXCHANGED = 0.2
+"""Two units are exchanged where the readings of both, exchanged, fit the reference better by this factor."""
+
 
 @dataclass(frozen=True, slots=True)
 class Visit:
@@ -114,3 +119,42 @@ def _swapped_with(
         if name in (one, other) and crossed < LIKER * own:
             return other if name == one else one
     return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """Two targets whose plugs were exchanged: from a visit on each shows what the other is."""
+
+    one: str
+    other: str
+    since: Visit
+
+
+def exchanges(visits: Sequence[Visit], suspects: Sequence[str]) -> Iterator[Exchange]:
+    """Find pairs of targets that fit the reference far better with their readings exchanged from a visit on.
+
+    Every target is fitted by y = M u + b to the reference's specific force u of the visits; no pose need come
+    again. Both targets of a pair have to fit badly as they are, and well exchanged.
+    """
+    for one, other in combinations(sorted(suspects), 2):
+        seen = [visit for visit in visits if visit.targets.keys() >= {one, other}]
+        if len(seen) < FEWEST_VISITS:
+            continue
+        forces = np.array([visit.reference for visit in seen])
+        pair = np.array([[visit.targets[name] for name in (one, other)] for visit in seen])
+        own = _misfit(forces, pair)
+        crossed = {
+            k: _misfit(forces, np.concatenate([pair[:k], pair[k:, ::-1]])) for k in range(1, len(seen))
+        }
+        best = min(crossed, key=lambda k: float(crossed[k].max()))
+        if np.all(crossed[best] < EXCHANGED * own):
+            yield Exchange(one, other, seen[best])
+
+
+def _misfit(forces: FloatArray, pair: FloatArray) -> FloatArray:
+    """Root mean square residual (2,), m/s^2, of the readings (n, 2, 3) of two targets, each fitted alone."""
+    regressors = np.column_stack([forces, np.ones(len(forces))])
+    readings = pair.reshape(len(pair), 6)
+    residual = readings - regressors @ np.linalg.lstsq(regressors, readings, rcond=None)[0]
+    misfit: FloatArray = np.sqrt(np.mean(np.square(residual).reshape(len(pair), 2, 3), axis=(0, 2)))
+    return misfit

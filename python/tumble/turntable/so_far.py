@@ -18,7 +18,7 @@ from tumble.results import LARGEST_WIDENING
 from tumble.turntable.poses import PoseList
 from tumble.turntable.procedure import Session
 from tumble.turntable.result import TargetResult
-from tumble.turntable.slips import OTHER_AXES, Slip, slips, visits_of
+from tumble.turntable.slips import OTHER_AXES, Exchange, Slip, exchanges, slips, visits_of
 
 OpenSession: TypeAlias = Callable[[Recording], Session]
 """Fits the reference, as `open_session` does; poses need not be known."""
@@ -65,10 +65,15 @@ def evaluate(
     visits = visits_of(
         units[reference].acquired, {name: unit.acquired for name, unit in targets.items()}, poses
     )
-    slipped = [_slipped(slip) for slip in slips(visits, matrices, session.batch.gravity)]
-    objections += slipped
+    moved = list(slips(visits, matrices, session.batch.gravity))
+    crossed = {slip.target for slip in moved if slip.other}
+    misfits = [each.name for each in found if not _is_met(each) and each.name not in crossed]
+    exchanged = [each for pair in exchanges(visits, misfits) for each in _exchanged(pair)]
+    known = {each.unit for each in exchanged}
+    slipped = [_slipped(slip) for slip in moved if slip.target not in known]
+    objections += [*exchanged, *slipped]
     if complete:
-        objections += _failures(session, targets, found, {each.unit for each in slipped})
+        objections += _failures(session, targets, found, known | {each.unit for each in slipped})
     return SoFar(
         found, goal.progress(each for each in found if not each.failure) if goal else (), tuple(objections)
     )
@@ -83,7 +88,8 @@ def _slipped(slip: Slip) -> Objection:
     at = f"at {slip.visit.pose}"
     if slip.other:
         text = (
-            f"shows {at} what {slip.other} showed there before: the two are swapped; exchange their sources"
+            f"shows {at} what {slip.other} showed there before: the plugs of the two were exchanged; "
+            "exchange them back and begin anew"
         )
     elif slip.angle > OTHER_AXES:
         text = (
@@ -96,6 +102,23 @@ def _slipped(slip: Slip) -> Objection:
             "was there before; fasten it and begin anew"
         )
     return Objection(slip.target, f"slipped {slip.visit.time:.3f}", text)
+
+
+def _exchanged(pair: Exchange) -> Iterator[Objection]:
+    at = f"{pair.since.pose}, {pair.since.time:.0f} s"
+    for name, other in ((pair.one, pair.other), (pair.other, pair.one)):
+        yield Objection(
+            name,
+            f"exchanged {pair.since.time:.3f}",
+            f"its plug and that of {other} were exchanged before {at}: since then each shows what the other "
+            "showed; exchange them back and begin anew",
+        )
+
+
+def _is_met(target: TargetResult) -> bool:
+    """Whether the readings of a target follow those of the reference."""
+    triad = None if target.failure else target.accelerometer
+    return triad is not None and triad.widening <= LARGEST_WIDENING
 
 
 def _failures(
