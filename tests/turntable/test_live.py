@@ -163,9 +163,14 @@ def test_exchanged_plugs_are_dated_without_a_pose_that_came_again(seed, since):
 @given(st.integers(0, 2**32 - 1), st.floats(0.001, 0.3))
 def test_noisy_units_and_loose_ones_are_not_called_exchanged(seed, sigma):
     rng = np.random.default_rng(seed)
-    visits, _ = visits_with(
-        rng, lambda shown: shown | {"target_2": shown["target_2"] + rng.normal(0, 1.0, 3)}
-    )
+
+    def loose(shown):
+        return shown | {"target_2": shown["target_2"] + rng.normal(0.0, 1.0, 3)}
+
+    def noisy(shown):
+        return {name: each + rng.normal(0.0, sigma, 3) for name, each in shown.items()}
+
+    visits, _ = visits_with(rng, loose)
     shaken = [replace(visit, targets=noisy(visit.targets)) for visit in visits]
     assert list(exchanges(shaken, ["target_1", "target_2"])) == []
 
