@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test bench soak package lint site format requirements clean
+.PHONY: help build demo demo-live firmware test bench foreign soak package lint site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -148,3 +148,6 @@ $(VENV)/.requirements-test: $(VENV)/.requirements requirements-test.txt
 $(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml
 	VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/maturin develop --release --locked
 	@touch $@
+
+foreign:  ## Compare recordings of others that lie in FOLDER with what independent readers find
+	$(BIN)/python tests/support/foreign.py $(FOLDER) --table docs/how-to/read-logs.md
