@@ -40,6 +40,7 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.disturbed
+	$(BIN)/python -m benchmarks.stamps
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_live
