@@ -49,6 +49,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.noise_terms
 	$(BIN)/python -m benchmarks.noise_chart
+	$(BIN)/python -m benchmarks.constant_rates
 	$(BIN)/python -m benchmarks.thermal
 	$(BIN)/python -m benchmarks.thermal_chart
 	$(BIN)/python -m benchmarks.compare

@@ -441,6 +441,27 @@ def thermal(content: Content) -> Iterator[str]:
     yield f"{sum(of['sessions'] for of in content['drifts'])} simulated sessions of an axis."
 
 
+def constant_rates(content: Content) -> Iterator[str]:
+    """Whether gyroscopes on a rate table reach the bound, hold their intervals and predict another rate."""
+    yield _row(
+        [
+            "session",
+            "RMSE over the bound",
+            "95 % hold",
+            "error at 60 deg/s",
+            "plain least squares, same means",
+        ]
+    )
+    yield "|---|---|---|---|---|"
+    for of in content["plans"]:
+        figures = f"{of['ratio']:.3f}", f"{100 * of['coverage']:.1f} %"
+        yield _row(
+            [of["plan"], *figures, f"{1e3 * of['foretold']:.2f} mdeg/s", f"{1e3 * of['plain']:.2f} mdeg/s"]
+        )
+    yield ""
+    yield f"{sum(of['sessions'] for of in content['plans'])} sessions made by numpy alone, six faces each."
+
+
 def spin_live(content: Content) -> Iterator[str]:
     """Whether chi-square and intervals of a live spin mean what they say, beside those of the log."""
     groups = list(content["live"]["coverage"])
@@ -788,6 +809,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "disturbed": disturbed,
     "stamps": stamps,
     "truths": truths,
+    "constant_rates": constant_rates,
     "spin": spin,
     "spin_live": spin_live,
     "live": live,

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 import yaml
+from benchmarks.rate_tables import Session, Unit, usual
 from tests.support.log_fixtures import real
-from tests.support.rate_tables import Session, Unit, usual
 from tests.support.repetitions import repetitions
 from tests.support.turntable_sessions import typed
 

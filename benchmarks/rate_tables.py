@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from tumble.recording import Recording
+from tumble.recording import FloatArray, Recording
 
 GRAVITY = 9.80665
 EARTH = 7.292115e-5 * np.array([np.cos(0.84), 0.0, np.sin(0.84)])
@@ -18,23 +19,23 @@ FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 class Unit:
     """A unit and its errors: reading = M true + b + noise."""
 
-    M: np.ndarray = field(default_factory=lambda: np.eye(3))
-    b: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    force_M: np.ndarray = field(default_factory=lambda: np.eye(3))
-    force_b: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    M: FloatArray = field(default_factory=lambda: np.eye(3))
+    b: FloatArray = field(default_factory=lambda: np.zeros(3))
+    force_M: FloatArray = field(default_factory=lambda: np.eye(3))
+    force_b: FloatArray = field(default_factory=lambda: np.zeros(3))
     force_noise: float = 2e-4
     rate_noise: float = 2e-5
     delay: float = 0.0
 
-    def rate_reading(self, rate):
+    def rate_reading(self, rate: FloatArray) -> FloatArray:
         """Angular rate (n, 3) as it is read, without noise."""
-        return rate @ self.M.T + self.b
+        return np.asarray(rate @ self.M.T + self.b)
 
 
-def usual(random):
+def usual(random: np.random.Generator) -> Unit:
     """Draw a target of consumer grade."""
 
-    def matrix():
+    def matrix() -> FloatArray:
         return np.eye(3) + random.normal(0.0, 0.008, (3, 3))
 
     return Unit(
@@ -48,26 +49,26 @@ def usual(random):
     )
 
 
-def _about(axis, angle):
+def _about(axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Rotation matrices (n, 3, 3) about a unit vector by angles (n,)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
 
 
-def _profile(rates, hold, ramp, rest):
+def _profile(rates: Sequence[float | None], hold: float, ramp: float, rest: float) -> FloatArray:
     """Knots of the rate of the table, rad/s: rates from one to the next; None is a rest."""
     knots = [(0.0, 0.0), (rest, 0.0)]
     for rate in (*rates, None):
         value = 0.0 if rate is None else np.radians(rate)
         length = rest if rate is None else hold
         knots += [(knots[-1][0] + ramp, value), (knots[-1][0] + ramp + length, value)]
-    knots = np.array(knots)
-    return knots[np.append(True, np.diff(knots[:, 0]) > 0.0)]
+    whole = np.array(knots)
+    return np.asarray(whole[np.append(True, np.diff(whole[:, 0]) > 0.0)])
 
 
-def _smooth(knots, time):
+def _smooth(knots: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rate and angle (n,) at times: between knots the rate is a cubic that begins and ends level."""
     start, value = knots[:-1, 0], knots[:-1, 1]
     length, change = np.diff(knots[:, 0]), np.diff(knots[:, 1])
@@ -83,8 +84,8 @@ def _smooth(knots, time):
 class Session:
     """Motion of a table: at each face a profile of rates, then a turn to the next face."""
 
-    rates: tuple
-    faces: tuple = FACES
+    rates: tuple[float | None, ...]
+    faces: tuple[tuple[int, int, int], ...] = FACES
     hold: float = 20.0
     ramp: float = 1.0
     rest: float = 10.0
@@ -92,7 +93,7 @@ class Session:
     """Axis of the table off vertical, rad."""
     turn: float = 4.0
 
-    def pieces(self):
+    def pieces(self) -> Iterator[tuple[float, FloatArray, FloatArray, FloatArray]]:
         """Times, axes and profiles, one after the other."""
         begun, attitude = 0.0, None
         for k, face in enumerate(self.faces):
@@ -118,7 +119,7 @@ class Session:
                 attitude = _about(axis, -np.array([turned]))[0] @ attitude
                 begun += self.turn
 
-    def truth(self, time):
+    def truth(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Specific force and angular rate (n, 3) in the case at times."""
         force, rate = np.empty((len(time), 3)), np.empty((len(time), 3))
         pieces = list(self.pieces())
@@ -133,12 +134,19 @@ class Session:
         return force, rate
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Length of the session, s."""
         *_, (begun, _, _, knots) = self.pieces()
-        return begun + knots[-1, 0]
+        return begun + float(knots[-1, 0])
 
-    def recorded(self, name, unit, random, sample_rate=100.0, stamp=1e-3):
+    def recorded(
+        self,
+        name: str,
+        unit: Unit,
+        random: np.random.Generator,
+        sample_rate: float = 100.0,
+        stamp: float = 1e-3,
+    ) -> Recording:
         """Recording of a unit; stamps are whole numbers of `stamp` seconds."""
         time = np.arange(int(self.length * sample_rate)) / sample_rate
         force, rate = self.truth(time - unit.delay)
@@ -147,7 +155,7 @@ class Session:
         return Recording.from_arrays(name, np.round(time / stamp) * stamp, force, rate, clock="table")
 
 
-def _from_up(up):
+def _from_up(up: FloatArray) -> FloatArray:
     """Any rotation case_from_world with that face up."""
     side = np.roll(np.abs(up), 1)
     return np.column_stack([side, np.cross(up, side), up])
