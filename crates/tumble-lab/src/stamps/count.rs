@@ -1,4 +1,6 @@
 //! Numbers of samples: the count of those that came, and of those that were lost between them.
+//!
+//! Equations: docs/theory/clocks.md.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,6 @@
 //! Offsets of successive seconds: the least delay of each, or the mean.
+//!
+//! Equations: docs/theory/clocks.md.
 
 use super::walk::Node;
 

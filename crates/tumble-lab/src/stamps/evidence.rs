@@ -1,5 +1,7 @@
 //! Whether a sensor samples evenly: its signal shows it, its stamps do not.
 //!
+//! Equations: docs/theory/clocks.md.
+//!
 //! A sensor that samples evenly has a smooth signal over the numbers of its samples. One that samples when it is asked has a
 //! smooth signal over its stamps: over the numbers it is rough by the rate of change times the time by which each sample was
 //! taken late.

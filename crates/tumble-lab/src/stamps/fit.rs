@@ -1,4 +1,6 @@
 //! Even times of a whole recording.
+//!
+//! Equations: docs/theory/clocks.md.
 
 use super::count::{Loss, losses};
 use super::envelope::{Block, Delayed, Follows, blocks, choose};

@@ -1,4 +1,6 @@
 //! Sampling period of a sensor, from stamps of which each is late by a time of its own.
+//!
+//! Equations: docs/theory/clocks.md.
 
 /// Scatter of stamps over the period below which they are exact.
 const EXACT: f64 = 0.002;

@@ -1,4 +1,6 @@
 //! A clock whose rate wanders: offsets of successive seconds, joined by a random walk of rate.
+//!
+//! Equations: docs/theory/clocks.md.
 
 use nalgebra::{Matrix2, Vector2};
 
