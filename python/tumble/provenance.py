@@ -5,6 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -38,6 +41,23 @@ class LogFacts:
 
 UNKNOWN = Provenance()
 NO_LOG = LogFacts()
+_maker: ContextVar[tuple[str, str]] = ContextVar("maker", default=("", ""))
+"""Operator and station of what is made now."""
+
+
+@contextmanager
+def made_by(operator: str, station: str) -> Iterator[None]:
+    """State who makes, and where, what is found while the block runs."""
+    token = _maker.set((operator, station))
+    try:
+        yield
+    finally:
+        _maker.reset(token)
+
+
+def provenance_now() -> Provenance:
+    """Give when and by whom a result is made; raises `TumbleError` as `date_now`."""
+    return Provenance(date_now(), *_maker.get())
 
 
 def date_now() -> str:

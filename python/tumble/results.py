@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 from tumble import _core
 from tumble.frames import frame_of
-from tumble.provenance import LogFacts
+from tumble.provenance import LogFacts, Provenance, provenance_now
 from tumble.recording import FloatArray
 
 if TYPE_CHECKING:
@@ -124,8 +124,8 @@ class Addition:
     serial: str
     logs: tuple[LogFacts, ...] = ()
     """Of each source."""
-    date: str = ""
-    """When it was found: UTC, ISO 8601."""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
     start_hash: str = ""
     """sha256 of the calibration that it is added to; empty if there was none."""
     start: Mapping[str, object] = field(default_factory=dict, repr=False)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.exit_code import ExitCode
+from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from tumble.align.result import AlignResult
 
 
+@with_maker
 @with_read_options
 def align_command(
     read_options: ReadOptions,

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tumble.provenance import Provenance, provenance_now
 from tumble.recording import FloatArray
 from tumble.results import Collection, Parameter, Row, Tabular, Verdict
 
@@ -86,6 +87,8 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
     options: dict[str, object] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     software: str = ""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
 
     def _items(self) -> Sequence[UnitAlignment]:
         return self.units

@@ -51,7 +51,9 @@ def added(
         "gave": tuple(part(triad, group) for triad in found),
         "method": {"procedure": procedure, "options": options},
         "software": result.software,
-        "date": result.date,
+        "date": result.provenance.date,
+        **({"operator": result.provenance.operator} if result.provenance.operator else {}),
+        **({"station": result.provenance.station} if result.provenance.station else {}),
         "verdict": verdict,
         "logs": tuple(
             log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)

@@ -8,10 +8,12 @@ from typing import Annotated
 import typer
 
 from tumble.cli.exit_code import ExitCode
+from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json, print_summary
 
 
+@with_maker
 def compare_command(
     calibrations: Annotated[
         list[str],

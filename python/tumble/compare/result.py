@@ -8,6 +8,7 @@ from math import isfinite, nan
 
 import numpy as np
 
+from tumble.provenance import Provenance, provenance_now
 from tumble.recording import FloatArray
 from tumble.results import Collection, Row, Tabular, TriadName, Verdict
 
@@ -205,6 +206,8 @@ class CompareResult(Tabular, Collection[Pair]):
     """Calibrations that are known to be wrong."""
     options: dict[str, object] = field(default_factory=dict)
     software: str = ""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
 
     def _items(self) -> Sequence[Pair]:
         return self.pairs

@@ -10,6 +10,7 @@ import typer
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import LIVE, SenderOption, UntilOption, pose_seconds
+from tumble.cli.maker_options import OperatorOption, StationOption
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.cli.start import StartOption
@@ -92,10 +93,8 @@ def multipose_command(
     latitude: LatitudeOption = None,
     height: HeightOption = None,
     gravity: GravityOption = None,
-    operator: Annotated[
-        str, typer.Option(metavar="NAME", help="Who calibrated; stands in the calibration file.")
-    ] = "",
-    station: Annotated[str, typer.Option(metavar="NAME", help="Where; stands in the calibration file.")] = "",
+    operator: OperatorOption = "",
+    station: StationOption = "",
     as_json: Annotated[
         bool,
         typer.Option("--json", help="Print the result as JSON instead of a table; with --live events too."),

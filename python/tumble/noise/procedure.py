@@ -22,7 +22,6 @@ from tumble.logs import ReadOptions
 from tumble.noise import messages
 from tumble.noise.result import TERM_UNITS, ChannelNoise, DeviationCurve, NoiseResult
 from tumble.noise.samples import StillSamples
-from tumble.provenance import date_now
 from tumble.recording import RecordingSource, SampleProgress, sources_of
 from tumble.results import INTERVAL, Parameter
 from tumble.units import Triad
@@ -77,7 +76,6 @@ def noise(
         channels=channels,
         temperature=_temperature(units),
         logs=tuple(replace(unit.log, sha256=digest_of(unit.recording)) for unit in units),
-        date=date_now(),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
         warnings=(*_notices(units), *messages.warnings_of(part, channels)),

@@ -13,6 +13,7 @@ import typer
 from tumble.cli.durations import seconds_of
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_options import LIVE, SenderOption, ToOption
+from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.errors import ProcedureError
@@ -32,6 +33,7 @@ class PrecisionOption(str, Enum):
     F32 = "f32"
 
 
+@with_maker
 @with_read_options
 def redundancy_command(
     read_options: ReadOptions,

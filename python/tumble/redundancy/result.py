@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.provenance import Provenance, provenance_now
 from tumble.recording import FloatArray
 from tumble.redundancy.known_faults import OF_THE_SET, KnownFault, known_faults
 from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular, Verdict
@@ -209,6 +210,8 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     calibration_hash: str = ""
     """Of the primary's own calibration; empty if it had none."""
     software: str = ""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
     serials: Mapping[str, str] = field(default_factory=dict)
     """Of the units whose logs state them, by name."""
     defaults: Mapping[str, object] = field(default_factory=dict)

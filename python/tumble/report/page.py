@@ -12,6 +12,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from tumble.files import PAGE, write_text
+from tumble.report.identity import Identity
 from tumble.report.numbers import typeset
 from tumble.report.text import VERDICT_SIGNS
 
@@ -36,10 +37,12 @@ class ResultPage(Generic[Result]):
     template: str
     gather: Callable[[Result], object]
     """Makes of a result what the template calls `page`."""
+    identify: Callable[[Result], Identity]
+    """Says of a result what it is of, when and by whom it was found."""
 
     def render(self, result: Result) -> str:
         """Give the page as HTML."""
-        return render(self.package, self.template, page=self.gather(result))
+        return render(self.package, self.template, self.identify(result), page=self.gather(result))
 
     def write(self, result: Result, path: Path) -> None:
         """Write the page; the file takes its name only once it is whole.
@@ -49,9 +52,9 @@ class ResultPage(Generic[Result]):
         write_text(path, self.render(result), PAGE)
 
 
-def render(package: str, template: str, **values: object) -> str:
+def render(package: str, template: str, identity: Identity, **values: object) -> str:
     """Fill a template of a package, such as `tumble.spin.report`, with what it names."""
-    return _environment(package).get_template(template).render(values)
+    return _environment(package).get_template(template).render(values | {"identity": identity})
 
 
 @cache

@@ -11,6 +11,7 @@ from tumble.cli.durations import seconds_of
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import LIVE, SenderOption
+from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from tumble.spin.turns import TrueTurns
 
 
+@with_maker
 @with_read_options
 def spin_command(
     read_options: ReadOptions,

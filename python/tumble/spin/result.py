@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from tumble.provenance import Provenance, provenance_now
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, Collection, Parameter, Rest, Row, Tabular, Trace, TriadName, Verdict
 from tumble.units import UNITS
@@ -177,6 +178,8 @@ class SpinResult(Tabular, Collection[Spin]):
     """Method options as the calibration file keeps them."""
     warnings: tuple[str, ...] = ()
     software: str = ""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
     applied: Mapping[str, object] = field(default_factory=dict, repr=False)
     """Content of the calibration applied first; empty if there was none."""
 

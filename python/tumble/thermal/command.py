@@ -7,12 +7,14 @@ from typing import Annotated
 import typer
 
 from tumble.cli.exit_code import ExitCode
+from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.cli.start import StartOption
 from tumble.logs.options import ReadOptions
 
 
+@with_maker
 @with_read_options
 def thermal_command(
     read_options: ReadOptions,

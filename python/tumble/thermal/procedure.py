@@ -18,7 +18,6 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.start import started_from
 from tumble.errors import ProcedureError
 from tumble.logs import ReadOptions
-from tumble.provenance import date_now
 from tumble.recording import Recording, RecordingSource, SampleProgress, sources_of
 from tumble.results import Parameter
 from tumble.thermal import messages
@@ -94,7 +93,6 @@ def thermal(
         axes=axes,
         blocks=blocks,
         logs=tuple(replace(unit.log, sha256=digest_of(unit.recording)) for unit in units),
-        date=date_now(),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
         options={"fixture": fixture},

@@ -17,6 +17,7 @@ from tumble.cli.exit_code import ExitCode
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.live_options import SenderOption, UntilOption
 from tumble.cli.live_screen import failures_told
+from tumble.cli.maker_options import OperatorOption, StationOption
 from tumble.cli.output import OutputFolder, folder_for, folder_named_after
 from tumble.cli.progress import batch_progress
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
@@ -158,14 +159,8 @@ def turntable_command(
             help="Leave out what is done in the folder and unchanged; with --live go on with its session.",
         ),
     ] = False,
-    operator: Annotated[
-        str,
-        typer.Option(envvar="TUMBLE_OPERATOR", metavar="NAME", help="Who calibrates.", show_default=False),
-    ] = "",
-    station: Annotated[
-        str,
-        typer.Option(envvar="TUMBLE_STATION", metavar="NAME", help="Where that is done.", show_default=False),
-    ] = "",
+    operator: OperatorOption = "",
+    station: StationOption = "",
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Targets calibrated at a time; all cores if not given.")
     ] = None,

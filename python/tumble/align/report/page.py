@@ -8,6 +8,7 @@ import numpy as np
 
 from tumble.align.report.figures import places_figure
 from tumble.align.result import AlignResult, UnitAlignment
+from tumble.report.identity import Identity
 from tumble.report.numbers import fixed, readable_scale, significant
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
@@ -150,4 +151,8 @@ def _method(result: AlignResult) -> tuple[tuple[str, str], ...]:
     )
 
 
-ALIGN_REPORT = ResultPage("tumble.align.report", "align.html.j2", align_page)
+def _identity(result: AlignResult) -> Identity:
+    return Identity("Alignment", result.primary, "", result.provenance, result.software)
+
+
+ALIGN_REPORT = ResultPage("tumble.align.report", "align.html.j2", align_page, _identity)

@@ -23,6 +23,7 @@ from tumble.compare.report.text import (
     verdict_sentence,
 )
 from tumble.compare.result import CompareResult, Pair
+from tumble.report.identity import Identity, serials
 from tumble.report.page import Picture, ResultPage
 from tumble.units import TRIADS
 
@@ -118,4 +119,9 @@ def _pictures(result: CompareResult) -> Iterator[Picture]:
             yield Picture(history_figure(found, f"history-{triad}"), f"{triad.capitalize()}. {caption}")
 
 
-COMPARE_REPORT = ResultPage("tumble.compare.report", "compare.html.j2", compare_page)
+def _identity(result: CompareResult) -> Identity:
+    known = serials(tuple(zip(result.names, result.serials, strict=True)))
+    return Identity("Compare", " · ".join(result.names), known, result.provenance, result.software)
+
+
+COMPARE_REPORT = ResultPage("tumble.compare.report", "compare.html.j2", compare_page, _identity)

@@ -9,6 +9,7 @@ from tumble.multipose.report.figures import influence_figure, norm_figure, spher
 from tumble.multipose.report.text import method_lines, next_sentences, sentences
 from tumble.multipose.result import MultiposeResult
 from tumble.report.figures import recording_figure
+from tumble.report.identity import Identity
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import (
     NoiseRow,
@@ -111,4 +112,8 @@ def _turns(result: MultiposeResult) -> Picture | None:
     )
 
 
-MULTIPOSE_REPORT = ResultPage("tumble.multipose.report", "multipose.html.j2", multipose_page)
+def _identity(result: MultiposeResult) -> Identity:
+    return Identity("Multi-pose", result.name, result.serial, result.provenance, result.software)
+
+
+MULTIPOSE_REPORT = ResultPage("tumble.multipose.report", "multipose.html.j2", multipose_page, _identity)

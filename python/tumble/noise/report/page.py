@@ -8,6 +8,7 @@ from tumble.noise.keys import NoiseKey, kalibr_keys, vins_keys
 from tumble.noise.report.figures import deviation_figure
 from tumble.noise.report.text import printed_terms, unidentified, used_sentence
 from tumble.noise.result import NoiseResult
+from tumble.report.identity import Identity
 from tumble.report.numbers import significant
 from tumble.report.page import Picture, ResultPage
 from tumble.report.text import temperature_sentence
@@ -106,4 +107,8 @@ def _method(result: NoiseResult) -> tuple[tuple[str, str], ...]:
     )
 
 
-NOISE_REPORT = ResultPage("tumble.noise.report", "noise.html.j2", noise_page)
+def _identity(result: NoiseResult) -> Identity:
+    return Identity("Noise", result.name, result.serial, result.provenance, result.software)
+
+
+NOISE_REPORT = ResultPage("tumble.noise.report", "noise.html.j2", noise_page, _identity)

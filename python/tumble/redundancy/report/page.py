@@ -12,6 +12,7 @@ from tumble.redundancy.report.figures import deviations_figure, difference_figur
 from tumble.redundancy.report.parameters import error_groups
 from tumble.redundancy.report.timeline import TimeLine, is_verdict, time_line
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
+from tumble.report.identity import Identity, serials
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
 
@@ -292,4 +293,8 @@ def _method(result: RedundancyResult) -> tuple[tuple[str, str], ...]:
     return tuple((name, text) for name, text in lines if text)
 
 
-REDUNDANCY_REPORT = ResultPage("tumble.redundancy.report", "redundancy.html.j2", redundancy_page)
+def _identity(result: RedundancyResult) -> Identity:
+    return Identity("Redundancy", result.primary, serials(result.serials), result.provenance, result.software)
+
+
+REDUNDANCY_REPORT = ResultPage("tumble.redundancy.report", "redundancy.html.j2", redundancy_page, _identity)

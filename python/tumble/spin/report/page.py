@@ -8,6 +8,7 @@ import numpy as np
 
 from tumble.recording import FloatArray
 from tumble.report.figures import recording_figure
+from tumble.report.identity import Identity
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
@@ -207,4 +208,8 @@ def _recording(result: SpinResult) -> Picture | None:
     )
 
 
-SPIN_REPORT = ResultPage("tumble.spin.report", "spin.html.j2", spin_page)
+def _identity(result: SpinResult) -> Identity:
+    return Identity("Spin", result.name, result.serial, result.provenance, result.software)
+
+
+SPIN_REPORT = ResultPage("tumble.spin.report", "spin.html.j2", spin_page, _identity)

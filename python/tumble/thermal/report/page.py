@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tumble.report.identity import Identity
 from tumble.report.page import Picture, ResultPage
 from tumble.thermal.report.figures import drift_figure
 from tumble.thermal.report.text import (
@@ -75,4 +76,8 @@ def _section(result: ThermalResult, triad: Triad) -> TriadSection:
     )
 
 
-THERMAL_REPORT = ResultPage("tumble.thermal.report", "thermal.html.j2", thermal_page)
+def _identity(result: ThermalResult) -> Identity:
+    return Identity("Thermal", result.name, result.serial, result.provenance, result.software)
+
+
+THERMAL_REPORT = ResultPage("tumble.thermal.report", "thermal.html.j2", thermal_page, _identity)

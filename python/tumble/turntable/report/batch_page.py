@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from tumble.provenance import Provenance
 from tumble.recording import FloatArray
 from tumble.report.figures import recording_figure
 from tumble.report.limits import limit_share, used_share
@@ -49,6 +50,18 @@ class TargetRow:
     attempt: int
 
 
+def _serials(rows: Sequence[TargetRow]) -> str:
+    """Print the serial of a single target; of more they stand in the table."""
+    if len(rows) == 1:
+        return rows[0].serial
+    stated = sum(bool(row.serial) for row in rows)
+    return f"{stated} of {len(rows)} stated, in the table" if stated else ""
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(sorted(filter(None, names)))
+
+
 @dataclass(frozen=True, slots=True)
 class DistributionSection:
     """The distributions of one triad."""
@@ -62,6 +75,9 @@ class BatchPage:
     """What the template of the batch page is given."""
 
     title: str
+    serials: str
+    provenance: Provenance
+    """Of the last attempt, and all operators and stations."""
     verdicts: tuple[tuple[str, int], ...]
     warnings: tuple[str, ...]
     reference: tuple[tuple[str, str], ...]
@@ -87,7 +103,11 @@ def batch_page(batch: TurntableResult, records: Iterable[TargetRecord]) -> Batch
     pairs: list[tuple[str, Improvement]] = []
     strips = StripGathering()
     limited = False
+    dates, operators, stations = {""}, {""}, {""}
     for record in records:
+        dates.add(record.date)
+        operators.add(record.operator)
+        stations.add(record.station)
         rows.append(_target_row(record))
         urgencies.append(_urgency(record))
         gain = _improvement(record)
@@ -98,6 +118,8 @@ def batch_page(batch: TurntableResult, records: Iterable[TargetRecord]) -> Batch
     verdicts = [row.verdict for row in rows]
     return BatchPage(
         title=f"Turntable calibration of {count_of('target', len(rows))}",
+        serials=_serials(rows),
+        provenance=Provenance(max(dates), _listed(operators), _listed(stations)),
         verdicts=tuple(
             (verdict, verdicts.count(verdict)) for verdict in VERDICT_TITLES if verdict in verdicts
         ),

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tumble.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.files import PAGE, prepare_folder, write_text
+from tumble.report.identity import Identity
 from tumble.report.page import render
 from tumble.turntable.record import TargetRecord
 from tumble.turntable.report.batch_page import batch_page
@@ -48,12 +49,15 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
 def render_target(result: TurntableResult, target: TargetResult) -> str:
     """Render the page of one target as HTML."""
     page = target_page(result, target)
-    return render("tumble.turntable.report", "target.html.j2", page=page, batch_page=TURNTABLE_PAGE)
+    identity = Identity("Turntable", target.name, target.serial, target.provenance, result.software)
+    return render("tumble.turntable.report", "target.html.j2", identity, page=page, batch_page=TURNTABLE_PAGE)
 
 
 def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str:
     """Render the page of all targets on record as HTML; `batch` is what those of the last run share."""
-    return render("tumble.turntable.report", "batch.html.j2", page=batch_page(batch, records))
+    page = batch_page(batch, records)
+    identity = Identity("Turntable", page.title, page.serials, page.provenance, batch.software)
+    return render("tumble.turntable.report", "batch.html.j2", identity, page=page)
 
 
 def records_of(result: TurntableResult) -> Iterator[TargetRecord]:

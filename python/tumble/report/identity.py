@@ -1,0 +1,74 @@
+"""Identity of a result, on the first screen of its page and at the foot of every printed one.
+
+It says which procedure found it, of what unit and serial, when and by whom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from tumble.provenance import Provenance
+
+NOT_STATED = "not stated"
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Of one result."""
+
+    procedure: str
+    """`Turntable`, `Multi-pose`."""
+    name: str
+    """Of the unit, or of the set."""
+    serial: str
+    """Empty where none is stated; of several units each with its name."""
+    provenance: Provenance
+    software: str
+
+    @property
+    def lines(self) -> tuple[tuple[str, str], ...]:
+        """Give what stands on the first screen, by what it is."""
+        made = self.provenance
+        station = (("station", made.station),) if made.station else ()
+        return (
+            ("date", printed_date(made.date) or NOT_STATED),
+            ("serial", self.serial or NOT_STATED),
+            ("operator", made.operator or NOT_STATED),
+            *station,
+            ("software", self.software or NOT_STATED),
+        )
+
+    @property
+    def footer(self) -> Markup:
+        """Give what stands at the foot of printed pages, as a string of CSS."""
+        found = dict(self.lines)
+        parts = (
+            self.procedure,
+            self.name,
+            f"serial {found['serial']}",
+            found["date"],
+            f"operator {found['operator']}",
+        )
+        return css_string(" · ".join(parts))
+
+
+def serials(known: Mapping[str, str] | Sequence[tuple[str, str]]) -> str:
+    """Print the serials of several units, as far as they are known: `drive 123, spare 456`."""
+    pairs = known.items() if isinstance(known, Mapping) else known
+    return ", ".join(f"{name} {serial}" for name, serial in pairs if serial)
+
+
+def printed_date(date: str) -> str:
+    """Print a date of ISO 8601 for people: `2026-11-22 06:20 UTC`; empty for none."""
+    return f"{date[:10]} {date[11:16]} UTC" if date else ""
+
+
+def css_string(text: str) -> Markup:
+    """Quote text of others for a style sheet: nothing in it ends the string, or the sheet."""
+    quoted = "".join(
+        letter if letter.isalnum() or letter in " .,:-·" else f"\\{ord(letter):x} " for letter in text
+    )
+    return Markup(f'"{quoted}"')
