@@ -82,7 +82,7 @@ LAYERS: dict[str, set[str]] = {
     "schemas": set(),
     "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"errors", "files"},
+    "provenance": {"errors", "files", "folder_lock"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
     "results": {"errors", "frames", "provenance", "recording", "_core"},

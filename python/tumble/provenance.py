@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tumble.errors import TumbleError
 from tumble.files import is_special, once_per_file
+from tumble.folder_lock import LOCK_FILE
 
 _EPOCH = "SOURCE_DATE_EPOCH"
 _BLOCK = 1 << 20
@@ -77,7 +78,7 @@ def date_now() -> str:
 def sha256_of(path: Path) -> str:
     """Digest of a file, in hexadecimal; of a folder that of the names and digests of its files."""
     if path.is_dir():
-        files = sorted(each for each in path.rglob("*") if each.is_file())
+        files = sorted(each for each in path.rglob("*") if each.is_file() and each.name != LOCK_FILE)
         lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]
         return hashlib.sha256("".join(lines).encode()).hexdigest()
     if is_special(path):

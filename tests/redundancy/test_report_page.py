@@ -254,21 +254,21 @@ def test_a_notebook_shows_the_summary_and_every_error():
 
 
 @pytest.mark.parametrize(
-    ("name", "verdict", "all_well"),
+    ("name", "verdict", "all_well", "badge"),
     [
-        ("mission", "not calibrated", False),
-        ("quiet", "fail", False),
-        ("untriggered", "pass", True),
-        ("missing", "not calibrated", False),
-        ("unfit", "fail", False),
-        ("disputed", "fail", False),
+        ("mission", "not calibrated", False, "imu1 failed, imu2 in use, not all calibrated"),
+        ("quiet", "fail", False, "no unit in use"),
+        ("untriggered", "pass", True, "imu1 in use"),
+        ("missing", "not calibrated", False, "imu1 failed, imu2 in use"),
+        ("unfit", "fail", False, "imu1 failed, no unit in use"),
+        ("disputed", "fail", False, "imu1 in use, output in doubt"),
     ],
 )
-def test_the_badge_says_what_the_exit_code_says(pages, name, verdict, all_well):
+def test_the_badge_is_the_state_at_the_end(pages, name, verdict, all_well, badge):
     result = RESULTS[name]()
     assert result.verdict == verdict
     assert result.all_well is all_well
-    assert verdict.capitalize() in headline(pages[name])
+    assert badge in headline(pages[name])
 
 
 def test_the_top_says_of_each_unit_how_it_stood_at_the_end(pages):

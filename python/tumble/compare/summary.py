@@ -14,7 +14,7 @@ from tumble.compare.report.text import (
     PARAMETER_COLUMNS,
     drift_sentence,
     hidden,
-    parameter_cells,
+    parameter_rows,
     sentences,
     verdict_sentence,
 )
@@ -48,8 +48,10 @@ def _table(pair: Pair) -> Table:
     for title in ("", pair.first, pair.second, *PARAMETER_COLUMNS[2:]):
         table.add_column(title, no_wrap=True)
     # Where nothing could be tested the numbers stand for themselves.
-    for each in [row for row in pair.differences if row.compared] or pair.differences:
-        table.add_row(each.name, *parameter_cells(each))
+    shown = {row.name for row in pair.differences if row.compared}
+    for name, cells in parameter_rows(pair):
+        if name in shown or not shown:
+            table.add_row(name, *cells)
     return table
 
 

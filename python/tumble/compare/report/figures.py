@@ -7,20 +7,24 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from tumble.compare.result import History
+from tumble.compare.result import Difference, History
 from tumble.factors import PAIRS
 from tumble.report.canvas import Axes, Figure
-from tumble.report.figures import HALF_WIDTH, box, largest, value_axis_in
+from tumble.report.figures import FULL_WIDTH, HALF_WIDTH, box, largest, value_axis_in
 from tumble.report.groups import group_of
 from tumble.report.numbers import readable_scale
-from tumble.report.panel import horizontal_axis, segments
-from tumble.report.svg import AXIS_COLOURS, AXIS_MARKERS, AXIS_NAMES, inline_svg
+from tumble.report.panel import LABEL_SIZE, horizontal_axis, segments, span, value_axis
+from tumble.report.svg import AXIS_COLOURS, AXIS_MARKERS, AXIS_NAMES, PANEL, SOFT, inline_svg
 from tumble.results import INTERVAL
 
 _PANEL, _ROOM = 1.35, 0.55
 """Inches of a panel, and above it."""
 _POINTS = 60
 _MARGIN = 0.06
+_LINE = 11
+"""Points from one line of a name to the next."""
+_BESIDE = 0.16
+"""Share of the room of a kind of parameter by which its axes are set apart."""
 _ASIDE = 0.006
 """Share of the time by which markers of three axes are set apart."""
 
@@ -31,6 +35,38 @@ def history_figure(histories: Sequence[History], prefix: str) -> Markup:
     return inline_svg(
         history_sheet(histories), prefix, f"Parameters of the {triad} over years, each with a straight line"
     )
+
+
+def sigmas_figure(compared: Sequence[Difference], prefix: str) -> Markup:
+    """Draw how many sigmas each parameter differs by, its axes side by side."""
+    groups: dict[str, list[Difference]] = {}
+    for each in compared:
+        groups.setdefault(each.group, []).append(each)
+    figure = Figure(FULL_WIDTH, 2.6)
+    axes = figure.add_axes(box(FULL_WIDTH, bottom=0.5, height=1.8))
+    low, high = span(np.array([each.sigmas for each in compared]), at_least=(-3.2, 3.2))
+    axes.band(-INTERVAL, INTERVAL, PANEL)
+    value_axis(axes, low, high, "difference / sigma (shaded: where 95 of 100 belong)")
+    axes.set_xlim(-0.6, len(groups) - 0.4)
+    for place, group in enumerate(groups):
+        for line, words in enumerate(group.split(" ", 1)):
+            axes.text(
+                place,
+                0,
+                words,
+                frames=("data", "panel"),
+                shift=(0, -6 - _LINE * line),
+                ha="center",
+                va="top",
+                size=LABEL_SIZE,
+                color=SOFT,
+            )
+    for place, members in enumerate(groups.values()):
+        for k, each in enumerate(members):
+            axis = k % len(AXIS_COLOURS)
+            at = np.array([place + _BESIDE * (k - (len(members) - 1) / 2)])
+            axes.points(at, np.array([each.sigmas]), AXIS_COLOURS[axis], AXIS_MARKERS[axis], 5.0)
+    return inline_svg(figure, prefix, f"Differences of {len(compared)} parameters in sigmas")
 
 
 def history_sheet(histories: Sequence[History]) -> Figure:

@@ -7,7 +7,7 @@ from markupsafe import Markup
 from tumble.compare.report.text import (
     PARAMETER_COLUMNS,
     drift_sentence,
-    parameter_cells,
+    parameter_rows,
     sentences,
     verdict_sentence,
 )
@@ -24,6 +24,6 @@ def compare_html(result: CompareResult) -> str:
 def _table(pair: Pair) -> Markup:
     caption = Markup("<caption><b>{}</b></caption>").format(verdict_sentence(pair))
     head = row("th", ("", *PARAMETER_COLUMNS))
-    rows = [row("td", (each.name, *parameter_cells(each))) for each in pair.differences]
+    rows = [row("td", (name, *cells)) for name, cells in parameter_rows(pair)]
     notes = paragraphs((*sentences(pair), *pair.notes))
     return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), notes)

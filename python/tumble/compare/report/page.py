@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.compare.report.figures import history_figure
+from tumble.compare.report.figures import history_figure, sigmas_figure
 from tumble.compare.report.text import (
     HISTORY_COLUMNS,
     MOTION_COLUMNS,
     PARAMETER_COLUMNS,
     TEST_COLUMNS,
+    differs_sentence,
     drift_sentence,
     hidden,
     history_cells,
+    matters_sentences,
     method_lines,
     motion_cells,
-    parameter_cells,
+    parameter_rows,
     sentences,
     test_cells,
     tests_of,
@@ -45,6 +47,9 @@ class PairSection:
 
     name: str
     verdict: str
+    differs: str
+    matters: tuple[str, ...]
+    picture: Picture | None
     sentence: str
     sentences: tuple[str, ...]
     hidden: tuple[str, ...]
@@ -73,7 +78,7 @@ def compare_page(result: CompareResult) -> ComparePage:
     return ComparePage(
         title=" · ".join(result.names),
         verdict=result.verdict,
-        pairs=tuple(map(_section, result.pairs)),
+        pairs=tuple(_section(pair, number) for number, pair in enumerate(result.pairs, start=1)),
         drift=drift_sentence(result),
         pictures=tuple(_pictures(result)),
         history=Table("parameter", HISTORY_COLUMNS, rows) if rows else None,
@@ -83,10 +88,13 @@ def compare_page(result: CompareResult) -> ComparePage:
     )
 
 
-def _section(pair: Pair) -> PairSection:
+def _section(pair: Pair, number: int) -> PairSection:
     return PairSection(
         name=pair.name,
         verdict=pair.verdict,
+        differs=differs_sentence(pair),
+        matters=tuple(matters_sentences(pair)),
+        picture=_picture(pair, number),
         sentence=verdict_sentence(pair),
         sentences=tuple(sentences(pair)),
         hidden=tuple(hidden(pair)),
@@ -103,10 +111,18 @@ def _section(pair: Pair) -> PairSection:
             Table(
                 "parameter",
                 (pair.first, pair.second, *PARAMETER_COLUMNS[2:]),
-                tuple((each.name, parameter_cells(each)) for each in pair.differences),
+                tuple(parameter_rows(pair)),
             ),
         ),
     )
+
+
+def _picture(pair: Pair, number: int) -> Picture | None:
+    compared = [each for each in pair.differences if each.compared]
+    if not compared:
+        return None
+    caption = f"Each parameter of {pair.second} less that of {pair.first}, in sigmas of the difference."
+    return Picture(sigmas_figure(compared, f"sigmas-{number}"), caption)
 
 
 def _pictures(result: CompareResult) -> Iterator[Picture]:

@@ -15,6 +15,10 @@ PARAMETER_COLUMNS = ("first", "second", "difference ± sigma", "sigmas")
 TEST_COLUMNS = ("chi-square", "degrees of freedom", "probability")
 MOTION_COLUMNS = ("motion", "error, rms", "by uncertainty alone")
 HISTORY_COLUMNS = ("a year", "sigmas", "calibrations")
+FAR = 3.0
+"""Sigmas from which on a parameter counts as different by itself."""
+MATTERS = 2.0
+"""Error over what uncertainty makes from which on it is more."""
 _RAREST = 1e-12
 """Probability below which its digits say nothing."""
 
@@ -33,6 +37,36 @@ def verdict_sentence(pair: Pair) -> str:
     most = pair.farthest
     farthest = f"; most in {most.name}, {printed_difference(most)}" if most is not None else ""
     return f"{pair.name} differ: {', '.join(found)}{farthest}"
+
+
+def differs_sentence(pair: Pair) -> str:
+    """Say what differs, and by how much, before anything of tests."""
+    if pair.verdict != "differ":
+        return f"{verdict_sentence(pair)}."
+    apart = [each for each in pair.differences if each.compared and abs(each.sigmas) > FAR]
+    most = pair.farthest
+    head = f"{pair.name} differ"
+    if most is None or not apart:
+        return (
+            f"{head}: no parameter by itself, but all together ({probability(pair.probability)} by chance)."
+        )
+    compared = sum(each.compared for each in pair.differences)
+    return (
+        f"{head} in {len(apart)} of {count_of('parameter', compared)} by more than {FAR:g} sigmas, most in "
+        f"{most.name}: {printed_difference(most)}."
+    )
+
+
+def matters_sentences(pair: Pair) -> Iterator[str]:
+    """Say what comes of it where one calibration is used in place of the other, and whether that is much."""
+    for each in pair.motion:
+        where = f"{each.triad}, {each.motion}"
+        done = f"Used in place of {pair.first}, {pair.second} is off by {error(each)} rms ({where})"
+        if not isfinite(each.expected):
+            yield f"{done}."
+            continue
+        much = "more than" if each.rms > MATTERS * each.expected else "no more than"
+        yield f"{done}: {much} the {by_chance(each)} that the uncertainties alone make."
 
 
 def _why_not(pair: Pair) -> str:
@@ -71,18 +105,26 @@ def hidden(pair: Pair) -> Iterator[str]:
         yield f"{', '.join(groups)}: {reason} ({count_of('parameter', len(rows))})"
 
 
-def parameter_cells(each: Difference) -> tuple[str, ...]:
-    """Print what `PARAMETER_COLUMNS` name; a scale as what it differs from one by."""
-    scale = scale_of(each)
+def parameter_rows(pair: Pair) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Print what `PARAMETER_COLUMNS` name of each parameter, all of a kind in one unit."""
+    for group in dict.fromkeys(each.group for each in pair.differences):
+        members = [each for each in pair.differences if each.group == group]
+        scale = scale_of(*members)
+        yield from ((each.name, _parameter_cells(each, scale)) for each in members)
+
+
+def _parameter_cells(each: Difference, scale: Scale) -> tuple[str, ...]:
+    """Print a parameter; a scale as what it differs from one by."""
     shown = [scale.quantity(_value(each, number, scale)) for number in (each.first, each.second)]
     sigmas = fixed(each.sigmas, 1) if each.compared else each.reason
-    return (*shown, printed_difference(each), sigmas)
+    return (*shown, printed_difference(each, scale), sigmas)
 
 
-def scale_of(each: Difference) -> Scale:
-    """Choose the unit that a parameter is shown in."""
-    known = [shown_number(each.group, number) for number in (each.first, each.second)]
-    return readable_scale(each.unit, max([abs(number) for number in known if isfinite(number)], default=0.0))
+def scale_of(*members: Difference) -> Scale:
+    """Choose the unit that parameters of a kind are shown in."""
+    known = [shown_number(each.group, number) for each in members for number in (each.first, each.second)]
+    largest = max([abs(number) for number in known if isfinite(number)], default=0.0)
+    return readable_scale(members[0].unit, largest)
 
 
 def _value(each: Difference, number: float, scale: Scale) -> str:
@@ -90,11 +132,11 @@ def _value(each: Difference, number: float, scale: Scale) -> str:
     return round_like(shown, scale.factor * each.sigma) if each.compared else significant(shown, 4)
 
 
-def printed_difference(each: Difference) -> str:
+def printed_difference(each: Difference, scale: Scale | None = None) -> str:
     """Print a difference with its sigma; empty where one of the numbers is not known."""
     if not each.compared and each.sigma != 0.0:
         return ""
-    scale = scale_of(each)
+    scale = scale or scale_of(each)
     return measurement(scale.factor * each.value, scale.factor * each.sigma, scale.unit)
 
 
@@ -122,7 +164,7 @@ def error(each: MotionError) -> str:
 
 def by_chance(each: MotionError) -> str:
     """Print what uncertainty alone would make of it; empty where that is not known."""
-    scale = readable_scale(each.unit, each.expected)
+    scale = readable_scale(each.unit, each.rms or each.expected)
     return scale.quantity(significant(scale.factor * each.expected, 2)) if isfinite(each.expected) else ""
 
 
@@ -135,7 +177,10 @@ def probability(chance: float) -> str:
     """Print a probability in per cent."""
     if chance < _RAREST:
         return f"less than {_RAREST:.0e}"
-    return f"{100.0 * chance:.2g} %" if chance >= 1e-4 else f"{chance:.1g}"
+    percent = 100.0 * chance
+    if percent >= 99.5:
+        return "more than 99 %"
+    return f"{percent:.2g} %" if chance >= 1e-4 else f"{chance:.1g}"
 
 
 def history_cells(each: History) -> tuple[str, ...]:

@@ -43,20 +43,19 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
 
 
 def next_sentences(result: MultiposeResult) -> Iterator[str]:
-    """Say which orientation would help the accelerometer most, and which turn the gyroscope."""
+    """Say which orientation would help the accelerometer most, and which turn the gyroscope, if by enough."""
     orientation, turn = result.next_orientation, result.next_turn
-    if orientation is not None:
+    if orientation is not None and orientation.after < WORTH_ADDING * orientation.before:
         how = orientation_words(orientation.up)
         yield _advice(how, orientation.parameter, orientation.before, orientation.after)
-    if turn is not None:
+    if turn is not None and turn.after < WORTH_ADDING * turn.before:
         how = f"from {orientation_words(turn.up)}, turn it half round about {axis_words(turn.axis)}"
         yield _advice(how, f"{turn.parameter} of the gyroscope", turn.before, turn.after)
 
 
 def _advice(how: str, parameter: str, before: float, after: float) -> str:
     gain = f"{significant(100.0 * before, 2)} % to {significant(100.0 * after, 2)} %"
-    opening = "Next" if after < WORTH_ADDING * before else "Next, though it gains little"
-    return f"{opening}: {how}; lowers the largest sigma, of {parameter}, from {gain}"
+    return f"Next: {how}; lowers the largest sigma, of {parameter}, from {gain}"
 
 
 def _quantity(value: float, unit: str) -> str:

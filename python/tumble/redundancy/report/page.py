@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from tumble.redundancy.known_faults import COVERED
 from tumble.redundancy.report import text
 from tumble.redundancy.report.difference import SENSORS, agreements
+from tumble.redundancy.report.end_state import EndState, end_state
 from tumble.redundancy.report.figures import deviations_figure, difference_figure, timeline_figure
 from tumble.redundancy.report.parameters import error_groups
 from tumble.redundancy.report.timeline import TimeLine, is_verdict, time_line
@@ -98,7 +99,7 @@ class RedundancyPage:
     """What the template of the page is given."""
 
     name: str
-    verdict: str
+    state: EndState
     summary: tuple[str, ...]
     states: tuple[UnitState, ...]
     unobserved: tuple[str, ...]
@@ -125,7 +126,7 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
     changed, unchanged = _settings(result)
     return RedundancyPage(
         name=result.primary,
-        verdict=result.verdict,
+        state=end_state(result),
         summary=tuple(text.summary(result)),
         states=tuple(_state(result, unit) for unit in (result.primary, *result.secondaries)),
         unobserved=tuple(text.unobserved_sentences(result)),
