@@ -102,9 +102,10 @@ def trial(task: tuple[int, tuple[float, ...], int]) -> list[Content]:
         row["least"] = float(np.sum(least))
         if count == order:
             assert axis["hysteresis"] is not None
-            error = np.append(axis["bias"], axis["hysteresis"][0]) - truth
+            error = np.append(axis["bias"], axis["hysteresis"]["mean"][0]) - truth
             row["over_bound"] = (error / np.sqrt(np.diag(covariance))).tolist()
-            row["over_sigma"] = (error / np.sqrt(np.diag(axis["covariance"]))).tolist()
+            sigma = np.append(np.sqrt(np.diag(axis["covariance"]))[:count], axis["hysteresis"]["mean"][1])
+            row["over_sigma"] = (error / sigma).tolist()
         rows.append(row)
     return rows
 

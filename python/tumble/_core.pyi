@@ -478,9 +478,10 @@ class NoiseFitFigures(TypedDict):
     terms: list[NoiseTermFigures]
     chi_square: float
     degrees_of_freedom: int
-    widening: float
-    shortest: float
-    """Shortest averaging time of the fit, s."""
+    misfit: float
+    """Scatter of the deviations about the sum of the terms beyond chance, as a share of them."""
+    filter: float
+    """Time constant, s, of the filter that white noise passed; 0 for none."""
     coefficients: FloatArray
     """(5,) that fit best."""
 
@@ -491,6 +492,28 @@ class NoiseFigures(TypedDict):
     modified: FloatArray
     hadamard: FloatArray
     fit: NoiseFitFigures | None
+
+class DisturbanceFigures(TypedDict):
+    """A step, ramp or knock of one channel, in its unit; times in s."""
+
+    kind: str
+    log: int
+    time: tuple[float, float]
+    size: float
+    sigma: float
+
+class NoiseWatch:
+    """Looks for steps, ramps and knocks in channels that are sampled together, in constant memory."""
+
+    def __init__(self, channels: int) -> None: ...
+    def push(self, time: FloatArray, samples: FloatArray, at_rest: bool) -> None:
+        """Take in successive samples, time (n,), s, and (n, channels)."""
+
+    def end_log(self) -> None:
+        """Begin another log: levels are not compared across."""
+
+    def conclude(self) -> list[tuple[list[DisturbanceFigures], bool]]:
+        """Give what disturbs each channel, the clearest first, and whether there is more than is listed."""
 
 class NoiseRecord:
     """Allan deviations of channels that are sampled together, in constant memory."""
@@ -514,6 +537,15 @@ class StillNoise:
     def draw(self, samples: int) -> FloatArray:
         """Give the next samples, (n, channels)."""
 
+class HysteresisFigures(TypedDict):
+    """Bias while warming less bias while cooling, unit of the axis; value and 1-sigma."""
+
+    largest: tuple[float, float]
+    mean: tuple[float, float]
+    knots: FloatArray
+    """(k, 3) temperature less the reference, K, difference, and its 1-sigma."""
+    is_clear: bool
+
 class AxisDriftFigures(TypedDict):
     """What temperature does to one axis, unit of the axis and K."""
 
@@ -523,8 +555,8 @@ class AxisDriftFigures(TypedDict):
     scale: FloatArray
     """(q,) the same, 1/K^k."""
     covariance: FloatArray
-    """Of [bias, scale, hysteresis]."""
-    hysteresis: tuple[float, float] | None
+    """Of [bias, scale, hysteresis], the last a constant or one at each knot."""
+    hysteresis: HysteresisFigures | None
     """Bias while warming less that while cooling, and its 1-sigma."""
     slope: tuple[float, float]
     """First power of the bias and its 1-sigma, chosen or not."""
@@ -548,6 +580,8 @@ class ThermalFigures(TypedDict):
     range: tuple[float, float]
     step: float
     lag: tuple[float, float] | None
+    lag_or_hysteresis: tuple[float, float] | None
+    """A lag that explains the difference of both legs as well as hysteresis does."""
     still: float
     moved: float
     time: FloatArray

@@ -30,7 +30,7 @@ def mpu6050():
 def test_the_white_noise_of_an_mpu6050_is_that_which_others_found_in_the_same_recording(mpu6050):
     density = np.degrees(mpu6050.term("gyroscope", WHITE))
     assert 0.0074 < density.min() < density.max() < 0.0115
-    assert all(channel.widening == 1.0 for channel in mpu6050)
+    assert all(channel.misfit == 0.0 for channel in mpu6050)
 
 
 def test_seven_minutes_do_not_show_the_bias_instability_of_an_mpu6050(mpu6050):

@@ -1,13 +1,15 @@
 //! Noise of a record, and records whose noise is known.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use tumble_lab::noise::deviation::Kind;
+use tumble_lab::noise::disturbance::{Disturbance, disturbances};
 use tumble_lab::noise::fit::{NoiseFit, TermEstimate};
 use tumble_lab::noise::record::{ChannelNoise, Deviation, NoiseRecord};
 use tumble_lab::noise::term::{NoiseTerm, TERMS};
+use tumble_lab::noise::watch::Watched;
 use tumble_lab::simulate::still::StillChannel;
 
 /// Deviations and terms of channels that are sampled together.
@@ -117,8 +119,8 @@ fn figures<'py>(py: Python<'py>, fit: &NoiseFit, interval: f64) -> PyResult<Boun
     result.set_item("terms", terms)?;
     result.set_item("chi_square", fit.chi_square)?;
     result.set_item("degrees_of_freedom", fit.freedom)?;
-    result.set_item("widening", fit.widening)?;
-    result.set_item("shortest", fit.shortest as f64 * interval)?;
+    result.set_item("misfit", fit.misfit)?;
+    result.set_item("filter", fit.filtered.constant * interval)?;
     let coefficients = NoiseTerm::ALL
         .iter()
         .zip(fit.strengths)
@@ -135,6 +137,81 @@ fn estimate<'py>(py: Python<'py>, found: &TermEstimate) -> PyResult<Bound<'py, P
     result.set_item("high", found.high)?;
     result.set_item("identifiable", found.identifiable)?;
     result.set_item("needed", found.needed)?;
+    Ok(result)
+}
+
+/// Looks for steps, ramps and knocks in channels that are sampled together.
+#[pyclass(module = "tumble._core", name = "NoiseWatch")]
+struct PyNoiseWatch {
+    watched: Watched,
+}
+
+#[pymethods]
+impl PyNoiseWatch {
+    #[new]
+    fn new(channels: usize) -> Self {
+        Self {
+            watched: Watched::new(channels),
+        }
+    }
+
+    /// Takes in successive samples, time (n,), s, and (n, channels), at rest or not.
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        time: PyReadonlyArray1<'_, f64>,
+        samples: PyReadonlyArray2<'_, f64>,
+        at_rest: bool,
+    ) -> PyResult<()> {
+        let array = samples.as_array();
+        let time = time.as_slice()?;
+        if array.dim() != (time.len(), self.watched.width()) || !array.is_standard_layout() {
+            return Err(PyValueError::new_err(
+                "samples must be C-contiguous, (n, channels), and as many as times",
+            ));
+        }
+        let rows = samples.as_slice()?.chunks_exact(self.watched.width());
+        let watched = &mut self.watched;
+        py.detach(|| {
+            time.iter()
+                .zip(rows)
+                .for_each(|(time, row)| watched.push(*time, row, at_rest));
+        });
+        Ok(())
+    }
+
+    /// Begins another log.
+    fn end_log(&mut self) {
+        self.watched.end_log();
+    }
+
+    /// What disturbs each channel, and whether there is more than is listed.
+    fn conclude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let found = py.detach(|| {
+            let channels = 0..self.watched.width();
+            channels
+                .map(|channel| disturbances(&self.watched, channel))
+                .collect::<Vec<_>>()
+        });
+        let list = PyList::empty(py);
+        for (each, more) in &found {
+            let figures = PyList::empty(py);
+            for disturbance in each {
+                figures.append(disturbance_figures(py, disturbance)?)?;
+            }
+            list.append((figures, *more))?;
+        }
+        Ok(list)
+    }
+}
+
+fn disturbance_figures<'py>(py: Python<'py>, found: &Disturbance) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("kind", found.kind.name())?;
+    result.set_item("log", found.log)?;
+    result.set_item("time", (found.time[0], found.time[1]))?;
+    result.set_item("size", found.size)?;
+    result.set_item("sigma", found.sigma)?;
     Ok(result)
 }
 
@@ -182,5 +259,6 @@ impl PyStillNoise {
 /// Adds what is here to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyNoiseRecord>()?;
+    module.add_class::<PyNoiseWatch>()?;
     module.add_class::<PyStillNoise>()
 }

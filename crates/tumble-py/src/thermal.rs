@@ -5,6 +5,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use tumble_lab::thermal::block::Block;
+use tumble_lab::thermal::hysteresis::Hysteresis;
+use tumble_lab::thermal::lag::Lagging;
 use tumble_lab::thermal::procedure::{
     AxisDrift, LEAST_RANGE, ThermalDrift, ThermalError, ThermalSettings, thermal,
 };
@@ -87,7 +89,13 @@ fn figures<'py>(py: Python<'py>, found: &ThermalDrift, step: f64) -> PyResult<Bo
     figures.set_item("reference", found.reference)?;
     figures.set_item("range", (found.range[0], found.range[1]))?;
     figures.set_item("step", step)?;
-    figures.set_item("lag", found.lag.map(|lag| (lag.value, lag.sigma)))?;
+    let (lag, or_hysteresis) = match found.lag {
+        Lagging::None => (None, None),
+        Lagging::Shown(lag) => (Some((lag.value, lag.sigma)), None),
+        Lagging::OrHysteresis(lag) => (None, Some((lag.value, lag.sigma))),
+    };
+    figures.set_item("lag", lag)?;
+    figures.set_item("lag_or_hysteresis", or_hysteresis)?;
     figures.set_item("still", found.data.still)?;
     figures.set_item("moved", found.data.moved)?;
     let blocks = &found.data.blocks;
@@ -122,7 +130,11 @@ fn axis_figures<'py>(
         "covariance",
         covariance.reshape([fit.covariance.nrows(), fit.covariance.ncols()])?,
     )?;
-    figures.set_item("hysteresis", axis.hysteresis.map(|[value, sigma]| (value, sigma)))?;
+    let hysteresis = axis
+        .hysteresis
+        .as_ref()
+        .map(|found| hysteresis_figures(py, found));
+    figures.set_item("hysteresis", hysteresis.transpose()?)?;
     figures.set_item("slope", (axis.slope[0], axis.slope[1]))?;
     figures.set_item("scale_change", axis.scale.map(|[value, sigma]| (value, sigma)))?;
     figures.set_item("constants", PyArray1::from_slice(py, &fit.constants))?;
@@ -139,6 +151,16 @@ fn axis_figures<'py>(
     let change: Bound<'py, PyArray1<f64>> =
         PyArray1::from_vec(py, axis.changes(&found.data, found.reference));
     figures.set_item("change", change)?;
+    Ok(figures)
+}
+
+fn hysteresis_figures<'py>(py: Python<'py>, found: &Hysteresis) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("largest", (found.largest[0], found.largest[1]))?;
+    figures.set_item("mean", (found.mean[0], found.mean[1]))?;
+    let knots = PyArray1::from_iter(py, found.knots.iter().flatten().copied());
+    figures.set_item("knots", knots.reshape([found.knots.len(), 3])?)?;
+    figures.set_item("is_clear", found.is_clear)?;
     Ok(figures)
 }
 

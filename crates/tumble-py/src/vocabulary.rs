@@ -20,13 +20,14 @@ use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
 use tumble_lab::multipose::{MultiposeError, SectionLabel};
+use tumble_lab::noise::disturbance::DisturbanceKind;
 use tumble_lab::noise::term::NoiseTerm;
 use tumble_lab::thermal::procedure::ThermalError;
 use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 32] = [
+const KINDS: [(&str, &[&str]); 33] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -57,6 +58,7 @@ const KINDS: [(&str, &[&str]); 32] = [
     ("spin state", SpinState::<f64>::NAMES),
     ("spin failure", SpinFailure::<f64>::NAMES),
     ("noise term", NoiseTerm::NAMES),
+    ("disturbance", DisturbanceKind::NAMES),
     ("thermal error", ThermalError::NAMES),
     ("verdict", Verdict::NAMES),
 ];

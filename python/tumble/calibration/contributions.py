@@ -17,14 +17,16 @@ from tumble.results import Addition, Verdict
 from tumble.units import TRIADS, UNITS, Triad
 
 NOISE = ("noise_density", "bias_instability", "random_walk")
-"""Keys of a triad that noise is kept under."""
+"""Terms of noise, as keys of a triad."""
+NOISE_FOR_FILTERS = ("noise_density_for_filters", "random_walk_for_filters")
+"""The same as filters need them, as keys of a triad."""
 TEMPERATURE_DRIFT = "temperature_drift"
 
 _KEYS: Mapping[str, Sequence[str]] = {
     "bias": (),
     "matrix": (),
     "g-sensitivity": ("g_sensitivity",),
-    "noise": NOISE,
+    "noise": (*NOISE, *NOISE_FOR_FILTERS),
     "temperature drift": (TEMPERATURE_DRIFT,),
 }
 """Parts of a triad by the keys that hold them; bias and matrix are named where they were estimated."""
@@ -100,7 +102,7 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
         kept = before.get(triad, {})
         if triad not in found and kept:
             content[triad] = kept
-        for keys in (NOISE, (TEMPERATURE_DRIFT,)):
+        for keys in ((*NOISE, *NOISE_FOR_FILTERS), (TEMPERATURE_DRIFT,)):
             if triad in found and any(key in kept for key in keys):
                 content[triad] = {**content[triad], **{key: kept.get(key) for key in keys}}
     return content | taken_over(before, replaced)

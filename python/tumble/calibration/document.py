@@ -143,6 +143,11 @@ class Triad(Document):
     """Flicker noise, in the unit of the triad."""
     random_walk: VectorWithGaps | None = None
     """Rate or acceleration random walk, unit / s / sqrt(Hz)."""
+    noise_density_for_filters: VectorWithGaps | None = None
+    """White noise as a filter needs it: that above, or, where the log does not show it, the measured
+    Allan deviation at 1 s."""
+    random_walk_for_filters: VectorWithGaps | None = None
+    """Random walk as a filter needs it: that above, or, where the log does not show it, its upper bound."""
     temperature_drift: TemperatureDrift | None = None
     """What temperature does to bias and scale; M and b are then those at its reference."""
     residuals: tuple[Residual, ...] = Field(default=(), strict=False)

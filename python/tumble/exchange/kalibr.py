@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.document import Triad as AnyTriad
 from tumble.errors import ProcedureError
 from tumble.exchange.imu_chain import read_kalibr, read_noise
 from tumble.exchange.parameters import comment, yaml_number
@@ -75,16 +76,24 @@ def noise_lines(calibration: Calibration, settings: Settings) -> list[str]:
 
 
 def noise_figures(calibration: Calibration, triad: Triad, settings: Settings) -> list[float]:
-    """Give N and K of a triad, root mean square over its axes.
+    """Give N and K of a triad as filters need them, root mean square over its axes.
 
     Raises `ProcedureError` where one is not known, as programs take none that is missing or zero.
     """
     section = getattr(calibration, triad)
-    found = (None, None) if section is None else (section.noise_density, section.random_walk)
+    found = (None, None) if section is None else _for_filters(section)
     return [
         _figure(calibration, name, values, settings)
         for name, values in zip(NOISE_NAMES[triad], found, strict=True)
     ]
+
+
+def _for_filters(section: AnyTriad) -> tuple[FloatArray | None, FloatArray | None]:
+    density, walk = section.noise_density_for_filters, section.random_walk_for_filters
+    return (
+        section.noise_density if density is None else density,
+        section.random_walk if walk is None else walk,
+    )
 
 
 def _figure(calibration: Calibration, name: str, values: FloatArray | None, settings: Settings) -> float:

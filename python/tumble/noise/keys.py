@@ -3,6 +3,10 @@
 Kalibr and OpenVINS (`kalibr_imu_chain.yaml`) take densities of continuous time. VINS-Mono and VINS-Fusion
 take what one sample scatters by: their `acc_n` is added once a sample, so that it is N times the root of the
 rate, and so for `acc_w`.
+
+A filter that trusts its sensor too much diverges, one that trusts it too little is slow. So where the record
+does not show a term, or the terms do not follow the curve, its key is conservative: N is what the measured
+Allan deviation itself is at 1 s, K is its upper bound. No key is below the curve.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from tumble.noise.result import RANDOM_WALK, TERM_UNITS, WHITE, NoiseResult
+from tumble.noise.result import RANDOM_WALK, TERM_UNITS, WHITE, ChannelNoise, NoiseResult
 from tumble.units import UNITS, Triad
 
 KALIBR = {
@@ -79,10 +83,36 @@ def _line(key: NoiseKey) -> str:
     return f"{key.name}: {key.value:.6e}  # {key.unit}{remark}"
 
 
+def filter_density(channel: ChannelNoise) -> float:
+    """Give N for a filter: as it was found, or conservative, the curve's own value at 1 s."""
+    term = channel.term(WHITE)
+    if term.observable and channel.misfit == 0.0:
+        return term.value
+    curve = channel.density_at_one_second
+    return max(term.value, curve) if term.observable else curve
+
+
+def filter_random_walk(channel: ChannelNoise) -> float:
+    """Give K for a filter: as it was found, or conservative, its upper bound."""
+    term = channel.term(RANDOM_WALK)
+    return term.value if term.observable and channel.misfit == 0.0 else term.high
+
+
+_CONSERVATIVE = {
+    WHITE: "the measured Allan deviation at 1 s",
+    RANDOM_WALK: "its upper bound",
+}
+
+
 def _of_triad(result: NoiseResult, triad: Triad, term: str, name: str, scale: float, unit: str) -> NoiseKey:
-    found = [channel.term(term) for channel in result.channels if channel.triad == triad]
-    # Estimators refuse zero: where a term is not identifiable, what it is at most.
-    values = [each.value if each.observable else each.high for each in found]
-    hidden = [axis for axis, each in zip("xyz", found, strict=True) if not each.observable]
-    remark = f"not identifiable in {', '.join(hidden)}: what it is at most" if hidden else ""
+    channels = [channel for channel in result.channels if channel.triad == triad]
+    found = {WHITE: filter_density, RANDOM_WALK: filter_random_walk}[term]
+    # Estimators refuse zero.
+    values = [found(channel) for channel in channels]
+    raised = [
+        axis
+        for axis, channel, value in zip("xyz", channels, values, strict=True)
+        if not channel.term(term).observable or value > channel.term(term).value
+    ]
+    remark = f"conservative in {', '.join(raised)}: {_CONSERVATIVE[term]}" if raised else ""
     return NoiseKey(name, scale * float(np.sqrt(np.mean(np.square(values)))), unit, remark)

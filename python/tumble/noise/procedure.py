@@ -20,11 +20,18 @@ from tumble.calibration.start import started_from
 from tumble.errors import ProcedureError
 from tumble.logs import ReadOptions
 from tumble.noise import messages
-from tumble.noise.result import TERM_UNITS, ChannelNoise, DeviationCurve, NoiseResult
-from tumble.noise.samples import StillSamples
-from tumble.recording import RecordingSource, SampleProgress, sources_of
+from tumble.noise.result import (
+    TERM_UNITS,
+    ChannelNoise,
+    DeviationCurve,
+    Disturbance,
+    NoiseResult,
+    StillPart,
+)
+from tumble.noise.samples import StillSamples, without
+from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
 from tumble.results import INTERVAL, Parameter
-from tumble.units import Triad
+from tumble.units import UNITS, Triad
 
 LARGEST_RATE_DIFFERENCE = 0.02
 """Share by which the rates of logs that are joined may differ."""
@@ -40,7 +47,9 @@ def noise(
     """Find the noise of a sensor from one log or several in which it stands still.
 
     Of each log only the part that stands still is used; gaps part it into stretches, and no difference spans
-    one. Several logs are records of one sensor. Memory does not grow with their length. `start` is a
+    one. Steps, ramps and knocks are found, named and left out.
+
+    Several logs are records of one sensor. Memory does not grow with their length. `start` is a
     calibration that the noise is added to. `progress` is told samples done, and samples expected where they
     are known.
 
@@ -53,7 +62,6 @@ def noise(
     first = recordings[0]
     before = started_from(start, first.metadata)
     triads = first.metadata.triads
-    still = StillSamples(triads)
     units: list[Imu] = []
     for recording in recordings:
         refuse_other_triads(first, recording)
@@ -61,8 +69,8 @@ def noise(
         _refuse_unless_still(unit)
         _refuse_other_rate(units[0] if units else unit, unit)
         units.append(unit)
-        still.read(recording, np.array(unit.acquired.rest_times), progress)
-    found, part = still.finish()
+    rests = [np.array(unit.acquired.rest_times) for unit in units]
+    found, part, disturbances = _without_disturbances(recordings, rests, progress)
     channels = tuple(
         _channel(f"{triad} {axis}", triad, found[3 * number + k])
         for number, triad in enumerate(triads)
@@ -74,13 +82,67 @@ def noise(
         serial=first.metadata.serial or (before.serial if before else ""),
         still=part,
         channels=channels,
+        disturbances=disturbances,
         temperature=_temperature(units),
         logs=tuple(replace(unit.log, sha256=digest_of(unit.recording)) for unit in units),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
-        warnings=(*_notices(units), *messages.warnings_of(part, channels)),
+        warnings=(
+            *_notices(units),
+            *messages.disturbances(disturbances, [unit.name for unit in units]),
+            *messages.warnings_of(part, channels),
+        ),
         software=f"tumble {_core.__version__}",
     )
+
+
+def _without_disturbances(
+    recordings: Sequence[Recording], rests: Sequence[FloatArray], progress: SampleProgress | None
+) -> tuple[list[_core.NoiseFigures], StillPart, tuple[Disturbance, ...]]:
+    """Read logs at their rests (k, 2), s; again without what disturbs them, where anything does."""
+    triads = recordings[0].metadata.triads
+    watch = _core.NoiseWatch(3 * len(triads))
+    figures, part = _read(recordings, rests, progress, watch)
+    disturbances = tuple(_disturbances(watch, triads))
+    disturbed = [
+        [(each.start, each.end) for each in disturbances if each.log == log and each.left_out]
+        for log in range(len(recordings))
+    ]
+    parted = [without(rest, times) for rest, times in zip(rests, disturbed, strict=True)]
+    if all(map(np.array_equal, parted, rests)):
+        return figures, part, disturbances
+    return *_read(recordings, parted, progress), disturbances
+
+
+def _read(
+    recordings: Sequence[Recording],
+    rests: Sequence[FloatArray],
+    progress: SampleProgress | None,
+    watch: _core.NoiseWatch | None = None,
+) -> tuple[list[_core.NoiseFigures], StillPart]:
+    still = StillSamples(recordings[0].metadata.triads, watch)
+    for recording, times in zip(recordings, rests, strict=True):
+        still.read(recording, times, progress)
+    return still.finish()
+
+
+def _disturbances(watch: _core.NoiseWatch, triads: Sequence[Triad]) -> list[Disturbance]:
+    found = [
+        Disturbance(
+            channel=f"{triads[place // 3]} {'xyz'[place % 3]}",
+            unit=UNITS[triads[place // 3]],
+            kind=each["kind"],
+            log=each["log"],
+            start=each["time"][0],
+            end=each["time"][1],
+            size=each["size"],
+            sigma=each["sigma"],
+            left_out=not more,
+        )
+        for place, (of_channel, more) in enumerate(watch.conclude())
+        for each in of_channel
+    ]
+    return sorted(found, key=lambda each: (each.log, each.start))
 
 
 def _refuse_unless_still(unit: Imu) -> None:
@@ -135,7 +197,7 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
         why = messages.TOO_SHORT if np.all(curves[0].deviation > 0.0) else messages.NO_NOISE
         nan, inf = math.nan, math.inf
         terms = tuple(Parameter(word, unit, nan, inf, nan, nan, False, why) for word, unit in units.items())
-        return ChannelNoise(name, triad, *curves, terms, np.full(len(units), nan), nan, nan)
+        return ChannelNoise(name, triad, *curves, terms, np.full(len(units), nan), nan)
     return ChannelNoise(
         name,
         triad,
@@ -143,9 +205,9 @@ def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise
         terms=tuple(_term(term, units[term["term"]]) for term in fit["terms"]),
         model=fit["coefficients"],
         chi_square=fit["chi_square"],
-        shortest=fit["shortest"],
         degrees_of_freedom=fit["degrees_of_freedom"],
-        widening=fit["widening"],
+        misfit=fit["misfit"],
+        filter=fit["filter"],
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.recording import FloatArray
-from tumble.results import LARGEST_WIDENING, Addition, Collection, Parameter, Row, Tabular, Verdict
+from tumble.results import Addition, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS, Triad
 
 QUANTISATION, WHITE, BIAS_INSTABILITY, RANDOM_WALK, RAMP = (
@@ -21,7 +21,11 @@ QUANTISATION, WHITE, BIAS_INSTABILITY, RANDOM_WALK, RAMP = (
 )
 """The core's words for the terms."""
 ASKED_FOR = (WHITE, BIAS_INSTABILITY, RANDOM_WALK)
-"""Terms that a record is made for; the others are told where they show."""
+"""Terms that a record is made for; the others are reported where they show."""
+LARGEST_MISFIT = 0.25
+"""Share of the deviations that they scatter by about the sum of the terms, above which these are no model."""
+STEP, RAMP_OF_LEVEL, KNOCK = "step", "ramp", "knock"
+"""The core's words for disturbances."""
 
 TERM_UNITS: Mapping[Triad, Mapping[str, str]] = {
     "accelerometer": {
@@ -70,11 +74,11 @@ class ChannelNoise:
     model: FloatArray
     """(5,) Q, N, B, K and R that fit best, units of the terms; NaN where nothing could be fitted."""
     chi_square: float
-    shortest: float
-    """Shortest averaging time that the terms were fitted to, s: below it the sensor's filter shapes noise."""
     degrees_of_freedom: int = 0
-    widening: float = 1.0
-    """Factor by which intervals were widened because the terms do not explain the deviations; else 1."""
+    misfit: float = 0.0
+    """Scatter of the deviations about the sum of the terms beyond chance, as a share of them."""
+    filter: float = 0.0
+    """Time constant, s, of the sensor's own filter, where the shortest averages show one; else 0."""
 
     @property
     def unit(self) -> str:
@@ -87,6 +91,38 @@ class ChannelNoise:
             if each.name == name:
                 return each
         raise KeyError(f"{name}: is none of {', '.join(each.name for each in self.terms)}")
+
+    @property
+    def density_at_one_second(self) -> float:
+        """White noise that alone would give the Allan deviation at 1 s, or at the time nearest to it."""
+        curve = self.allan
+        known = curve.deviation > 0.0
+        if not known.any():
+            return float("nan")
+        tau = float(np.clip(1.0, curve.tau[known][0], curve.tau[known][-1]))
+        logarithm = np.interp(np.log(tau), np.log(curve.tau[known]), np.log(curve.deviation[known]))
+        return float(np.exp(logarithm) * np.sqrt(tau))
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """A step, ramp or knock of one channel, which its noise does not explain."""
+
+    channel: str
+    """`accelerometer x`."""
+    unit: str
+    kind: str
+    log: int
+    """Place of the log among those that were read."""
+    start: float
+    """First and last instant that it may have touched, s of the clock of the log."""
+    end: float
+    size: float
+    """Change of level, or largest excursion from it, unit of the channel."""
+    sigma: float
+    """1-sigma of a change of level; of a knock, scatter of a sample."""
+    left_out: bool
+    """Whether the deviations are formed without it; else the channel has so many that they count as noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +152,8 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
 
     still: StillPart
     channels: tuple[ChannelNoise, ...]
+    disturbances: tuple[Disturbance, ...] = ()
+    """Steps, ramps and knocks, in order of time."""
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
 
@@ -134,8 +172,8 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
 
     @property
     def verdict(self) -> Verdict:
-        """`measured` where N, B and K of all were found, `model not met` where nothing explains them."""
-        if any(channel.widening > LARGEST_WIDENING for channel in self.channels):
+        """`measured` where N, B and K of all were found, `model not met` far from the curve."""
+        if any(channel.misfit > LARGEST_MISFIT for channel in self.channels):
             return "model not met"
         asked = (channel.term(name) for channel in self.channels for name in ASKED_FOR)
         return "measured" if all(term.observable for term in asked) else "partly measured"

@@ -1,4 +1,4 @@
-"""What of logs stands still: stretches of samples without a gap, handed to the core as they are read."""
+"""Parts of logs at rest: stretches of samples without a gap, handed to the core as they are read."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ from tumble.units import Triad
 
 
 class StillSamples:
-    """Hands what stands still to the core, stretch by stretch, and counts what it hands over."""
+    """Hands samples at rest to the core, stretch by stretch, and counts them.
 
-    def __init__(self, triads: Sequence[Triad]) -> None:
+    A `watch` is given all samples, at rest or not.
+    """
+
+    def __init__(self, triads: Sequence[Triad], watch: _core.NoiseWatch | None = None) -> None:
         self.record = _core.NoiseRecord(3 * len(triads))
+        self._watch = watch
         self._triads = triads
         self._logs = self._samples = self._used = self._stretches = self._gaps = 0
         self._longest = self._in_stretch = 0
@@ -30,6 +34,8 @@ class StillSamples:
         self._logs += 1
         for part in recording.parts or (recording,):
             self._read_part(part, rests, progress)
+        if self._watch is not None:
+            self._watch.end_log()
 
     def finish(self) -> tuple[list[_core.NoiseFigures], StillPart]:
         """Give what the core found, and how much it was given."""
@@ -60,8 +66,7 @@ class StillSamples:
             for number, rows in enumerate(_runs(~(gap | ~same))):
                 if number or not within[0]:
                     self._end_stretch()
-                if rest[rows.start] >= 0:
-                    self._push(chunk, rows)
+                self._push(chunk, rows, at_rest=bool(rest[rows.start] >= 0))
             last, at = float(chunk.time[-1]), int(rest[-1])
             self._samples += len(chunk)
             if progress is not None:
@@ -69,10 +74,15 @@ class StillSamples:
         self._end_stretch()
         self._gaps += watch.gaps
 
-    def _push(self, chunk: Chunk, rows: slice) -> None:
-        values = [getattr(chunk, triad)[rows] for triad in self._triads]
-        self.record.push(np.ascontiguousarray(np.hstack(values)))
-        self._in_stretch += rows.stop - rows.start
+    def _push(self, chunk: Chunk, rows: slice, *, at_rest: bool) -> None:
+        if not at_rest and self._watch is None:
+            return
+        values = np.ascontiguousarray(np.hstack([getattr(chunk, triad)[rows] for triad in self._triads]))
+        if self._watch is not None:
+            self._watch.push(np.ascontiguousarray(chunk.time[rows]), values, at_rest)
+        if at_rest:
+            self.record.push(values)
+            self._in_stretch += rows.stop - rows.start
 
     def _end_stretch(self) -> None:
         if not self._in_stretch:
@@ -82,6 +92,23 @@ class StillSamples:
         self._used += self._in_stretch
         self._longest = max(self._longest, self._in_stretch)
         self._in_stretch = 0
+
+
+def without(rests: FloatArray, disturbed: Sequence[tuple[float, float]]) -> FloatArray:
+    """Give rests (k, 2), s, parted where they were disturbed; those times are in none of them."""
+    left = [(float(start), float(end)) for start, end in rests]
+    for first, last in disturbed:
+        left = [
+            part
+            for start, end in left
+            for part in (
+                [(start, end)]
+                if last < start or first > end
+                else [(start, np.nextafter(first, -np.inf)), (np.nextafter(last, np.inf), end)]
+            )
+            if part[0] < part[1]
+        ]
+    return np.array(sorted(left)).reshape(-1, 2)
 
 
 def _rest_of(time: FloatArray, rests: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -98,14 +98,24 @@ def warnings_of(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Iterator[st
     apart = [axis for axis in axes if axis.clear_hysteresis]
     if apart:
         yield (
-            f"{join([axis.name for axis in apart])}: warming and cooling differ, by up to "
-            f"{_largest_hysteresis(apart)}; one curve stands for both, and half of that is in its sigma"
+            f"{join([axis.name for axis in apart])}: warming and cooling differ at one temperature, by "
+            f"{_largest_hysteresis(apart)} at most; one curve stands for both, with half of that in its sigma"
         )
     torn = [axis.name for axis in axes if not axis.is_one_curve]
     if torn:
         yield (
             f"{join(torn)}: warming and cooling differ by more than a curve over temperature explains, as "
             "where the thermometer is far from the sensor, or the unit warms itself; warm and cool it slowly"
+        )
+
+
+def ambiguous_lag(found: tuple[float, float] | None) -> Iterator[str]:
+    """Report a lag that explains the difference of warming and cooling as well as hysteresis does."""
+    if found is not None:
+        yield (
+            f"a thermometer behind the sensor by {found[0]:.3g} s would explain the difference of warming "
+            "and cooling as well as hysteresis does: one axis and a steady pace do not tell them apart; let "
+            "it pause at some temperatures, or change the pace"
         )
 
 

@@ -100,6 +100,7 @@ def thermal(
             *_notices(units),
             *_about_the_start(asked, found["range"]),
             *messages.warnings_of(axes, blocks),
+            *messages.ambiguous_lag(found["lag_or_hysteresis"]),
         ),
         software=f"tumble {_core.__version__}",
     )
@@ -176,6 +177,10 @@ def _lag(found: tuple[float, float] | None) -> Parameter:
     return unknown("lag", "s", messages.NO_LAG) if found is None else estimated("lag", "s", *found)
 
 
+def _of_loop(name: str, unit: str, found: tuple[float, float] | None) -> Parameter:
+    return unknown(name, unit, messages.ONE_LEG) if found is None else estimated(name, unit, *found)
+
+
 def _axis(found: _core.AxisDriftFigures, reference: float, span: tuple[float, float]) -> AxisDrift:
     triad = TRIADS[found["channel"] // 3]
     unit = UNITS[triad]
@@ -189,9 +194,10 @@ def _axis(found: _core.AxisDriftFigures, reference: float, span: tuple[float, fl
         bias=found["bias"],
         scale=found["scale"],
         covariance=found["covariance"],
-        hysteresis=unknown("hysteresis", unit, messages.ONE_LEG)
-        if hysteresis is None
-        else estimated("hysteresis", unit, *hysteresis),
+        hysteresis=_of_loop("hysteresis", unit, None if hysteresis is None else hysteresis["largest"]),
+        mean_hysteresis=_of_loop("mean hysteresis", unit, None if hysteresis is None else hysteresis["mean"]),
+        loop=np.zeros((0, 3)) if hysteresis is None else hysteresis["knots"] + [reference, 0.0, 0.0],
+        has_hysteresis=hysteresis is not None and hysteresis["is_clear"],
         slope=estimated("bias per K", f"{unit}/K", *found["slope"]),
         scale_change=unknown("scale per K", "1/K", no_scale)
         if scale is None

@@ -13,8 +13,6 @@ from tumble.recording import FloatArray
 from tumble.results import INTERVAL, Addition, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS, Triad
 
-CLEAR = 4.0
-"""Sigmas from which on hysteresis is told: by chance it is so far from zero once in 16 000 axes."""
 LARGEST_HYSTERESIS = 0.25
 """Half of it over the drift within the range, from which on one curve for both legs is not the model."""
 _GRID = 200
@@ -50,9 +48,16 @@ class AxisDrift:
     scale: FloatArray
     """(q,) the same of s, 1/K^k."""
     covariance: FloatArray
-    """Of [bias, scale, hysteresis], the last where it is observable."""
+    """Of [bias, scale, hysteresis], the last where it is observable, one for each row of `loop`."""
     hysteresis: Parameter
-    """Bias while warming less bias while cooling, unit of the axis."""
+    """Largest difference, with its sign, of the bias while warming less that while cooling at one
+    temperature, unit of the axis."""
+    mean_hysteresis: Parameter
+    """The same, its mean over temperature."""
+    loop: FloatArray
+    """(k, 3) temperature, degC, difference and its 1-sigma; one row where the difference is a constant."""
+    has_hysteresis: bool
+    """Whether the difference is beyond chance."""
     slope: Parameter
     """First power of the bias, unit/K, whether or not it is among the terms."""
     scale_change: Parameter
@@ -83,7 +88,7 @@ class AxisDrift:
         )  # thermal.md, eq. 1
 
     def bias_sigma_at(self, temperature: FloatArray) -> FloatArray:
-        """Give its 1-sigma (n,): that of the coefficients, and half the hysteresis where it is clear."""
+        """Give its 1-sigma (n,): of the coefficients, and half the largest hysteresis where it is clear."""
         count = len(self.bias)
         powers = _powers(self.difference(temperature), count)
         variance = np.einsum("nk,kl,nl->n", powers, self.covariance[:count, :count], powers)
@@ -91,9 +96,8 @@ class AxisDrift:
 
     @property
     def clear_hysteresis(self) -> float:
-        """Hysteresis where it is beyond what chance explains, else zero; unit of the axis."""
-        found = self.hysteresis
-        return found.value if found.observable and abs(found.value) > CLEAR * found.sigma else 0.0
+        """Largest hysteresis where it is beyond chance, else zero; unit of the axis."""
+        return self.hysteresis.value if self.has_hysteresis else 0.0
 
     @property
     def swing(self) -> Parameter:
@@ -124,6 +128,7 @@ class AxisDrift:
             yield estimated(f"bias per {kelvin}", f"{self.unit}/{kelvin}", value, sigmas[k - 1])
         yield self.scale_change
         yield self.hysteresis
+        yield self.mean_hysteresis
 
 
 def _powers(t: FloatArray, count: int) -> FloatArray:

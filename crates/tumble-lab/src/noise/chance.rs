@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::deviation::{Kind, stride};
+use super::lowpass::LowPass;
 use super::term::{NoiseTerm, RANDOM, TERMS, autocovariances};
 
 /// Strengths of all terms, in their order.
@@ -79,8 +80,8 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Of variances at two averaging times, samples, the first not above the second.
-    pub fn between(kind: Kind, a: usize, b: usize, stretches: &Stretches) -> Self {
+    /// Of variances at two averaging times, samples, the first not above the second; white noise is `filtered`.
+    pub fn between(kind: Kind, a: usize, b: usize, stretches: &Stretches, filtered: &LowPass) -> Self {
         let mut shared = Self::default();
         if b > FARTHEST * a {
             return shared;
@@ -100,7 +101,7 @@ impl Shared {
             let lag = (number * step as i64) as f64;
             let weight = step as f64 * pairs(&starts, lag);
             if weight > 0.0 {
-                let covariance = covariances(kind, of_a, of_b, lag);
+                let covariance = covariances(kind, of_a, of_b, lag, filtered);
                 for k in 0..RANDOM {
                     for l in 0..RANDOM {
                         shared.random[k][l] += 2.0 * weight * covariance[k] * covariance[l]; // eq. 22
@@ -146,11 +147,11 @@ fn coefficients(kind: Kind) -> &'static [f64] {
 }
 
 /// Covariance of a difference with another that starts a lag later, for each term of strength one.
-fn covariances(kind: Kind, a: f64, b: f64, lag: f64) -> [f64; RANDOM] {
+fn covariances(kind: Kind, a: f64, b: f64, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
     let mut sum = [0.0; RANDOM];
     for (p, of_a) in coefficients(kind).iter().enumerate() {
         for (q, of_b) in coefficients(kind).iter().enumerate() {
-            let terms = autocovariances(kind, lag + q as f64 * b - p as f64 * a);
+            let terms = autocovariances(kind, lag + q as f64 * b - p as f64 * a, filtered);
             for k in 0..RANDOM {
                 sum[k] += of_a * of_b * terms[k];
             }
@@ -168,16 +169,16 @@ fn ramp(kind: Kind, samples: f64) -> f64 {
     }
 }
 
-/// Variance of that kind expected at an averaging time.
-pub fn expected(kind: Kind, samples: usize, strengths: &Strengths) -> f64 {
+/// Variance of that kind expected at an averaging time, of white noise that was `filtered` and the other terms.
+pub fn expected(kind: Kind, samples: usize, strengths: &Strengths, filtered: &LowPass) -> f64 {
     let m = samples as f64;
     if kind == Kind::Allan {
         let terms = NoiseTerm::ALL.iter().zip(strengths);
         return terms
-            .map(|(term, strength)| strength * term.allan_variance(m))
+            .map(|(term, strength)| strength * term.allan_variance(m, filtered))
             .sum();
     }
-    let random = covariances(kind, m, m, 0.0);
+    let random = covariances(kind, m, m, 0.0, filtered);
     let sum: f64 = random
         .iter()
         .zip(strengths)
@@ -188,8 +189,8 @@ pub fn expected(kind: Kind, samples: usize, strengths: &Strengths) -> f64 {
 
 /// Equivalent degrees of freedom of a variance at an averaging time, of noise of those strengths; `own` is what it
 /// shares with itself.
-pub fn freedom(kind: Kind, samples: usize, own: &Shared, strengths: &Strengths) -> f64 {
-    let expected = expected(kind, samples, strengths);
+pub fn freedom(kind: Kind, samples: usize, own: &Shared, strengths: &Strengths, filtered: &LowPass) -> f64 {
+    let expected = expected(kind, samples, strengths, filtered);
     2.0 * expected * expected / own.covariance(strengths) // eq. 23
 }
 
@@ -198,8 +199,9 @@ mod tests {
     use super::*;
 
     fn freedom_in(samples: usize, term: NoiseTerm, stretches: &Stretches) -> f64 {
-        let own = Shared::between(Kind::Allan, samples, samples, stretches);
-        freedom(Kind::Allan, samples, &own, &only(term))
+        let white = LowPass::default();
+        let own = Shared::between(Kind::Allan, samples, samples, stretches, &white);
+        freedom(Kind::Allan, samples, &own, &only(term), &white)
     }
 
     fn only(term: NoiseTerm) -> Strengths {

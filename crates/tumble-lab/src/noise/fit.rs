@@ -1,18 +1,21 @@
 //! What a record shows of each term of its noise.
 //!
-//! Weighted least squares on the Allan variances of octaves, no strength below zero; intervals from the covariance of
-//! these variances, and from how skewed their chance is (docs/theory/noise.md, eq. 24 to 28).
+//! Weighted least squares on the Allan variances of octaves, no strength below zero and none above what the curve
+//! allows; intervals from the covariance of these variances, from how skewed their chance is, and from how far the
+//! terms are from explaining them (docs/theory/noise.md, eq. 24 to 32).
 
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::chance::{Shared, Strengths, Stretches};
 use super::deviation::{Kind, Variance};
+use super::lowpass::LowPass;
 use super::non_negative::{gain, non_negative};
 use super::skewed::quantile;
 use super::term::{NoiseTerm, TERMS};
-use crate::distributions::{INTERVAL, chi_square_tail};
+use crate::distributions::{INTERVAL, chi_square_quantile, chi_square_tail};
 
 /// Terms that every fit has: where chance could stand for one of them, the others must be as uncertain as that makes them.
 const ALWAYS: [NoiseTerm; 3] = [
@@ -34,6 +37,22 @@ const LEAST_STARTS: f64 = 2.0;
 const LEAST_FREEDOM: f64 = 10.0;
 /// Chance of a chi-square below which a fit is no explanation.
 const UNLIKELY: f64 = 1e-3;
+/// Share of the chi-square without a filter that one with a filter may leave, to be taken.
+const CLEARLY_BETTER: f64 = 0.5;
+/// Relative variance of the variances among which a filter is chosen: none has exactly one of the shapes tried.
+const ROUGHLY: f64 = 1e-3;
+/// Longest time constant of a filter in a sensor, s, and, for logs of few samples a second, in samples.
+const LONGEST_FILTER: [f64; 2] = [0.1, 4.0];
+/// Largest variance beyond chance, relative, and the halvings of its logarithm that find it.
+const LARGEST_EXCESS: f64 = 100.0;
+const EXCESS_DECADES: f64 = 12.0;
+const EXCESS_HALVINGS: usize = 24;
+/// Relative accuracy of the variances of variances.
+const ACCURACY: f64 = 1e-3;
+/// Share of white noise that a filter passes at an averaging time which bounds it.
+const PASSED: f64 = 0.8;
+/// Chance that the bound of a curve is below the truth, over all of its averaging times.
+const BEYOND_BOUND: f64 = 0.025;
 /// Doublings of a record that are tried to show a term.
 const DOUBLINGS: usize = 12;
 /// Sigmas at which it shows it.
@@ -54,7 +73,7 @@ pub struct TermEstimate {
     pub value: f64,
     /// 95 % interval; from zero where the term is not identifiable.
     pub low: f64,
-    /// Its upper end.
+    /// Its upper end; nowhere does the term alone exceed the curve.
     pub high: f64,
     /// Whether the record shows it: its interval does not begin at zero.
     pub identifiable: bool,
@@ -87,10 +106,10 @@ pub struct NoiseFit {
     pub chi_square: f64,
     /// Its degrees of freedom.
     pub freedom: usize,
-    /// What sigmas were multiplied by, because terms do not explain the variances; 1 where they do.
-    pub widening: f64,
-    /// Shortest averaging time that went into the fit, samples.
-    pub shortest: usize,
+    /// Scatter of the deviations about the sum of the terms beyond chance, as a share of them; 0 where chance explains it.
+    pub misfit: f64,
+    /// White noise as the filter of the sensor passes it.
+    pub filtered: LowPass,
 }
 
 /// Averaging times of the octaves, and the covariance of Allan variances at them.
@@ -98,10 +117,11 @@ pub struct NoiseFit {
 struct Design {
     samples: Vec<usize>,
     shared: Vec<Vec<Shared>>,
+    filtered: LowPass,
 }
 
 impl Design {
-    fn new(stretches: &Stretches) -> Self {
+    fn new(stretches: &Stretches, filtered: LowPass) -> Self {
         let long_enough = |m: &usize| stretches.starts_in_all(Kind::Allan, *m) >= LEAST_STARTS * *m as f64;
         let samples: Vec<usize> = (0..48)
             .map(|octave| 1 << octave)
@@ -110,26 +130,30 @@ impl Design {
         let row = |a: &usize| {
             let longer = samples.iter().filter(|b| *b >= a);
             longer
-                .map(|b| Shared::between(Kind::Allan, *a, *b, stretches))
+                .map(|b| Shared::between(Kind::Allan, *a, *b, stretches, &filtered))
                 .collect()
         };
         let shared = samples.iter().map(row).collect();
-        Self { samples, shared }
+        Self {
+            samples,
+            shared,
+            filtered,
+        }
     }
 
-    /// Allan variances of terms of strength one, (octaves, terms), from an octave on.
-    fn columns(&self, from: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(self.samples.len() - from, TERMS, |i, k| {
-            NoiseTerm::ALL[k].allan_variance(self.samples[from + i] as f64)
+    /// Allan variances of terms of strength one, (octaves, terms).
+    fn columns(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.samples.len(), TERMS, |i, k| {
+            NoiseTerm::ALL[k].allan_variance(self.samples[i] as f64, &self.filtered)
         })
     }
 
-    fn covariance(&self, from: usize, strengths: &Strengths) -> DMatrix<f64> {
-        let n = self.samples.len() - from;
+    fn covariance(&self, strengths: &Strengths) -> DMatrix<f64> {
+        let n = self.samples.len();
         let mut covariance = DMatrix::zeros(n, n);
         for i in 0..n {
             for j in i..n {
-                let value = self.shared[from + i][j - i].covariance(strengths);
+                let value = self.shared[i][j - i].covariance(strengths);
                 covariance[(i, j)] = value;
                 covariance[(j, i)] = value;
             }
@@ -137,9 +161,8 @@ impl Design {
         covariance
     }
 
-    fn weights(&self, from: usize, strengths: &Strengths) -> DVector<f64> {
-        let n = self.samples.len() - from;
-        DVector::from_fn(n, |i, _| 1.0 / self.shared[from + i][0].covariance(strengths))
+    fn variances(&self, strengths: &Strengths) -> DVector<f64> {
+        DVector::from_fn(self.samples.len(), |i, _| self.shared[i][0].covariance(strengths))
     }
 }
 
@@ -148,19 +171,24 @@ impl Design {
 pub struct Fitter {
     interval: f64,
     total: f64,
+    stretches: Stretches,
     design: Design,
+    /// With white noise that a filter passed.
+    filtered: OnceLock<Vec<Design>>,
     /// Of one stretch, two, four ... times as long as all together.
     longer: [OnceLock<Design>; DOUBLINGS],
 }
 
 /// A fit while it is made.
-struct Solution {
-    from: usize,
+struct Solution<'a> {
+    design: &'a Design,
     columns: DMatrix<f64>,
     y: DVector<f64>,
     terms: Vec<usize>,
     strengths: Strengths,
     weight: DVector<f64>,
+    /// Variance of the variances beyond chance, relative.
+    excess: f64,
     chi_square: f64,
     freedom: usize,
 }
@@ -172,7 +200,7 @@ struct Chance {
     skewness: f64,
 }
 
-impl Solution {
+impl Solution<'_> {
     fn likelihood(&self) -> f64 {
         if self.freedom == 0 {
             return 1.0;
@@ -193,8 +221,48 @@ impl Solution {
         strengths
     }
 
-    fn reduced(&self) -> f64 {
-        self.chi_square / self.freedom.max(1) as f64
+    fn model(&self, strengths: &Strengths) -> DVector<f64> {
+        &self.columns * DVector::from_row_slice(strengths)
+    }
+
+    /// Largest strength of each term that the curve alone allows, at any of its averaging times.
+    fn bounds(&self, curve: &[Variance]) -> Strengths {
+        let tail = 1.0 - BEYOND_BOUND / curve.len() as f64;
+        let filtered = &self.design.filtered;
+        // The shape of a filter is known no better than the terms follow the curve.
+        let of_shape = if *filtered == LowPass::default() {
+            1.0
+        } else {
+            1.0 + INTERVAL * self.excess.sqrt()
+        };
+        let highest = |each: &Variance| {
+            let freedom = self.freedom(each.samples);
+            of_shape * each.variance * freedom / chi_square_quantile(tail, freedom)
+        };
+        let highest: Vec<(f64, f64)> = curve
+            .iter()
+            .map(|each| (each.samples as f64, highest(each)))
+            .collect();
+        std::array::from_fn(|k| {
+            let term = NoiseTerm::ALL[k];
+            let of_one = |samples: f64| term.allan_variance(samples, filtered);
+            highest
+                .iter()
+                // Where the filter decides, its shape is what is bounded.
+                .filter(|(samples, _)| term != NoiseTerm::White || of_one(*samples) * samples >= PASSED)
+                .map(|(samples, highest)| highest / of_one(*samples)) // eq. 32
+                .fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    /// Degrees of freedom at an averaging time, samples: those of the octave below it, as fewer as it is longer.
+    fn freedom(&self, samples: usize) -> f64 {
+        let octaves = &self.design.samples;
+        let place = octaves.partition_point(|octave| *octave <= samples).max(1) - 1;
+        let model = self.model(&self.strengths)[place];
+        let variance = self.design.shared[place][0].covariance(&self.strengths);
+        let longer = samples as f64 / octaves[place] as f64;
+        (2.0 * model * model / variance / longer.powi(2)).max(1.0) // eq. 23
     }
 }
 
@@ -204,7 +272,9 @@ impl Fitter {
         Self {
             interval,
             total: stretches.samples(),
-            design: Design::new(stretches),
+            stretches: stretches.clone(),
+            design: Design::new(stretches, LowPass::default()),
+            filtered: OnceLock::new(),
             longer: [const { OnceLock::new() }; DOUBLINGS],
         }
     }
@@ -219,49 +289,82 @@ impl Fitter {
             .map_while(|m| variance_at(variances, *m))
             .collect();
         let usable = y.len() == self.design.samples.len() && y.len() >= FEWEST && y.iter().all(|v| *v > 0.0);
-        let solution = usable.then(|| self.explain(&y)).flatten()?;
-        let widening = if solution.likelihood() < UNLIKELY {
-            solution.reduced().sqrt()
-        } else {
-            1.0
-        };
-        let terms = std::array::from_fn(|k| self.estimate(NoiseTerm::ALL[k], &solution, widening));
+        let solution = usable.then(|| self.explain(&DVector::from_vec(y))).flatten()?;
+        let bounds = solution.bounds(variances);
+        let terms = std::array::from_fn(|k| self.estimate(NoiseTerm::ALL[k], &solution, bounds[k]));
         Some(NoiseFit {
             terms,
-            strengths: solution.strengths,
+            strengths: std::array::from_fn(|k| solution.strengths[k].min(bounds[k])),
             chi_square: solution.chi_square,
             freedom: solution.freedom,
-            widening,
-            shortest: self.design.samples[solution.from],
+            misfit: 0.5 * solution.excess.sqrt(),
+            filtered: solution.design.filtered.clone(),
         })
     }
 
-    /// Leaves out the shortest averages, which filters of a sensor shape, until terms explain the others.
-    fn explain(&self, y: &[f64]) -> Option<Solution> {
-        let mut best: Option<Solution> = None;
-        for from in 0..=y.len() - FEWEST {
-            let Some(solution) = self.with_terms_shown(from, y) else {
-                continue;
-            };
-            if solution.likelihood() >= UNLIKELY {
-                return Some(solution);
-            }
-            if best
-                .as_ref()
-                .is_none_or(|best| solution.reduced() < best.reduced())
-            {
-                best = Some(solution);
-            }
+    /// Terms alone; where they explain too little, with white noise that a filter passed; where that is too little,
+    /// with scatter beyond chance.
+    fn explain(&self, y: &DVector<f64>) -> Option<Solution<'_>> {
+        let plain = self.with_terms_shown(&self.design, y, 0.0)?;
+        if plain.likelihood() >= UNLIKELY {
+            return Some(plain);
         }
-        best
+        let roughly = |design| self.with_terms_shown(design, y, ROUGHLY);
+        let filtered = self
+            .filters()
+            .par_iter()
+            .filter_map(roughly)
+            .min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let unfiltered = roughly(&self.design)?.chi_square;
+        let best = filtered
+            .filter(|found| found.chi_square < CLEARLY_BETTER * unfiltered)
+            .and_then(|found| self.with_terms_shown(found.design, y, 0.0))
+            .unwrap_or(plain);
+        if best.likelihood() >= UNLIKELY {
+            return Some(best);
+        }
+        self.beyond_chance(&best)
     }
 
-    fn with_terms_shown(&self, from: usize, y: &[f64]) -> Option<Solution> {
+    fn filters(&self) -> &[Design] {
+        self.filtered.get_or_init(|| {
+            let [seconds, samples] = LONGEST_FILTER;
+            LowPass::candidates((seconds / self.interval).max(samples))
+                .into_par_iter()
+                .map(|filter| Design::new(&self.stretches, filter))
+                .collect()
+        })
+    }
+
+    /// The fit with as much relative scatter beyond chance as makes chi-square its degrees of freedom.
+    fn beyond_chance<'a>(&self, best: &Solution<'a>) -> Option<Solution<'a>> {
+        let (mut low, mut high) = (
+            LARGEST_EXCESS.ln() - EXCESS_DECADES * std::f64::consts::LN_10,
+            LARGEST_EXCESS.ln(),
+        );
+        for _ in 0..EXCESS_HALVINGS {
+            let middle = 0.5 * (low + high);
+            let found = self.solve(best.design, &best.y, &best.terms, middle.exp())?;
+            if found.chi_square > found.freedom as f64 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.with_terms_shown(best.design, &best.y, high.exp()) // eq. 30, 31
+    }
+
+    fn with_terms_shown<'a>(
+        &self,
+        design: &'a Design,
+        y: &DVector<f64>,
+        excess: f64,
+    ) -> Option<Solution<'a>> {
         let mut terms: Vec<usize> = ALWAYS.iter().map(|term| *term as usize).collect();
         for term in IF_SHOWN {
             let mut more = terms.clone();
             more.push(term as usize);
-            let Some(found) = self.solve(from, y, &more) else {
+            let Some(found) = self.solve(design, y, &more, excess) else {
                 continue;
             };
             let k = term as usize;
@@ -270,63 +373,51 @@ impl Fitter {
                 terms = more;
             }
         }
-        self.solve(from, y, &terms)
+        self.solve(design, y, &terms, excess)
     }
 
-    fn solve(&self, from: usize, y: &[f64], terms: &[usize]) -> Option<Solution> {
-        let columns = self.design.columns(from);
-        let y = DVector::from_column_slice(&y[from..]);
-        let starts = self.design.samples[from..].iter();
+    fn solve<'a>(
+        &self,
+        design: &'a Design,
+        y: &DVector<f64>,
+        terms: &[usize],
+        excess: f64,
+    ) -> Option<Solution<'a>> {
+        let columns = design.columns();
         // Before any term is known: as many degrees of freedom as averages fit into the record.
         let mut weight = DVector::from_iterator(
             y.len(),
-            starts
+            design
+                .samples
+                .iter()
                 .zip(y.iter())
-                .map(|(m, v)| self.total / (*m as f64 * v * v)),
+                .map(|(m, v)| ((*m as f64 / self.total + excess) * v * v).recip()),
         );
         let mut strengths = [0.0; TERMS];
         for _ in 0..ROUNDS {
-            strengths = non_negative(&columns, &y, &weight, terms); // eq. 24
-            weight = self.design.weights(from, &strengths);
+            strengths = non_negative(&columns, y, &weight, terms); // eq. 24
+            let model = &columns * DVector::from_row_slice(&strengths);
+            weight = (design.variances(&strengths) + beyond(y, &model, excess)).map(f64::recip);
             if !weight.iter().all(|w| w.is_finite()) {
                 return None;
             }
         }
-        let (chi_square, freedom) = self.misfit(from, &columns, &y, &strengths, terms.len());
-        Some(Solution {
-            from,
+        let mut solution = Solution {
+            design,
             columns,
-            y,
+            y: y.clone(),
             terms: terms.to_vec(),
             strengths,
             weight,
-            chi_square,
-            freedom,
-        })
+            excess,
+            chi_square: 0.0,
+            freedom: 0,
+        };
+        (solution.chi_square, solution.freedom) = misfit(&solution);
+        Some(solution)
     }
 
-    fn misfit(
-        &self,
-        from: usize,
-        columns: &DMatrix<f64>,
-        y: &DVector<f64>,
-        strengths: &Strengths,
-        terms: usize,
-    ) -> (f64, usize) {
-        let covariance = self.design.covariance(from, strengths);
-        let model = columns * DVector::from_row_slice(strengths);
-        let counts: Vec<usize> = (0..y.len())
-            .filter(|i| 2.0 * model[*i] * model[*i] >= LEAST_FREEDOM * covariance[(*i, *i)])
-            .collect();
-        let residual = (y - model).select_rows(&counts);
-        let covariance = covariance.select_rows(&counts).select_columns(&counts);
-        let chi_square = covariance
-            .cholesky()
-            .map_or(0.0, |factor| residual.dot(&factor.solve(&residual)));
-        (chi_square, counts.len().saturating_sub(terms)) // eq. 27
-    }
-
-    fn estimate(&self, term: NoiseTerm, solution: &Solution, widening: f64) -> TermEstimate {
+    fn estimate(&self, term: NoiseTerm, solution: &Solution<'_>, bound: f64) -> TermEstimate {
         let k = term as usize;
         let with;
         let solution = if solution.terms.contains(&k) {
@@ -334,10 +425,7 @@ impl Fitter {
         } else {
             let mut terms = solution.terms.clone();
             terms.push(k);
-            let y: Vec<f64> = std::iter::repeat_n(0.0, solution.from)
-                .chain(solution.y.iter().copied())
-                .collect();
-            match self.solve(solution.from, &y, &terms) {
+            match self.solve(solution.design, &solution.y, &terms, solution.excess) {
                 Some(found) => {
                     with = found;
                     &with
@@ -345,12 +433,14 @@ impl Fitter {
                 None => return TermEstimate::unknown(term),
             }
         };
-        let (low, high) = self.interval_of(solution, k, widening);
+        let (low, high) = self.interval_of(solution, k);
         let coefficient = |strength: f64| term.coefficient(strength, self.interval);
-        let identifiable = low > 0.0 && high.is_finite();
+        // A term that exceeds the curve was not found: what the curve allows is all that is known of it.
+        let identifiable = low > 0.0 && low < bound;
+        let high = high.min(bound);
         TermEstimate {
             term,
-            value: coefficient(solution.strengths[k]).clamp(coefficient(low), coefficient(high)),
+            value: coefficient(solution.strengths[k]).clamp(coefficient(low.min(high)), coefficient(high)),
             low: if identifiable { coefficient(low) } else { 0.0 },
             high: coefficient(high),
             identifiable,
@@ -363,7 +453,7 @@ impl Fitter {
     }
 
     /// All strengths of a term that leave what was found within 95 % of what chance gives, were they the truth.
-    fn interval_of(&self, solution: &Solution, k: usize, widening: f64) -> (f64, f64) {
+    fn interval_of(&self, solution: &Solution<'_>, k: usize) -> (f64, f64) {
         let apart = |strength: f64, side: f64| {
             let Some(chance) = self.chance(solution, k, strength) else {
                 return f64::NAN;
@@ -374,7 +464,7 @@ impl Fitter {
             } else {
                 chance.found
             };
-            (found - strength) / (widening * chance.sigma) - quantile(side, chance.skewness) // eq. 26
+            (found - strength) / chance.sigma - quantile(side, chance.skewness) // eq. 26
         };
         let best = solution.strengths[k];
         let least = best.max(self.chance(solution, k, best).map_or(0.0, |chance| chance.sigma));
@@ -394,15 +484,17 @@ impl Fitter {
 
     /// What is found of a term with the weights that are right if it has that strength, the others as they fit best
     /// beside it, and how that would scatter.
-    fn chance(&self, solution: &Solution, k: usize, strength: f64) -> Option<Chance> {
+    fn chance(&self, solution: &Solution<'_>, k: usize, strength: f64) -> Option<Chance> {
         let strengths = solution.beside(k, strength);
-        let covariance = self.design.covariance(solution.from, &strengths);
+        let model = solution.model(&strengths);
+        let mut covariance = solution.design.covariance(&strengths);
+        let beyond = beyond(&solution.y, &model, solution.excess);
+        covariance.set_diagonal(&(covariance.diagonal() + beyond));
         let weight = covariance.diagonal().map(f64::recip);
         let gain = gain(&solution.columns, &weight, &solution.terms)?;
         let row = gain.row(solution.place_of(k)).transpose();
         let spread = covariance * &row;
         let variance = row.dot(&spread); // eq. 25
-        let model = &solution.columns * DVector::from_row_slice(&strengths);
         let third: f64 = (0..row.len())
             .map(|i| 2.0 * row[i] * spread[i] * spread[i] / model[i])
             .sum(); // eq. 26
@@ -414,21 +506,48 @@ impl Fitter {
     }
 
     /// Length, s, of a record without gaps that shows a term half as large as its bound.
-    fn needed(&self, solution: &Solution, k: usize, bound: f64) -> Option<f64> {
+    fn needed(&self, solution: &Solution<'_>, k: usize, bound: f64) -> Option<f64> {
         let asked = bound * ASKED * ASKED;
         let strengths = solution.beside(k, asked);
         (1..).zip(&self.longer).find_map(|(doubling, longer)| {
             let samples = self.total * f64::from(1 << doubling);
-            let design = longer.get_or_init(|| Design::new(&Stretches::single(samples)));
-            let weight = design.weights(solution.from, &strengths);
-            let gain = gain(&design.columns(solution.from), &weight, &solution.terms)?;
+            let design = longer.get_or_init(|| Design::new(&Stretches::single(samples), LowPass::default()));
+            let columns = design.columns();
+            let model = &columns * DVector::from_row_slice(&strengths);
+            let mut covariance = design.covariance(&strengths);
+            let beyond = beyond(&model, &model, solution.excess);
+            covariance.set_diagonal(&(covariance.diagonal() + beyond));
+            let weight = covariance.diagonal().map(f64::recip);
+            let gain = gain(&columns, &weight, &solution.terms)?;
             let row = gain.row(solution.place_of(k)).transpose();
-            let sigma = row
-                .dot(&(design.covariance(solution.from, &strengths) * &row))
-                .sqrt();
+            let sigma = row.dot(&(covariance * &row)).sqrt();
             (asked > SURELY * sigma).then_some(samples * self.interval) // eq. 28
         })
     }
+}
+
+/// Variance of each variance beyond chance: a share of what was found or expected, whichever is more.
+fn beyond(y: &DVector<f64>, model: &DVector<f64>, excess: f64) -> DVector<f64> {
+    y.zip_map(model, |found, expected| excess * found.max(expected).powi(2)) // eq. 30
+}
+
+/// Chi-square of what is left and its degrees of freedom, of variances whose chance is near normal.
+fn misfit(solution: &Solution<'_>) -> (f64, usize) {
+    let model = solution.model(&solution.strengths);
+    let chance = solution.design.covariance(&solution.strengths);
+    let counts: Vec<usize> = (0..model.len())
+        .filter(|i| 2.0 * model[*i] * model[*i] >= LEAST_FREEDOM * chance[(*i, *i)])
+        .collect();
+    let mut covariance = chance;
+    let beyond = beyond(&solution.y, &model, solution.excess);
+    // Sums over lags have a covariance to a part in a thousand; what filters make alike would be singular.
+    covariance.set_diagonal(&(covariance.diagonal() * (1.0 + ACCURACY) + beyond));
+    let residual = (&solution.y - model).select_rows(&counts);
+    let covariance = covariance.select_rows(&counts).select_columns(&counts);
+    let chi_square = covariance
+        .cholesky()
+        .map_or(f64::INFINITY, |factor| residual.dot(&factor.solve(&residual)));
+    (chi_square, counts.len().saturating_sub(solution.terms.len())) // eq. 27
 }
 
 /// Where a falling function is zero between two places.

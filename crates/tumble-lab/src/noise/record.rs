@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::chance::{Shared, Strengths, Stretches, freedom};
 use super::deviation::{Deviations, Kind};
 use super::fit::{Fitter, NoiseFit};
+use super::lowpass::LowPass;
 use super::term::{NoiseTerm, TERMS};
 use crate::distributions::chi_square_quantile;
 
@@ -79,21 +80,24 @@ impl NoiseRecord {
         };
         let stretches = Stretches::new(first.stretches());
         let fitter = Fitter::new(&stretches, interval);
-        let chances: Vec<(Kind, Vec<Shared>)> = self
-            .kinds
-            .iter()
-            .map(|kind| {
+        let chances = |filtered: &LowPass| -> Vec<(Kind, Vec<Shared>)> {
+            let of_kind = |kind: &Kind| {
                 let variances = first.variances(*kind);
-                let of = |samples| Shared::between(*kind, samples, samples, &stretches);
+                let of = |samples| Shared::between(*kind, samples, samples, &stretches, filtered);
                 (*kind, variances.iter().map(|each| of(each.samples)).collect())
-            })
-            .collect();
+            };
+            self.kinds.iter().map(of_kind).collect()
+        };
+        let unfiltered = LowPass::default();
+        let usual = chances(&unfiltered);
         let conclude = |channel: &Deviations| {
             let fit = fitter.fit(&channel.variances(Kind::Allan));
             let strengths = fit.as_ref().map_or_else(|| white(channel), |fit| fit.strengths);
+            let filtered = fit.as_ref().map_or(&unfiltered, |fit| &fit.filtered);
+            let own = (*filtered != unfiltered).then(|| chances(filtered));
             let mut deviations: [Vec<Deviation>; Kind::COUNT] = Default::default();
-            for (kind, shared) in &chances {
-                deviations[*kind as usize] = with_intervals(channel, *kind, shared, &strengths);
+            for (kind, shared) in own.as_ref().unwrap_or(&usual) {
+                deviations[*kind as usize] = with_intervals(channel, *kind, shared, &strengths, filtered);
             }
             ChannelNoise { deviations, fit }
         };
@@ -117,10 +121,11 @@ fn with_intervals(
     kind: Kind,
     shared: &[Shared],
     strengths: &Strengths,
+    filtered: &LowPass,
 ) -> Vec<Deviation> {
     let variances = channel.variances(kind);
     let each = variances.iter().zip(shared).map(|(found, shared)| {
-        let freedom = freedom(kind, found.samples, shared, strengths).max(1.0); // eq. 23
+        let freedom = freedom(kind, found.samples, shared, strengths, filtered).max(1.0); // eq. 23
         let bound = |tail| (found.variance * freedom / chi_square_quantile(tail, freedom)).sqrt();
         Deviation {
             samples: found.samples,

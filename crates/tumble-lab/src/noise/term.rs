@@ -6,6 +6,7 @@
 use std::f64::consts::{LN_2, PI};
 
 use super::deviation::Kind;
+use super::lowpass::LowPass;
 
 tumble_core::vocabulary! {
     /// A term of noise, as IEEE Std 952-1997, annex C, has it.
@@ -30,11 +31,11 @@ pub const TERMS: usize = NoiseTerm::ALL.len();
 pub(super) const RANDOM: usize = TERMS - 1;
 
 impl NoiseTerm {
-    /// Allan variance of strength one at an averaging time of that many samples.
-    pub fn allan_variance(self, samples: f64) -> f64 {
+    /// Allan variance of strength one at an averaging time of that many samples; white noise is `filtered`.
+    pub fn allan_variance(self, samples: f64, filtered: &LowPass) -> f64 {
         match self {
             Self::Quantisation => 3.0 / (samples * samples), // eq. 20
-            Self::White => 1.0 / samples,                    // eq. 20
+            Self::White => filtered.allan_variance(samples), // eq. 20, 29
             Self::BiasInstability => 2.0 * LN_2 / PI,        // eq. 20
             Self::RandomWalk => samples / 3.0,               // eq. 20
             Self::Ramp => samples * samples / 2.0,           // eq. 20
@@ -64,14 +65,15 @@ impl NoiseTerm {
 }
 
 /// Generalised autocovariances at a lag, of the sums that differences of a kind are formed of, for each random term of
-/// strength one (docs/theory/noise.md, eq. 21).
-pub(super) fn autocovariances(kind: Kind, lag: f64) -> [f64; RANDOM] {
+/// strength one (docs/theory/noise.md, eq. 21). White noise is `filtered`; twice summed, for the modified variance, it
+/// is taken as it is without a filter.
+pub(super) fn autocovariances(kind: Kind, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
     let t = lag.abs();
     let log = if t > 0.0 { t.ln() } else { 0.0 };
     match kind {
         Kind::Allan | Kind::Hadamard => [
             if t < 0.5 { 1.0 } else { 0.0 },
-            -0.5 * t,
+            -0.5 * filtered.of_sum(t),
             t * t * log / (2.0 * PI),
             t.powi(3) / 12.0,
         ],
@@ -99,11 +101,12 @@ mod tests {
     #[test]
     fn the_allan_variance_of_each_random_term_is_that_of_its_autocovariance() {
         for samples in [1.0, 7.0, 640.0] {
-            let at = |lag| autocovariances(Kind::Allan, lag);
+            let white = LowPass::default();
+            let at = |lag| autocovariances(Kind::Allan, lag, &white);
             let (zero, one, two) = (at(0.0), at(samples), at(2.0 * samples));
             for (k, term) in NoiseTerm::ALL.iter().take(RANDOM).enumerate() {
                 let squared = 6.0 * zero[k] - 8.0 * one[k] + 2.0 * two[k];
-                let expected = term.allan_variance(samples);
+                let expected = term.allan_variance(samples, &white);
                 assert!(
                     (squared / (2.0 * samples * samples) / expected - 1.0).abs() < 1e-9,
                     "{}",

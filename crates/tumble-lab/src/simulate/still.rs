@@ -147,6 +147,7 @@ impl StillChannel {
 mod tests {
     use super::*;
     use crate::noise::deviation::{Deviations, Kind};
+    use crate::noise::lowpass::LowPass;
 
     #[test]
     fn each_term_has_the_allan_variance_of_theory_and_bias_instability_from_four_samples_on() {
@@ -170,7 +171,8 @@ mod tests {
                 let scatter = each.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (runs - 1) as f64;
                 let sigma = (scatter / runs as f64).sqrt();
                 let samples = found[0][place].samples as f64;
-                let expected = term.strength(0.7, 1.0 / rate) * term.allan_variance(samples);
+                let expected =
+                    term.strength(0.7, 1.0 / rate) * term.allan_variance(samples, &LowPass::default());
                 let off = (mean - expected).abs();
                 assert!(
                     off < 4.5 * sigma + 4e-3 * expected,

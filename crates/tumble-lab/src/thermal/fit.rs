@@ -27,6 +27,11 @@ const ROUNDS: usize = 3;
 /// Share of a column that the columns before it must leave, for its coefficient to mean something.
 const SINGULAR: f64 = 1e-9;
 
+/// Temperatures at which a difference between warming and cooling that is no constant is found, straight between them.
+pub const KNOTS: usize = 7;
+/// Share of a leg from which on a block is on it.
+const ON_A_LEG: f64 = 0.5;
+
 /// Which terms are fitted besides a constant for each pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
@@ -34,14 +39,14 @@ pub struct Terms {
     pub bias: usize,
     /// The same in the scale factor.
     pub scale: usize,
-    /// Whether warming and cooling differ by a constant.
-    pub hysteresis: bool,
+    /// Terms of the difference between warming and cooling: 0 for none, 1 for a constant, [`KNOTS`] for a curve.
+    pub hysteresis: usize,
 }
 
 impl Terms {
     /// How many.
     pub fn count(&self) -> usize {
-        self.bias + self.scale + usize::from(self.hysteresis)
+        self.bias + self.scale + self.hysteresis
     }
 }
 
@@ -55,6 +60,8 @@ pub struct Design<'a> {
     poses: Vec<usize>,
     held: usize,
     largest: f64,
+    /// Temperatures that both legs reached in one pose, scaled alike.
+    shared: [f64; 2],
 }
 
 /// What was found of one axis.
@@ -65,10 +72,12 @@ pub struct AxisFit {
     /// What the axis reads at the reference temperature in each pose, in its unit.
     pub constants: Vec<f64>,
     /// Coefficients of `t`, `t^2` ... of the bias, then those of the scale factor, then by how much more is read while
-    /// warming than while cooling.
+    /// warming than while cooling, at one temperature or several.
     pub coefficients: DVector<f64>,
     /// Of the coefficients.
     pub covariance: DMatrix<f64>,
+    /// Temperatures less the reference, K, between which warming and cooling are compared.
+    pub shared: [f64; 2],
     /// `N^2` and `B^2` of what is left.
     pub noise: [f64; 2],
     /// Logarithm of the restricted likelihood, but for a constant: of noise, the terms given.
@@ -86,6 +95,11 @@ impl AxisFit {
     /// Coefficients of the powers of the scale factor.
     pub fn scale(&self) -> &[f64] {
         &self.coefficients.as_slice()[self.terms.bias..self.terms.bias + self.terms.scale]
+    }
+
+    /// By how much more is read while warming than while cooling: a constant, or at each knot.
+    pub fn hysteresis(&self) -> &[f64] {
+        &self.coefficients.as_slice()[self.terms.bias + self.terms.scale..]
     }
 
     /// One of the coefficients and its 1-sigma.
@@ -106,11 +120,12 @@ impl AxisFit {
 
     /// What the axis reads in a pose `t` K above the reference, on a leg.
     pub fn reading(&self, pose: usize, t: f64, leg: f64) -> f64 {
-        let hysteresis = if self.terms.hysteresis {
-            self.coefficients[self.terms.count() - 1]
-        } else {
-            0.0
-        };
+        let hysteresis: f64 = self
+            .hysteresis()
+            .iter()
+            .enumerate()
+            .map(|(knot, value)| value * share_of_knot(self.terms.hysteresis, knot, t, self.shared))
+            .sum();
         self.without_bias(pose, t) + polynomial(self.bias(), t) + 0.5 * leg * hysteresis // eq. 3
     }
 
@@ -133,6 +148,7 @@ impl<'a> Design<'a> {
             poses: blocks.iter().map(|block| block.pose).collect(),
             held: blocks.iter().map(|block| block.pose + 1).max().unwrap_or(0),
             largest,
+            shared: shared_by_legs(blocks).map(|temperature| (temperature - reference) / largest),
         }
     }
 
@@ -181,7 +197,10 @@ impl<'a> Design<'a> {
                     Some(term) if term < terms.bias + terms.scale => {
                         power(term - terms.bias) * (constants[pose] - middle) // eq. 3
                     }
-                    Some(_) => self.legs[row],
+                    Some(term) => {
+                        let knot = term - terms.bias - terms.scale;
+                        self.legs[row] * share_of_knot(terms.hysteresis, knot, t, self.shared)
+                    }
                 }
             },
         )
@@ -267,6 +286,7 @@ impl<'a> Design<'a> {
             covariance: covariance
                 .view((held, held), (x.len() - held, x.len() - held))
                 .into_owned(),
+            shared: self.shared,
             noise: [white, white * ratio],
             restricted_likelihood: -0.5 * (freedom * white.ln() + of_noise + of_fit), // eq. 4
             likelihood: -0.5 * (y.len() as f64 * squares.ln() + of_noise),            // eq. 11
@@ -290,6 +310,7 @@ impl<'a> Design<'a> {
             }
         });
         let scaling = DMatrix::from_diagonal(&factor);
+        fit.shared = self.shared.map(|temperature| temperature * self.largest);
         fit.coefficients.component_mul_assign(&factor);
         fit.covariance = &scaling * fit.covariance * &scaling;
         fit
@@ -318,6 +339,32 @@ fn widening(weighted: &[(&AxisFit, f64)], covariance: &DMatrix<f64>, freedom: f6
         student_quantile(BELOW, 2.0 * variance * variance / spread) / INTERVAL // eq. 7
     });
     DMatrix::from_diagonal(&each)
+}
+
+/// Share of the value at a knot in the difference at a temperature: straight from knot to knot, held beyond the last.
+fn share_of_knot(knots: usize, knot: usize, t: f64, [low, high]: [f64; 2]) -> f64 {
+    if knots < 2 || high <= low {
+        return f64::from(u8::from(knot == 0));
+    }
+    let place = ((t - low) / (high - low)).clamp(0.0, 1.0) * (knots - 1) as f64;
+    (1.0 - (place - knot as f64).abs()).max(0.0) // eq. 13
+}
+
+/// Lowest and highest temperature, degC, that some pose was held at both while it warmed and while it cooled.
+fn shared_by_legs(blocks: &[Block]) -> [f64; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let range = |pose: usize, leg: f64| {
+        let on_leg = blocks.iter().filter(|b| b.pose == pose && leg * b.leg > ON_A_LEG);
+        on_leg.fold(nothing, |[low, high], b| {
+            [low.min(b.temperature), high.max(b.temperature)]
+        })
+    };
+    let poses = blocks.iter().map(|block| block.pose + 1).max().unwrap_or(0);
+    (0..poses)
+        .map(|pose| (range(pose, 1.0), range(pose, -1.0)))
+        .map(|(warming, cooling)| [warming[0].max(cooling[0]), warming[1].min(cooling[1])])
+        .filter(|[low, high]| low < high)
+        .fold(nothing, |[low, high], both| [low.min(both[0]), high.max(both[1])])
 }
 
 fn polynomial(powers: &[f64], t: f64) -> f64 {

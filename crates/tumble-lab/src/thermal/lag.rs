@@ -1,18 +1,25 @@
 //! How far the thermometer is behind the sensor, or before it (docs/theory/thermal.md, Temperature).
 
+use rayon::prelude::*;
+
 use super::block::{Block, ThermalBlocks};
-use super::fit::{AxisFit, Design, Terms};
+use super::fit::{Design, KNOTS, Terms};
 use super::whitening::Whitening;
+use crate::distributions::chi_square_tail;
 
 /// Time constants that are tried first, s, evenly over their square roots.
 const LARGEST: f64 = 600.0;
 const EACH_SIDE: i32 = 12;
 /// Between the neighbours of the best of these, so many more.
 const FINER: i32 = 8;
-/// Logarithm of the ratio of likelihoods from which a lag is believed.
+/// Logarithm of the ratio of likelihoods from which one explanation is clearly the better.
 const CLEARLY: f64 = 5.0;
-/// From which on hysteresis is more than chance.
-const SIGMAS: f64 = 4.0;
+/// Chance of the likelihood of loops beside a lag, below which a lag alone is no explanation.
+const UNLIKELY: f64 = 1e-3;
+/// Share of the logarithm of the likelihood gained by a lag, below which loops beside it are no second cause.
+const REMAINING: f64 = 0.1;
+/// Axes with a loop that one lag explains all of, from which on chance does not make them agree.
+const AGREEING: usize = 2;
 
 /// A time constant of the thermometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,55 +33,117 @@ pub struct Lag {
 /// A channel, and the most terms that it may need.
 pub type Needs = (usize, Terms);
 
-/// Lag under which all channels together are most likely, where that is clearly more likely than none and leaves no
-/// hysteresis: of a steady ramp nobody can tell one from the other, so where some is left, all may be.
-///
-/// None as well where hysteresis is not among the terms, as one leg is missing.
-pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Option<Lag> {
-    let channels: Vec<(Vec<f64>, Terms)> = channels
-        .iter()
-        .filter(|(_, terms)| terms.hysteresis)
-        .map(|(channel, terms)| (data.channel(*channel), *terms))
-        .collect();
-    let fits = |lag: f64| -> Vec<Option<AxisFit>> {
-        let blocks: Vec<Block> = data.blocks.iter().map(|block| block.lagged(lag)).collect();
-        let design = Design::new(
-            whitening,
-            &blocks,
-            blocks.first().map_or(0.0, |block| block.temperature),
-        );
-        channels
-            .iter()
-            .map(|(means, terms)| design.fit(means, terms))
-            .collect()
-    };
-    let likelihood = |lag: f64| -> f64 {
-        let of_channel = |fit: Option<AxisFit>| fit.map_or(f64::NEG_INFINITY, |fit| fit.likelihood);
-        fits(lag).into_iter().map(of_channel).sum() // eq. 11
-    };
-    let coarse: Vec<f64> = (-EACH_SIDE..=EACH_SIDE).map(coarse_lag).collect();
-    let best = best_of(&coarse, likelihood)?;
-    let step = (coarse[best.0 + 1] - coarse[best.0 - 1]) / f64::from(FINER);
-    let fine: Vec<f64> = (0..=FINER)
-        .map(|place| coarse[best.0 - 1] + step * f64::from(place))
-        .collect();
-    let (place, [before, at, after]) = best_of(&fine, likelihood)?;
-    let curvature = (before - 2.0 * at + after) / (step * step);
-    let lag = Lag {
-        value: fine[place] - 0.5 * (after - before) / (step * curvature),
-        sigma: (-curvature).sqrt().recip(),
-    };
-    let is_clear = at > likelihood(0.0) + CLEARLY && lag.sigma.is_finite();
-    (is_clear && !fits(lag.value).iter().flatten().any(has_hysteresis)).then_some(lag)
+/// A lag, and what is known of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lagging {
+    /// None is needed.
+    None,
+    /// The data show it.
+    Shown(Lag),
+    /// It would explain the difference of warming and cooling as well as hysteresis does.
+    OrHysteresis(Lag),
 }
 
-fn has_hysteresis(fit: &AxisFit) -> bool {
-    let last = fit
-        .terms
-        .count()
-        .checked_sub(1)
-        .and_then(|last| fit.coefficient(last));
-    last.is_some_and(|[value, sigma]| value.abs() > SIGMAS * sigma)
+impl Lagging {
+    /// The lag that the data show.
+    pub fn shown(self) -> Option<Lag> {
+        match self {
+            Self::Shown(lag) => Some(lag),
+            Self::None | Self::OrHysteresis(_) => None,
+        }
+    }
+}
+
+struct Candidates<'a> {
+    data: &'a ThermalBlocks,
+    whitening: &'a Whitening,
+    channels: Vec<(Vec<f64>, Terms)>,
+}
+
+/// Lag of the thermometer, fitted before hysteresis is: alone, and beside loops of any shape.
+///
+/// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that remain beside it
+/// are hysteresis. Of one axis and a steady ramp nobody can tell one from the other. None as well where one leg is missing.
+pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Lagging {
+    let channels: Vec<(Vec<f64>, Terms)> = channels
+        .iter()
+        .filter(|(_, terms)| terms.hysteresis > 0)
+        .map(|(channel, terms)| (data.channel(*channel), *terms))
+        .collect();
+    let of = Candidates {
+        data,
+        whitening,
+        channels,
+    };
+    if of.channels.is_empty() {
+        return Lagging::None;
+    }
+    let without_loops = of.likelihoods(0.0, 0);
+    let with_loops = of.likelihoods(0.0, KNOTS);
+    let constant_loops = of.likelihoods(0.0, 1);
+    let alone = of.most_likely(0);
+    if let Some((lag, likelihood)) = alone {
+        let beside: f64 = sum(&of.likelihoods(lag.value, 1)) - likelihood;
+        // Where it turns, a first-order lag is no line: what remains of that is little beside what a lag explains.
+        let explained = likelihood - sum(&without_loops);
+        let sufficient = beside < REMAINING * explained
+            || chi_square_tail(2.0 * beside.max(0.0), of.channels.len() as f64) > UNLIKELY;
+        if sufficient {
+            if likelihood < sum(&without_loops) + CLEARLY {
+                return Lagging::None;
+            }
+            let pairs = without_loops.iter().zip(&constant_loops);
+            let loops = pairs.filter(|(without, with)| *with - *without > CLEARLY).count();
+            let better = likelihood > sum(&constant_loops) + CLEARLY;
+            return if loops >= AGREEING || better {
+                Lagging::Shown(lag)
+            } else {
+                Lagging::OrHysteresis(lag)
+            };
+        }
+    }
+    match of.most_likely(KNOTS) {
+        Some((lag, likelihood)) if likelihood > sum(&with_loops) + CLEARLY => Lagging::Shown(lag),
+        _ => Lagging::None,
+    }
+}
+
+impl Candidates<'_> {
+    /// Of each channel, with that many terms of hysteresis.
+    fn likelihoods(&self, lag: f64, hysteresis: usize) -> Vec<f64> {
+        let blocks: Vec<Block> = self.data.blocks.iter().map(|block| block.lagged(lag)).collect();
+        let reference = blocks.first().map_or(0.0, |block| block.temperature);
+        let design = Design::new(self.whitening, &blocks, reference);
+        let of_channel = |(means, terms): &(Vec<f64>, Terms)| {
+            let terms = Terms { hysteresis, ..*terms };
+            design
+                .fit(means, &terms)
+                .map_or(f64::NEG_INFINITY, |fit| fit.likelihood)
+        };
+        self.channels.par_iter().map(of_channel).collect()
+    }
+
+    /// The lag under which all channels together are most likely, and that likelihood; None where it is at the edge.
+    fn most_likely(&self, hysteresis: usize) -> Option<(Lag, f64)> {
+        let likelihood = |lag: f64| sum(&self.likelihoods(lag, hysteresis)); // eq. 11
+        let coarse: Vec<f64> = (-EACH_SIDE..=EACH_SIDE).map(coarse_lag).collect();
+        let best = best_of(&coarse, likelihood)?;
+        let step = (coarse[best.0 + 1] - coarse[best.0 - 1]) / f64::from(FINER);
+        let fine: Vec<f64> = (0..=FINER)
+            .map(|place| coarse[best.0 - 1] + step * f64::from(place))
+            .collect();
+        let (place, [before, at, after]) = best_of(&fine, likelihood)?;
+        let curvature = (before - 2.0 * at + after) / (step * step);
+        let lag = Lag {
+            value: fine[place] - 0.5 * (after - before) / (step * curvature),
+            sigma: (-curvature).sqrt().recip(),
+        };
+        lag.sigma.is_finite().then_some((lag, at))
+    }
+}
+
+fn sum(values: &[f64]) -> f64 {
+    values.iter().sum()
 }
 
 fn coarse_lag(place: i32) -> f64 {

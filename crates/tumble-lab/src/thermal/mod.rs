@@ -4,10 +4,11 @@
 //! temperature of the sensor, [`rest`] tells which spans were at rest, and [`block`] joins these into the blocks
 //! that are fitted. [`fit`](mod@fit) fits one axis, in noise that [`whitening`] makes independent: a constant for each
 //! pose that was held, and polynomials of temperature. [`order`] finds how high these may be, [`lag`] how far the
-//! thermometer is behind. [`procedure`] does it for a unit.
+//! thermometer is behind, [`hysteresis`] how far warming and cooling are apart. [`procedure`] does it for a unit.
 
 pub mod block;
 pub mod fit;
+pub mod hysteresis;
 pub mod lag;
 pub mod order;
 pub mod procedure;

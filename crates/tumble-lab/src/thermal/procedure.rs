@@ -4,8 +4,9 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::temperature::HIGHEST_ORDER;
 
 use super::block::{Block, ThermalBlocks, blocks};
-use super::fit::{AxisFit, Design, Terms};
-use super::lag::{Lag, Needs, thermometer_lag};
+use super::fit::{AxisFit, Design, KNOTS, Terms};
+use super::hysteresis::{Hysteresis, is_curve};
+use super::lag::{Lagging, Needs, thermometer_lag};
 use super::order::{Choice, Folds};
 use super::recorder::Span;
 use super::whitening::Whitening;
@@ -68,8 +69,8 @@ pub struct AxisDrift {
     pub candidates: Vec<Terms>,
     /// Which of them, and what each left.
     pub choice: Choice,
-    /// By how much more is read while warming than while cooling, and its 1-sigma; None where one of both is missing.
-    pub hysteresis: Option<[f64; 2]>,
+    /// By how much more is read while warming than while cooling; None where one of both is missing.
+    pub hysteresis: Option<Hysteresis>,
     /// First power of the bias, per K, and its 1-sigma, chosen or not.
     pub slope: [f64; 2],
     /// Change of the scale factor, 1/K, and its 1-sigma, chosen or not; None where no poses tell scale from bias.
@@ -94,7 +95,7 @@ pub struct ThermalDrift {
     /// degC.
     pub range: [f64; 2],
     /// Time constant of the thermometer, where the data show it.
-    pub lag: Option<Lag>,
+    pub lag: Lagging,
     /// What was fitted, temperatures those of the sensor.
     pub data: ThermalBlocks,
     /// One for each channel that was recorded.
@@ -113,7 +114,7 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
     let most = |channel: &usize| (*channel, most_terms(&data, *channel, hysteresis));
     let needs: Vec<Needs> = settings.channels.iter().map(most).collect();
     let lag = thermometer_lag(&data, &whitening, &needs);
-    if let Some(lag) = lag {
+    if let Some(lag) = lag.shown() {
         data.blocks
             .iter_mut()
             .for_each(|block| *block = block.lagged(lag.value));
@@ -198,7 +199,7 @@ fn axis(
     hysteresis: bool,
 ) -> Option<AxisDrift> {
     let means = data.channel(channel);
-    let most = most_terms(data, channel, hysteresis);
+    let most = with_shape(design, &means, most_terms(data, channel, hysteresis));
     let fits: Vec<AxisFit> = candidates(&most)
         .iter()
         .filter_map(|terms| design.fit(&means, terms))
@@ -222,11 +223,7 @@ fn axis(
         .flatten();
     Some(AxisDrift {
         channel,
-        hysteresis: if hysteresis {
-            fit.coefficient(terms.count() - 1)
-        } else {
-            None
-        },
+        hysteresis: Hysteresis::of(&fit),
         slope: slope.coefficient(0)?,
         scale: scale.and_then(|fit| fit.coefficient(terms.bias)),
         fit,
@@ -241,8 +238,18 @@ fn most_terms(data: &ThermalBlocks, channel: usize, hysteresis: bool) -> Terms {
     Terms {
         bias: HIGHEST_ORDER,
         scale: if turned_over { HIGHEST_SCALE_ORDER } else { 0 },
-        hysteresis,
+        hysteresis: usize::from(hysteresis),
     }
+}
+
+/// The same with a difference between warming and cooling that is a curve, where the axis shows one.
+fn with_shape(design: &Design, means: &[f64], most: Terms) -> Terms {
+    let curve = Terms {
+        hysteresis: KNOTS,
+        ..most
+    };
+    let shown = most.hysteresis > 0 && design.fit(means, &curve).is_some_and(|fit| is_curve(&fit));
+    if shown { curve } else { most }
 }
 
 /// Sets of terms up to the most, the simplest first.

@@ -4,6 +4,7 @@ use tumble_core::noise::Interval;
 
 use super::block::Block;
 use super::fit::{AxisFit, Design, Terms};
+use super::lag::Lagging;
 use super::order::Folds;
 use super::procedure::{ThermalDrift, ThermalError, ThermalSettings, thermal};
 use super::recorder::ThermalRecorder;
@@ -25,7 +26,7 @@ fn bias_of(order: usize) -> Terms {
     Terms {
         bias: order,
         scale: 0,
-        hysteresis: true,
+        hysteresis: 1,
     }
 }
 
@@ -322,9 +323,9 @@ fn assert_drift(drift: &ThermalDrift, what: &str) {
 fn one_session_shows_the_drift_and_that_there_is_no_hysteresis() {
     let drift = found(&[plain()], false).unwrap();
     assert_drift(&drift, "one session");
-    let [hysteresis, sigma] = drift.axes[0].hysteresis.unwrap();
+    let [hysteresis, sigma] = drift.axes[0].hysteresis.clone().unwrap().largest;
     assert!(hysteresis.abs() < 4.5 * sigma, "{hysteresis} +- {sigma}");
-    assert!(drift.lag.is_none(), "{:?}", drift.lag);
+    assert!(drift.lag == Lagging::None, "{:?}", drift.lag);
     assert!(drift.axes[2].scale.is_none());
 }
 
@@ -411,7 +412,7 @@ fn hysteresis_is_found_with_its_sign() {
         false,
     )
     .unwrap();
-    let [hysteresis, sigma] = drift.axes[1].hysteresis.unwrap();
+    let [hysteresis, sigma] = drift.axes[1].hysteresis.clone().unwrap().mean;
     assert!(
         (hysteresis - 2e-3).abs() < 4.5 * sigma && sigma < 5e-4,
         "{hysteresis} +- {sigma}"

@@ -78,5 +78,5 @@ def _channel(axes: Axes, channel: ChannelNoise) -> None:
         if channel.term(name).observable and deviation.min() > 0.0:
             axes.line(np.log10(curve.tau), np.log10(deviation), SOFT, 0.7, dash="3 3")
     total = np.sqrt(sum(np.square(deviation) for deviation in terms.values()))
-    fitted = (curve.tau >= channel.shortest) & (total > 0.0)
+    fitted = total > 0.0
     axes.line(np.log10(curve.tau[fitted]), np.log10(total[fitted]), colour, 1.0)

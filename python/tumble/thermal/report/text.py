@@ -12,7 +12,7 @@ from tumble.thermal.result import AxisDrift, ThermalResult
 from tumble.units import Triad
 from tumble.words import count_of, join, length_of_time
 
-COLUMNS = ("order", "drift within the range", "warming less cooling", "scale")
+COLUMNS = ("order", "drift within the range", "largest hysteresis", "scale")
 """What is said of each axis at once."""
 
 
@@ -102,7 +102,7 @@ def parameter_rows(result: ThermalResult, triad: Triad) -> tuple[tuple[str, tupl
 
 
 def _place(name: str) -> tuple[bool, bool, str]:
-    return name == "hysteresis", name.startswith("scale"), name
+    return name.endswith("hysteresis"), name.startswith("scale"), name
 
 
 def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
