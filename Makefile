@@ -41,6 +41,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.disturbed
 	$(BIN)/python -m benchmarks.stamps
+	$(BIN)/python -m benchmarks.laboratories
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_live

@@ -45,6 +45,19 @@ SHAKINGS: tuple[tuple[str, float, float], ...] = (
     ("broad about 25 Hz", 1.0, 200.0),
 )
 """What shakes, root mean square of each axis in m/s^2, samples a second."""
+ROCKINGS: tuple[tuple[str, float, float], ...] = (
+    ("none", 0.0, 200.0),
+    ("tone of 17.3 Hz", 0.01, 200.0),
+    ("tone of 17.3 Hz", 0.1, 200.0),
+    ("tone of 30 Hz", 0.03, 200.0),
+    ("tone of 48.6 Hz", 0.1, 200.0),
+    ("tone of 123 Hz, aliased", 0.03, 200.0),
+    ("tone of 10 Hz", 0.05, 100.0),
+    ("broad about 25 Hz", 0.003, 200.0),
+    ("broad about 25 Hz", 0.01, 200.0),
+    ("broad about 25 Hz", 0.05, 200.0),
+)
+"""What rocks, root mean square about each axis in rad/s, samples a second."""
 SETTLED = 2000
 """Samples after which a resonance has forgotten its start."""
 
@@ -74,8 +87,10 @@ def lacking(unit: SimulatedUnit, share: float, random: np.random.Generator) -> R
     )
 
 
-def shaken(played: SimulatedTurntable, what: str, size: float, seed: int) -> list[Recording]:
-    """All units of one structure that shakes; each axis by itself, all units alike."""
+def shaken(
+    played: SimulatedTurntable, what: str, size: float, seed: int, *, rocks: bool = False
+) -> list[Recording]:
+    """All units of one structure that shakes, or rocks; each axis by itself, all units alike."""
     recordings = []
     for unit in played.units:
         samples = unit.samples
@@ -84,8 +99,8 @@ def shaken(played: SimulatedTurntable, what: str, size: float, seed: int) -> lis
             Recording.from_arrays(
                 unit.name,
                 samples.time,
-                samples.accelerometer + shaking @ unit.accelerometer.M.T,
-                samples.gyroscope,
+                samples.accelerometer + (0.0 if rocks else shaking @ unit.accelerometer.M.T),
+                samples.gyroscope + (shaking @ unit.gyroscope.M.T if rocks else 0.0),
                 clock="turntable",
             )
         )
@@ -165,6 +180,20 @@ def shaking(sessions: int) -> Iterator[Content]:
         yield {"what": what, "size": size, "rate": rate, "accelerometer": figures(found)}
 
 
+def rocking(sessions: int) -> Iterator[Content]:
+    """The gyroscope, for each kind of rocking."""
+    for what, size, rate in ROCKINGS:
+        found = []
+        for seed in range(SEED, SEED + sessions):
+            played = session(seed, rate)
+            reference, target = shaken(played, what, size, seed, rocks=True)
+            result = tumble.turntable(reference, [target], jobs=1).targets[0]
+            if result.gyroscope is None:
+                raise RuntimeError(f"{what}, seed {seed}: {result.failure}")
+            found.append(outcome(result.gyroscope, played.target_units[0].gyroscope))
+        yield {"what": what, "size": size, "rate": rate, "gyroscope": figures(found)}
+
+
 def main(arguments: Sequence[str] | None = None) -> Content:
     """Run the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -172,8 +201,14 @@ def main(arguments: Sequence[str] | None = None) -> Content:
     parser.add_argument("--no-save", action="store_true", help="print only")
     options = parser.parse_args(arguments)
     console = Console()
-    content: Content = {"machine": machine(), "sessions": options.sessions, "missing": [], "shaking": []}
-    for name, cases in (("shaking", shaking), ("missing", missing_samples)):
+    content: Content = {
+        "machine": machine(),
+        "sessions": options.sessions,
+        "missing": [],
+        "shaking": [],
+        "rocking": [],
+    }
+    for name, cases in (("rocking", rocking), ("shaking", shaking), ("missing", missing_samples)):
         for case in cases(options.sessions):
             content[name].append(case)
             console.print(case)

@@ -97,6 +97,17 @@ def disturbed(content: Content) -> Iterator[str]:
         ratios = [f"{figures['sigma_over_error'][group]:.2f}" for group in GROUPS]
         yield _row([name, f"{case['rate']:g} Hz", *ratios, f"{100 * figures['coverage']:.1f} %"])
     yield ""
+    yield (
+        "| gyroscopes: rocking, rms about each axis | rate | sigma over error: bias | scale "
+        "| non-orthogonality | mounting | 95 % hold |"
+    )
+    yield "|---|---|---|---|---|---|---|"
+    for case in content["rocking"]:
+        figures = case["gyroscope"]
+        name = case["what"] + (f", {case['size']:g} rad/s" if case["size"] else "")
+        ratios = [f"{figures['sigma_over_error'][group]:.2f}" for group in GROUPS]
+        yield _row([name, f"{case['rate']:g} Hz", *ratios, f"{100 * figures['coverage']:.1f} %"])
+    yield ""
     yield "| samples missing | in | accelerometer: 95 % hold | gyroscope: 95 % hold | largest error, sigmas |"
     yield "|---|---|---|---|---|"
     for case in content["missing"]:
@@ -136,6 +147,32 @@ def stamps(content: Content) -> Iterator[str]:
         f"{content['stamps'][0]['sessions']} simulated sessions a case at 100 Hz, six faces, turns at "
         "120 deg/s, both units late by themselves; M and b of the gyroscope. Load: 60 s of samples with a "
         "delay of their own each."
+    )
+
+
+def laboratories(content: Content) -> Iterator[str]:
+    """Intervals where the reference errs as it states, and the choice of fitting g-sensitivity."""
+    yield (
+        "| stated of each element of the reference's M | accelerometer: 95 % hold | without the reference "
+        "| gyroscope: 95 % hold | without the reference |"
+    )
+    yield "|---|---|---|---|---|"
+    for case in content["references"]:
+        shares = [case[triad][kind] for triad in TRIADS for kind in ("coverage", "without")]
+        yield _row([f"{case['stated']:.0e}", *(f"{100 * share:.1f} %" for share in shares)])
+    yield ""
+    yield (
+        "| G, rad/s per m/s², each element | fitted in | 95 % hold | always fitted: 95 % hold "
+        "| never fitted: 95 % hold |"
+    )
+    yield "|---|---|---|---|---|"
+    for case in content["responses"]:
+        shares = [case[kind] for kind in ("chosen", "chosen_coverage", "always_coverage", "never_coverage")]
+        yield _row([f"{case['size']:g}", *(f"{100 * share:.1f} %" for share in shares)])
+    yield ""
+    yield (
+        f"{content['sessions']} simulated sessions a case, six faces of 5 s. The calibration of the "
+        "reference errs as it states; `without the reference` counts the covariance of the fit alone."
     )
 
 
@@ -808,6 +845,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "accuracy": accuracy,
     "disturbed": disturbed,
     "stamps": stamps,
+    "laboratories": laboratories,
     "truths": truths,
     "constant_rates": constant_rates,
     "spin": spin,

@@ -21,6 +21,9 @@ LEAST_TEMPERATURE_RANGE: float
 FULL_TURN_SIGMA: float
 """rad, by which a full turn by hand is taken to miss one."""
 
+RESPONSE_FALSE_ALARM: float
+"""Chance of fitting a gyroscope's response to specific force where it has none."""
+
 class CoreError(Exception):
     """What the core objects to; `args` is (kind, figures)."""
 
@@ -125,7 +128,7 @@ class Acquired:
     def trace(self) -> tuple[FloatArray, FloatArray, FloatArray]: ...
 
 class TurntableSettings:
-    """How to calibrate; latitude in rad."""
+    """How to calibrate; latitude in rad; g-sensitivity None: where the residuals ask for it."""
 
     def __init__(
         self,
@@ -133,7 +136,7 @@ class TurntableSettings:
         truth: str = "reference",
         clocks: str = "auto",
         latitude: float | None = None,
-        g_sensitivity: bool = False,
+        g_sensitivity: bool | None = None,
     ) -> None: ...
 
 class ReferenceFigures(TypedDict, total=False):
@@ -177,12 +180,14 @@ class TriadFigures(TypedDict, total=False):
     M: FloatArray
     b: FloatArray
     covariance: FloatArray
+    inherited: FloatArray
     observed: list[bool]
     scale: FloatArray
     L: FloatArray
     Q: FloatArray
     values: list[float]
     sigmas: list[float]
+    inherited_sigmas: list[float]
     rank: int
     widened: float
     variance_freedom: float
@@ -221,8 +226,15 @@ class TargetFigures(TypedDict):
     gyroscope: TriadFigures | None
     responses: list[ResponseFigures]
 
+def uncertainty_of_calibration(matrix: FloatArray, stated: FloatArray) -> FloatArray: ...
+def uncertainty_of_grade(name: str) -> tuple[FloatArray, FloatArray]: ...
 def fit_reference(
-    unit: Acquired, ups: FloatArray, settings: TurntableSettings, gyroscope: bool = True
+    unit: Acquired,
+    ups: FloatArray,
+    settings: TurntableSettings,
+    gyroscope: bool = True,
+    accelerometer_uncertainty: FloatArray | None = None,
+    gyroscope_uncertainty: FloatArray | None = None,
 ) -> Reference: ...
 def as_reference(reference_unit: Acquired, unit: Acquired, settings: TurntableSettings) -> Acquired: ...
 def calibrate_target(

@@ -153,6 +153,8 @@ class Parameter:
     observable: bool = True
     reason: str = ""
     """Why it could not be observed."""
+    inherited: float | None = None
+    """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
 
     def row(self) -> Row:
         """Give it as columns of a table, its name as `parameter`."""
@@ -180,7 +182,8 @@ class TriadResult:
     Q: FloatArray
     """(3, 3) rotation, sensor_from_case: mounting."""
     covariance: FloatArray
-    """(12, 12) of [M row by row, b]; NaN in rows and columns of what was not observable."""
+    """(12, 12) of [M row by row, b]; NaN in rows and columns of what was not observable; without
+    `inherited`."""
     parameters: tuple[Parameter, ...]
     """bias, scale, non-orthogonality and mounting, three each."""
     estimated: tuple[str, ...]
@@ -203,6 +206,9 @@ class TriadResult:
     g_sensitivity: FloatArray | None = None
     """(3, 3) rad/s per m/s^2, gyroscope only, on request."""
     g_sensitivity_sigma: FloatArray | None = None
+    inherited: FloatArray | None = None
+    """(12, 12) covariance of [M row by row, b] that all targets of a reference have in common; None where the
+    uncertainty of the reference is not stated."""
     widening: float = 1.0
     """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
 

@@ -210,8 +210,23 @@ def test_g_sensitivity_is_found_where_it_is_asked_for():
     assert_recovered(session, result)
 
 
-def test_g_sensitivity_that_is_not_fitted_shows_in_a_warning_that_names_the_remedy():
+def test_g_sensitivity_is_fitted_where_the_residuals_show_it():
     session = simulate(17, grades=("industrial",), g_sensitivity=True)
     found = calibrate(session)["target_1"]
-    assert any("--g-sensitivity" in warning for warning in found.warnings)
-    assert calibrate(session, g_sensitivity=True)["target_1"].warnings == ()
+    asked_for = calibrate(session, g_sensitivity=True)["target_1"]
+    assert [each for each in found.warnings if "responds to specific force" in each]
+    assert np.array_equal(found.gyroscope.g_sensitivity, asked_for.gyroscope.g_sensitivity)
+    assert asked_for.warnings == ()
+
+
+def test_g_sensitivity_is_left_out_on_request():
+    session = simulate(17, grades=("industrial",), g_sensitivity=True)
+    found = calibrate(session, g_sensitivity=False)["target_1"]
+    assert found.gyroscope.g_sensitivity is None
+    assert found.gyroscope.widening > 1.0
+
+
+def test_g_sensitivity_that_a_gyroscope_lacks_is_not_fitted():
+    sessions = [simulate(seed, grades=("consumer", "tactical")) for seed in range(170, 182)]
+    found = [target for session in sessions for target in calibrate(session).targets]
+    assert sum(target.gyroscope.g_sensitivity is not None for target in found) <= 1

@@ -60,7 +60,7 @@ const OVERLAP: f64 = EDGES + 9.0 / 70.0;
 
 /// Takes in the blocks of a rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SoftMeans<T: Real> {
+pub struct SoftMeans<T: Real> {
     /// Blocks in half a window; zero before the first.
     blocks: u32,
     place: u32,
@@ -70,6 +70,12 @@ pub(crate) struct SoftMeans<T: Real> {
     begun: bool,
     total: SoftSum<T>,
     ladder: AllanLadder<T>,
+}
+
+impl<T: Real> Default for SoftMeans<T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<T: Real> SoftMeans<T> {

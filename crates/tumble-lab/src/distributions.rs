@@ -47,6 +47,25 @@ pub fn student_quantile(p: f64, freedom: f64) -> f64 {
     if p < 0.5 { -above } else { above }
 }
 
+/// Chance that an F of `first` and `second` degrees of freedom, those of its numerator first, is larger than `x`.
+///
+/// NaN where a number of degrees of freedom is not above zero.
+pub fn f_tail(x: f64, first: f64, second: f64) -> f64 {
+    if !(first > 0.0 && second > 0.0 && first.is_finite() && second.is_finite()) || x.is_nan() {
+        return f64::NAN;
+    }
+    let x = x.max(0.0);
+    let (outer, inner) = (second / (second + first * x), first * x / (second + first * x));
+    let (a, b) = (0.5 * second, 0.5 * first);
+    let log_beta = libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b);
+    let front = (a * outer.ln() + b * inner.ln() - log_beta).exp();
+    if outer < (a + 1.0) / (a + b + 2.0) {
+        front / (a * beta_fraction(a, b, outer))
+    } else {
+        1.0 - front / (b * beta_fraction(b, a, inner))
+    }
+}
+
 /// Where on x >= 0 a falling tail has a value: Newton's method, held within what is known to enclose the place.
 ///
 /// `of` gives tail and density at x; `scale` is of the size of x.
@@ -246,6 +265,16 @@ mod tests {
             assert_near(chi_square_tail(x, 2.0), (-half).exp());
             assert_near(chi_square_tail(x, 4.0), (-half).exp() * (1.0 + half));
             assert_near(chi_square_tail(x, 6.0), (-half).exp() * (1.0 + half + 0.5 * half * half));
+        }
+
+        #[test]
+        fn an_f_of_one_degree_of_freedom_is_a_square_of_t(t in 0.1f64..20.0, freedom in 1.0f64..200.0) {
+            assert_near(f_tail(t * t, 1.0, freedom), 2.0 * student_tail(t, freedom));
+        }
+
+        #[test]
+        fn an_f_of_two_degrees_of_freedom_has_a_power_for_tail(x in 1e-3f64..100.0, freedom in 1.0f64..100.0) {
+            assert_near(f_tail(x, 2.0, freedom), (1.0 + 2.0 * x / freedom).powf(-0.5 * freedom));
         }
 
         #[test]

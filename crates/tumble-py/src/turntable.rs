@@ -1,16 +1,19 @@
 //! The turntable procedure: reference, then targets.
 
 use nalgebra::Vector3;
-use numpy::PyReadonlyArray2;
+use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
+use tumble_core::model::Covariance;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
+use tumble_lab::simulate::grade::Grade;
 use tumble_lab::turntable::{
-    AxisResponse, Clocks, Label, PairingError, RateLevel, Reference, Target, TriadCalibration, Triads,
-    TurntableError, TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses,
+    AxisResponse, Clocks, GSensitivity, Label, PairingError, RESPONSE_FALSE_ALARM, RateLevel, Reference,
+    ReferenceUncertainty, Target, TriadCalibration, Triads, TurntableError, TurntableSettings, as_reference,
+    calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
 };
 
 use crate::acquisition::PyAcquired;
@@ -31,15 +34,15 @@ pub struct PySettings {
 
 #[pymethods]
 impl PySettings {
-    /// Gravity in m/s^2, latitude in rad, truth and clocks by name.
+    /// Gravity in m/s^2, latitude in rad, truth and clocks by name; `g_sensitivity` None fits it where residuals ask for it.
     #[new]
-    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=false))]
+    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=None))]
     fn new(
         gravity: f64,
         truth: &str,
         clocks: &str,
         latitude: Option<f64>,
-        g_sensitivity: bool,
+        g_sensitivity: Option<bool>,
     ) -> PyResult<Self> {
         let truth = match truth {
             "reference" => TruthSource::Reference,
@@ -60,7 +63,11 @@ impl PySettings {
                 latitude,
                 truth,
                 clocks,
-                g_sensitivity,
+                g_sensitivity: match g_sensitivity {
+                    Some(true) => GSensitivity::Always,
+                    Some(false) => GSensitivity::Never,
+                    None => GSensitivity::WhereShown,
+                },
             },
         })
     }
@@ -82,29 +89,76 @@ fn ups_of(ups: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Option<Vector3<f64>>>
     Ok(rows(ups, "ups")?.iter().map(known).collect())
 }
 
+/// Covariance (12, 12) of `[E row by row, e]` of one triad of a reference.
+fn uncertainty_of(array: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<Covariance<f64>>> {
+    array.map(|array| covariance(&array)).transpose()
+}
+
+fn covariance(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Covariance<f64>> {
+    let view = array.as_array();
+    if view.shape() != [12, 12] || view.iter().any(|value| !value.is_finite()) {
+        return Err(PyValueError::new_err(
+            "a covariance must have shape (12, 12) and be finite",
+        ));
+    }
+    Ok(Covariance::from_fn(|i, j| view[(i, j)]))
+}
+
+/// Covariance (12, 12) of `[E row by row, e]` of a triad corrected by a calibration with that M (3, 3) and covariance (12, 12)
+/// of `[M row by row, b]`.
+#[pyfunction]
+fn uncertainty_of_calibration(
+    py: Python<'_>,
+    matrix: PyReadonlyArray2<'_, f64>,
+    stated: PyReadonlyArray2<'_, f64>,
+) -> PyResult<Py<PyArray2<f64>>> {
+    let matrix = crate::convert::matrix(&matrix, "matrix")?;
+    reference_uncertainty::of_calibration(&matrix, &covariance(&stated)?)
+        .map(|found| array2(py, &found))
+        .ok_or_else(|| PyValueError::new_err("M cannot be inverted"))
+}
+
+/// Covariances (12, 12) of `[E row by row, e]` of accelerometer and gyroscope of a unit of a grade as delivered.
+#[pyfunction]
+fn uncertainty_of_grade(py: Python<'_>, name: &str) -> PyResult<(Py<PyArray2<f64>>, Py<PyArray2<f64>>)> {
+    let grade = Grade::named(name).ok_or_else(|| PyValueError::new_err(format!("no grade {name:?}")))?;
+    let of = |triad| array2(py, &reference_uncertainty::of_grade(triad));
+    Ok((of(&grade.accelerometer), of(&grade.gyroscope)))
+}
+
 /// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known. `gyroscope` says
-/// whether its log has one.
+/// whether its log has one; `accelerometer_uncertainty` and `gyroscope_uncertainty` (12, 12), where they are stated, are
+/// covariances of `[E row by row, e]`.
 #[pyfunction(name = "fit_reference")]
-#[pyo3(signature = (unit, ups, settings, gyroscope=true))]
+#[pyo3(signature = (unit, ups, settings, gyroscope=true, accelerometer_uncertainty=None, gyroscope_uncertainty=None))]
 fn fit_reference_of(
     py: Python<'_>,
     unit: &PyAcquired,
     ups: PyReadonlyArray2<'_, f64>,
     settings: &PySettings,
     gyroscope: bool,
+    accelerometer_uncertainty: Option<PyReadonlyArray2<'_, f64>>,
+    gyroscope_uncertainty: Option<PyReadonlyArray2<'_, f64>>,
 ) -> PyResult<PyReference> {
     let ups = ups_of(&ups)?;
+    let uncertainty = ReferenceUncertainty {
+        accelerometer: uncertainty_of(accelerometer_uncertainty)?,
+        gyroscope: uncertainty_of(gyroscope_uncertainty)?,
+    };
     let (unit, settings) = (&unit.inner, &settings.inner);
     let inner = py
-        .detach(|| fit_reference(unit, &ups, settings, gyroscope))
+        .detach(|| {
+            let reference = fit_reference(unit, &ups, settings, gyroscope)?;
+            reference.with_uncertainty(unit, &ups, settings, gyroscope, uncertainty)
+        })
         .map_err(|error| core_error(py, &error))?;
     let figures = PyDict::new(py);
     let sphere = &inner.sphere;
-    let sigma = (sphere.covariance * sphere.excess()).diagonal().map(f64::sqrt);
+    let sigma = (sphere.covariance * inner.excess()).diagonal().map(f64::sqrt);
     figures.set_item("bias", array1(py, &sphere.bias))?;
     figures.set_item("bias_sigma", array1(py, &sigma))?;
     figures.set_item("norm_residual", sphere.norm_residual)?;
-    figures.set_item("excess", sphere.excess())?;
+    figures.set_item("excess", inner.excess())?;
     figures.set_item("gyroscope_bias", array1(py, &inner.earth.bias))?;
     let rate_sigma = inner.earth.covariance.diagonal().map(f64::sqrt);
     figures.set_item(
@@ -281,6 +335,11 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     figures.set_item("Q", array2(py, triad.parts.mounting.matrix()))?;
     figures.set_item("values", values)?;
     figures.set_item("sigmas", sigmas)?;
+    if let Some(inherited) = &triad.inherited {
+        let of_parts = triad.parts.carry(inherited).diagonal().map(f64::sqrt);
+        figures.set_item("inherited", array2(py, inherited))?;
+        figures.set_item("inherited_sigmas", of_parts.as_slice().to_vec())?;
+    }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;
     figures.set_item("variance_freedom", triad.variance_freedom)?;
@@ -356,10 +415,13 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CoreError", module.py().get_type::<CoreError>())?;
+    module.add("RESPONSE_FALSE_ALARM", RESPONSE_FALSE_ALARM)?;
     module.add_class::<PySettings>()?;
     module.add_class::<PyReference>()?;
     module.add_function(wrap_pyfunction!(fit_reference_of, module)?)?;
     module.add_function(wrap_pyfunction!(as_reference_of, module)?)?;
+    module.add_function(wrap_pyfunction!(uncertainty_of_calibration, module)?)?;
+    module.add_function(wrap_pyfunction!(uncertainty_of_grade, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
     module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
     module.add_function(wrap_pyfunction!(normal_gravity, module)?)?;

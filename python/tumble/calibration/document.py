@@ -100,6 +100,17 @@ class Sigma(Document):
     """deg."""
 
 
+class Inherited(Document):
+    """Uncertainty that the reference leaves on all its targets alike; their differences are free of it."""
+
+    source: str
+    """What states the uncertainty of the reference: its calibration, or a grade."""
+    sigma: Sigma
+    """1-sigma, contained in the `sigma` of the triad."""
+    covariance: Covariance
+    """Of [M row by row, b], to be added to the `covariance` of the triad."""
+
+
 class Residual(Document):
     """Measured minus modelled at one rest or over one turn, in the unit of the triad."""
 
@@ -152,7 +163,16 @@ class Triad(Document):
     """What temperature does to bias and scale; M and b are then those at its reference."""
     residuals: tuple[Residual, ...] = Field(default=(), strict=False)
     covariance: Covariance | None = None
-    """Of [M row by row, b]."""
+    """Of [M row by row, b], without what is inherited."""
+    inherited: Inherited | None = None
+    """What the uncertainty of the reference adds; absent where nobody states that."""
+
+    @property
+    def total_covariance(self) -> FloatArray | None:
+        """(12, 12) of [M row by row, b], with what is inherited; None where the file states no covariance."""
+        if self.covariance is None or self.inherited is None:
+            return self.covariance
+        return self.covariance + self.inherited.covariance
 
     @model_validator(mode="after")
     def _matrices_agree(self) -> Triad:
@@ -272,6 +292,16 @@ class Log(Document):
     """s."""
 
 
+class ReferenceUncertainty(Document):
+    """Who states how uncertain the reference is: `calibration`, `grade tactical`, or `not stated`.
+
+    Where it is not stated, scale and non-orthogonality are relative to the reference.
+    """
+
+    accelerometer: str
+    gyroscope: str
+
+
 class Reference(Document):
     """The IMU that supplied the truth."""
 
@@ -280,6 +310,7 @@ class Reference(Document):
     calibration_hash: str = ""
     """sha256 of the calibration the reference itself carried; empty if it carried none."""
     log: Log | None = None
+    uncertainty: ReferenceUncertainty | None = None
 
 
 class Method(Document):
@@ -578,12 +609,17 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
             "serial": reference.serial,
             "calibration_hash": reference.calibration_hash,
             "log": log_content(reference.source, reference.log),
+            "uncertainty": asdict(reference.uncertainty),
         },
         "gravity": {"value": batch.gravity, "source": batch.gravity_source},
     }
     content |= _found(target)
     if target.responses:
         content["gyroscope"]["constant_rates"] = [asdict(each) for each in target.responses]
+    for triad in (target.accelerometer, target.gyroscope):
+        if triad is not None and triad.inherited is not None:
+            source = getattr(reference.uncertainty, triad.triad)
+            content[triad.triad]["inherited"] = _inherited(triad, source)
     return content
 
 
@@ -630,12 +666,7 @@ def _from_triad(triad: TriadResult) -> dict[str, Any]:
             "non-orthogonality": _by_pair(value),
             "mounting": _by_axis(value, "mounting"),
         },
-        "sigma": {
-            "bias": _by_axis(sigma, "bias"),
-            "scale": _by_axis(sigma, "scale"),
-            "non-orthogonality": _by_pair(sigma),
-            "mounting": _by_axis(sigma, "mounting"),
-        },
+        "sigma": _sigma(sigma),
         "estimated": triad.estimated,
         "unobservable": triad.unobservable,
         "rank": triad.rank,
@@ -650,6 +681,20 @@ def _from_triad(triad: TriadResult) -> dict[str, Any]:
     if triad.g_sensitivity is not None:
         content |= {"g_sensitivity": triad.g_sensitivity, "g_sensitivity_sigma": triad.g_sensitivity_sigma}
     return content
+
+
+def _inherited(triad: TriadResult, source: str) -> dict[str, Any]:
+    sigma = {p.name: np.nan if p.inherited is None else p.inherited for p in triad.parameters}
+    return {"source": source, "sigma": _sigma(sigma), "covariance": triad.inherited}
+
+
+def _sigma(sigma: dict[str, float]) -> dict[str, Any]:
+    return {
+        "bias": _by_axis(sigma, "bias"),
+        "scale": _by_axis(sigma, "scale"),
+        "non-orthogonality": _by_pair(sigma),
+        "mounting": _by_axis(sigma, "mounting"),
+    }
 
 
 def _by_axis(values: dict[str, float], group: str) -> FloatArray:

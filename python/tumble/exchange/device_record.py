@@ -77,7 +77,8 @@ def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterato
 
 
 def _record(identity: int, triad: TriadName, section: Triad) -> dict[str, Any]:
-    sigma = np.full(12, np.nan) if section.covariance is None else np.sqrt(np.diag(section.covariance))
+    stated = section.total_covariance
+    sigma = np.full(12, np.nan) if stated is None else np.sqrt(np.diag(stated))
     known = np.where(np.isfinite(sigma), sigma, np.inf)
     has_matrix = not np.array_equal(section.M, np.eye(3))
     return {

@@ -40,6 +40,8 @@ class ParameterRow:
     name: str
     value: str = ""
     sigma: str = ""
+    inherited: str = ""
+    """Sigma that the reference leaves on all its targets alike."""
     interval: str = ""
     limit: str = ""
     share: str = ""
@@ -223,7 +225,10 @@ def _row(parameter: Parameter, check: LimitCheck | None, scale: Scale, ruler: Ru
         return replace(held, value=exact(value), sigma=GIVEN, picture=picture)
     shown = round_pair(value, sigma)
     interval = f"{round_like(low, sigma)} to {round_like(high, sigma)}"
-    return replace(held, value=shown[0], sigma=shown[1], interval=interval, picture=picture)
+    of_reference = "" if parameter.inherited is None else significant(scale.factor * parameter.inherited, 2)
+    return replace(
+        held, value=shown[0], sigma=shown[1], inherited=of_reference, interval=interval, picture=picture
+    )
 
 
 def _held(name: str, check: LimitCheck | None, scale: Scale) -> ParameterRow:

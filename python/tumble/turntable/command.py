@@ -132,14 +132,32 @@ def turntable_command(
         Path | None, typer.Option(metavar="FILE", help="Limits that targets pass or fail.")
     ] = None,
     reference_calibration: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Calibration to apply to the reference first.")
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Calibration to apply to the reference first; its uncertainty goes to the targets.",
+        ),
+    ] = None,
+    reference_grade: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Grade of the reference, whose figures go to the targets where no calibration states its "
+            "uncertainty: consumer, industrial, tactical or reference.",
+            show_default=False,
+        ),
     ] = None,
     clock: Annotated[
         ClocksOption, typer.Option(help="Whether all recordings were stamped by one clock.")
     ] = ClocksOption.AUTO,
     g_sensitivity: Annotated[
-        bool, typer.Option("--g-sensitivity", help="Fit how the gyroscopes respond to specific force.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--g-sensitivity/--no-g-sensitivity",
+            help="Fit how the gyroscopes respond to specific force; if not given, where residuals show it.",
+            show_default=False,
+        ),
+    ] = None,
     name_by: Annotated[
         str,
         typer.Option(
@@ -207,6 +225,7 @@ def turntable_command(
         latitude=latitude,
         height=height,
         reference_calibration=applied,
+        reference_grade=reference_grade,
         clock=clock.value,
         g_sensitivity=g_sensitivity,
     )

@@ -29,6 +29,7 @@ from tumble.turntable.messages import explain
 from tumble.turntable.off_diagonals import TREATMENTS
 from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.reference import pose_results, reference_result, reference_warnings
+from tumble.turntable.reference_uncertainty import ReferenceUncertainty, reference_uncertainty
 from tumble.turntable.result import TargetResult, TruthSource, TurntableResult
 from tumble.turntable.target import TargetProcedure
 
@@ -99,8 +100,9 @@ def open_session(
     latitude: float | None = None,
     height: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
+    reference_grade: str | None = None,
     clock: Clocks = "auto",
-    g_sensitivity: bool = False,
+    g_sensitivity: bool | None = None,
     limits: Limits | str | Path | None = None,
     read: ReadOptions | None = None,
     operator: str = "",
@@ -118,6 +120,7 @@ def open_session(
         if isinstance(reference_calibration, str | Path)
         else reference_calibration
     )
+    uncertainty = reference_uncertainty(applied, reference_grade)
     strength, source = local_gravity(gravity, latitude, height)
     north = None if latitude is None else math.radians(latitude)
     settings = _core.TurntableSettings(strength, truth, clock, north, g_sensitivity)
@@ -140,10 +143,10 @@ def open_session(
         pose_list,
         rests_after_rates(unit.acquired),
     )
-    fitted = _fitted_reference(unit, match, settings, truth)
+    fitted = _fitted_reference(unit, match, settings, truth, uncertainty)
     asked = procedure_of(reference)
     batch = TurntableResult(
-        reference=reference_result(unit, fitted, match, applied),
+        reference=reference_result(unit, fitted, match, applied, uncertainty.sources),
         poses=pose_results(match, fitted),
         targets=(),
         truth=truth,
@@ -151,7 +154,8 @@ def open_session(
         gravity_source=source,
         options={
             "clock": clock,
-            "g-sensitivity": g_sensitivity,
+            "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
+            **({"reference grade": reference_grade} if reference_grade else {}),
             "poses": Path(pose_list.source).name if pose_list else "none",
             **(asked.options if asked else {}),
         },
@@ -159,7 +163,9 @@ def open_session(
         warnings=(*match.warnings, *reference_warnings(unit, fitted, strength, source, applied)),
         software=f"tumble {_core.__version__}",
     )
-    procedure = TargetProcedure(unit, fitted, match, settings, compared, strength, limit_list)
+    procedure = TargetProcedure(
+        unit, fitted, match, settings, compared, strength, limit_list, response_asked_for=bool(g_sensitivity)
+    )
     procedure.first_with_gyroscope(unit.name, unit)
     provenance = Provenance(
         date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
@@ -177,8 +183,9 @@ def turntable(
     latitude: float | None = None,
     height: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
+    reference_grade: str | None = None,
     clock: Clocks = "auto",
-    g_sensitivity: bool = False,
+    g_sensitivity: bool | None = None,
     limits: Limits | str | Path | None = None,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     operator: str = "",
@@ -192,6 +199,10 @@ def turntable(
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
     deg and `height` in m. `read` says how to read all logs or, by its name, each of them. `operator` and
     `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
+
+    The uncertainty that the calibration of the reference states, or else its grade, goes to the targets.
+    The response of a gyroscope to specific force is fitted where `g_sensitivity` is true, or None and the
+    residuals show it.
 
     All results are kept in memory, 0.1 MB a target; the command writes each as it is made.
 
@@ -210,6 +221,7 @@ def turntable(
         latitude=latitude,
         height=height,
         reference_calibration=reference_calibration,
+        reference_grade=reference_grade,
         clock=clock,
         g_sensitivity=g_sensitivity,
         limits=limits,
@@ -319,7 +331,11 @@ def _noise(unit: Imu) -> float:
 
 
 def _fitted_reference(
-    unit: Imu, match: PoseMatch, settings: _core.TurntableSettings, truth: TruthSource
+    unit: Imu,
+    match: PoseMatch,
+    settings: _core.TurntableSettings,
+    truth: TruthSource,
+    uncertainty: ReferenceUncertainty,
 ) -> _core.Reference:
     if truth != "reference" and not match.known:
         raise ProcedureError(
@@ -327,6 +343,13 @@ def _fitted_reference(
             about=unit.name,
         )
     try:
-        return _core.fit_reference(unit.acquired, match.ups, settings, "gyroscope" in unit.triads)
+        return _core.fit_reference(
+            unit.acquired,
+            match.ups,
+            settings,
+            "gyroscope" in unit.triads,
+            uncertainty.accelerometer,
+            uncertainty.gyroscope,
+        )
     except _core.CoreError as error:
         raise ProcedureError(explain(error, match.names), about=unit.name) from None

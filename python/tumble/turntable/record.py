@@ -22,6 +22,8 @@ class RecordedParameter:
     value: float | None
     """None where the data did not show it."""
     sigma: float | None
+    inherited: float | None = None
+    """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
 
 
 @dataclass(frozen=True, slots=True)

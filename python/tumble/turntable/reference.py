@@ -14,7 +14,7 @@ from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
 from tumble.turntable.matching import PoseMatch
-from tumble.turntable.result import MountingResult, PoseResult, ReferenceResult
+from tumble.turntable.result import MountingResult, PoseResult, ReferenceResult, UncertaintySources
 from tumble.words import count_of
 
 NOTABLE_NORM_RESIDUAL = 0.005
@@ -26,7 +26,11 @@ REFERENCE_BIAS = 0.1
 
 
 def reference_result(
-    unit: Imu, fitted: _core.Reference, match: PoseMatch, applied: Calibration | None
+    unit: Imu,
+    fitted: _core.Reference,
+    match: PoseMatch,
+    applied: Calibration | None,
+    uncertainty: UncertaintySources,
 ) -> ReferenceResult:
     """Describe the reference; `applied` is the calibration that was applied to it."""
     figures, mounting = fitted.figures, mounting_result(fitted)
@@ -47,6 +51,7 @@ def reference_result(
         temperature=unit.acquired.temperature,
         missing_samples=unit.acquired.missing,
         log=unit.log,
+        uncertainty=uncertainty,
     )
 
 

@@ -10,7 +10,19 @@ from typing import Literal
 
 from tumble.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
 from tumble.recording import FloatArray
-from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult, Verdict
+from tumble.results import (
+    Collection,
+    LimitCheck,
+    Parameter,
+    Rest,
+    Row,
+    Tabular,
+    Trace,
+    TriadName,
+    TriadResult,
+    Verdict,
+)
+from tumble.units import TRIADS
 
 GOOD = ("pass", "calibrated")
 """Verdicts that nobody has to look at."""
@@ -216,6 +228,22 @@ class TargetResult(Tabular):
         return "pass" if all(check.passed for check in self.checks) else "fail"
 
 
+NOT_STATED = "not stated"
+
+
+@dataclass(frozen=True, slots=True)
+class UncertaintySources:
+    """Who states how uncertain the reference is: `calibration`, `grade tactical`, or `not stated`."""
+
+    accelerometer: str = NOT_STATED
+    gyroscope: str = NOT_STATED
+
+    @property
+    def relative(self) -> tuple[TriadName, ...]:
+        """Triads of which nobody states it: scale and non-orthogonality are relative to the reference."""
+        return tuple(name for name in TRIADS if getattr(self, name) == NOT_STATED)
+
+
 @dataclass(frozen=True, slots=True)
 class ReferenceResult:
     """What the reference showed."""
@@ -243,6 +271,7 @@ class ReferenceResult:
     missing_samples: int = 0
     """Samples that the log lacks, as the pauses between the others show."""
     log: LogFacts = NO_LOG
+    uncertainty: UncertaintySources = UncertaintySources()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES
 from tumble.results import GROUPS
 from tumble.turntable.record import RecordedParameter, TargetRecord
-from tumble.turntable.report.text import mounting_sentence
+from tumble.turntable.report.text import mounting_sentence, uncertainty_sentence
 from tumble.turntable.result import GOOD, TurntableResult
 from tumble.words import count_of, defused, utf8
 
@@ -136,6 +136,7 @@ class ScreenSummary:
         reference = self._batch.reference
         mounting = "" if reference.mounting is None else "mounting-angle error "
         yield f"Reference {reference.name}: {mounting}{mounting_sentence(reference)}"
+        yield uncertainty_sentence(reference.uncertainty)
         if self._batch.poses:
             worst = max(self._batch.poses, key=lambda pose: pose.table_error_angle)
             angle = measurement(worst.table_error_angle, worst.table_error_sigma, "deg")
@@ -188,6 +189,7 @@ def json_content(
             "bias_sigma": reference.bias_sigma,
             "mounting": mounting and {"rotation_vector": mounting.rotation_vector, "sigma": mounting.sigma},
             "mounting_reason": reference.mounting_reason,
+            "uncertainty": asdict(reference.uncertainty),
         },
         "poses": [
             {"name": pose.name, "table_error_angle": pose.table_error_angle, "sigma": pose.table_error_sigma}
@@ -283,6 +285,8 @@ def _row(record: TargetRecord) -> dict[str, str]:
         unit = "" if parameter.unit == "1" else f" ({parameter.unit})"
         row[f"{parameter.name}{unit}"] = _number(parameter.value)
         row[f"sigma {parameter.name}{unit}"] = _number(parameter.sigma)
+        if parameter.inherited is not None:
+            row[f"sigma of reference {parameter.name}{unit}"] = _number(parameter.inherited)
     return row
 
 

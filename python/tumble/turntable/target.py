@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -18,6 +19,7 @@ from tumble.acquisition.acquire import (
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.acquisition.twins import twins
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError, TumbleError
 from tumble.provenance import NO_LOG
 from tumble.results import Trace, TriadResult
@@ -54,6 +56,8 @@ class TargetProcedure:
     """The same with other truths, for comparison."""
     gravity: float
     limits: Limits | None
+    response_asked_for: bool = False
+    """Whether the response of gyroscopes to specific force is fitted by request."""
     gyroscopes: dict[str, str] = field(default_factory=dict)
     """Name of the first unit with each gyroscope, by its digest."""
 
@@ -195,6 +199,17 @@ class TargetProcedure:
         assert accelerometer is not None, "it was asked for"
         return accelerometer
 
+    def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
+        """Say that the response to specific force was fitted although nobody asked for it."""
+        if self.response_asked_for or gyroscope is None or gyroscope.g_sensitivity is None:
+            return
+        largest = math.degrees(float(np.abs(gyroscope.g_sensitivity).max())) * STANDARD_GRAVITY
+        yield (
+            f"gyroscope responds to specific force, by up to {largest:.2g} deg/s at 1 g: its residuals show "
+            f"that (chance alone does in 1 of {1 / _core.RESPONSE_FALSE_ALARM:.0f} sessions), so the "
+            "response was fitted; --no-g-sensitivity leaves it out"
+        )
+
     def _unshown(self, unit: Imu) -> Iterator[str]:
         """Say what a unit of one triad, or beside one, leaves open."""
         if "gyroscope" in unit.triads and "gyroscope" not in self.reference.triads:
@@ -218,18 +233,14 @@ class TargetProcedure:
         lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
         if lost:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
+        yield from self._response(result.gyroscope)
         for triad in (result.accelerometer, result.gyroscope):
             if triad and triad.widening > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
-                hint = (
-                    "; if it responds to specific force, --g-sensitivity fits that"
-                    if triad.triad == "gyroscope" and triad.g_sensitivity is None
-                    else ""
-                )
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
-                    f"all sigmas were widened by a factor of {triad.widening:.2g}{hint}"
+                    f"all sigmas were widened by a factor of {triad.widening:.2g}"
                 )
             if triad and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
                 yield (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.recording import FloatArray
-from tumble.results import Parameter, TriadName, TriadResult
+from tumble.results import INTERVAL, Parameter, TriadName, TriadResult
 from tumble.units import UNITS
 
 Flags: TypeAlias = NDArray[np.bool_]
@@ -44,6 +45,9 @@ def triad_result(
     covariance = figures["covariance"].copy()
     covariance[~seen, :] = np.nan
     covariance[:, ~seen] = np.nan
+    inherited = figures.get("inherited")
+    if inherited is not None:
+        inherited = np.where(np.outer(seen, seen), inherited, np.nan)
     reasons = tuple(_unobservable(seen[:9].reshape(3, 3), triad))
     return TriadResult(
         triad=triad,
@@ -64,6 +68,7 @@ def triad_result(
         residual_sigma=figures["residual_sigmas"],
         residual_labels=tuple(_label(label, pose_names) for label in figures["labels"]),
         widening=math.sqrt(figures["widened"]),
+        inherited=inherited,
         noise_density=noise_density,
         bias_instability=bias_instability,
         g_sensitivity=figures.get("g_sensitivity"),
@@ -99,12 +104,14 @@ def _parameters(
     triad: TriadName, figures: _core.TriadFigures, seen: Flags, reasons: tuple[str, ...]
 ) -> Iterator[Parameter]:
     reason = reasons[0] if reasons else "not shown by the data"
-    for (name, unit), value, sigma, observable in zip(
-        _names(triad), figures["values"], figures["sigmas"], _shown(seen), strict=True
+    inherited = figures.get("inherited_sigmas", [None] * len(figures["values"]))
+    for (name, unit), value, sigma, common, observable in zip(
+        _names(triad), figures["values"], figures["sigmas"], inherited, _shown(seen), strict=True
     ):
         factor = math.degrees(1.0) if unit == "deg" else 1.0
         if observable:
-            yield parameter(name, unit, value * factor, sigma * factor, figures["variance_freedom"])
+            found = parameter(name, unit, value * factor, sigma * factor, figures["variance_freedom"])
+            yield found if common is None else _with_inherited(found, common * factor)
         else:
             yield Parameter(name, unit, math.nan, math.inf, -math.inf, math.inf, False, reason)
 
@@ -120,6 +127,18 @@ def parameter(name: str, unit: str, value: float, sigma: float, freedom: float) 
     """Give a number with its 95 % interval; `freedom` is that of sigma itself, infinite where it is known."""
     reach = sigma * _core.student_quantile(UPPER, min(freedom, VERY_MANY))
     return Parameter(name, unit, value, sigma, value - reach, value + reach)
+
+
+def _with_inherited(found: Parameter, inherited: float) -> Parameter:
+    """Add what the reference leaves on a parameter: to its sigma, and to both sides of its interval."""
+    reach = math.hypot(0.5 * (found.high - found.low), INTERVAL * inherited)  # uncertainty.md, eq. 8
+    return replace(
+        found,
+        sigma=math.hypot(found.sigma, inherited),  # uncertainty.md, eq. 8
+        low=found.value - reach,
+        high=found.value + reach,
+        inherited=inherited,
+    )
 
 
 def _names(triad: TriadName) -> list[tuple[str, str]]:

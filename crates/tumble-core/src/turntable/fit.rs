@@ -17,7 +17,7 @@ use crate::turntable::whitening::{IntervalRows, Whitener};
 const LARGEST_MATRIX_ERROR: f64 = 0.3;
 
 /// Largest plausible g-sensitivity of a gyroscope, rad/s per m/s^2.
-const LARGEST_G_SENSITIVITY: f64 = 0.01;
+pub const LARGEST_G_SENSITIVITY: f64 = 0.01;
 
 /// Calibration of one triad.
 #[derive(Clone, Copy, Debug, PartialEq)]

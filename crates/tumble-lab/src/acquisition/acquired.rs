@@ -10,6 +10,7 @@ use super::channels::ChannelFault;
 use super::constant_rates::RestLadders;
 use super::motion::Motion;
 use super::plateaus::{Plateau, PlateauKind};
+use super::soft_edge::{SoftEdge, SoftTurn};
 use super::trace::Trace;
 
 tumble_core::vocabulary! {
@@ -79,6 +80,12 @@ pub struct Acquired {
     pub(crate) rest_noise: Vec<RestLadders>,
     /// Noise of the six channels.
     pub noise: [Noise<f64>; CHANNELS],
+    /// Noise of the angular rate over intervals with abrupt edges.
+    pub abrupt_rate_noise: [Noise<f64>; 3],
+    /// Edges of the rests, towards the turns beside them.
+    pub edges: Vec<SoftEdge>,
+    /// Whether vibration has to be averaged out of the turns by soft edges.
+    pub soft_turns: bool,
     /// The recording at a glance.
     pub trace: Trace,
     /// What is wrong with channels.
@@ -131,6 +138,15 @@ impl Acquired {
         self.plateaus
             .iter()
             .all(|plateau| plateau.kind != PlateauKind::Unclear)
+    }
+
+    /// Angle and interval of a turn, with soft edges where the unit was shaken.
+    pub fn turned(&self, turn: &Segment<f64>) -> SoftTurn {
+        if self.soft_turns {
+            SoftTurn::with_edges(turn, &self.edges)
+        } else {
+            SoftTurn::abrupt(turn)
+        }
     }
 
     /// Samples missing at rest over those taken.

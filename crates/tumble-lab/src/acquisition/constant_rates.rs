@@ -124,7 +124,8 @@ pub fn without_turning(unit: &Acquired, turning: &[Interval<f64>]) -> Option<Acq
     if fewer && !found.rests.is_empty() {
         let ladders = sum(&found.rest_noise);
         found.noise = noise_of(&ladders.flat);
-        soften(&mut found, &ladders.soft);
+        found.abrupt_rate_noise = [found.noise[3], found.noise[4], found.noise[5]];
+        soften(&mut found, &ladders.flat, &ladders.soft);
     }
     Some(found)
 }

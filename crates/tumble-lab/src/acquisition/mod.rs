@@ -14,6 +14,7 @@ pub mod motion;
 pub mod plateaus;
 pub mod recorder;
 mod rejection;
+pub mod soft_edge;
 pub mod trace;
 mod vibration;
 

@@ -89,6 +89,13 @@ impl Motion {
         }
     }
 
+    /// Changes the integrals of all pieces, given their length, s, velocity, m/s, and angle, rad.
+    pub fn change(&mut self, to: impl Fn(f64, &Vector3<f64>, &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>)) {
+        for piece in &mut self.pieces {
+            (piece.velocity, piece.angle) = to(piece.interval.duration(), &piece.velocity, &piece.angle);
+        }
+    }
+
     /// All pieces.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces

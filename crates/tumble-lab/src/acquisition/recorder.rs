@@ -3,6 +3,7 @@
 use tumble_core::noise::{AllanLadder, Noise};
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{FinishedSegment, Segmenter, SegmenterSettings};
+use tumble_core::soft_mean::SoftMeans;
 
 use super::acquired::{Acquired, Part};
 use super::channels::{ChannelMonitor, is_calm};
@@ -10,6 +11,7 @@ use super::constant_rates::{RateFinder, RestLadders};
 use super::motion::Motion;
 use super::plateaus::RateGate;
 use super::rejection::{leave_out_saturated, reject_rests};
+use super::soft_edge::{RecentBlocks, SoftRest};
 use super::trace::Trace;
 use super::vibration::soften;
 
@@ -25,6 +27,10 @@ pub struct Acquisition {
     leading: bool,
     found: Acquired,
     channels: ChannelMonitor,
+    recent: RecentBlocks,
+    soft_rest: Option<SoftRest>,
+    /// How means with soft edges scatter in the part at hand.
+    soft_of_part: AllanLadder<f64>,
     allan: AllanLadder<f64>,
     soft_allan: Option<AllanLadder<f64>>,
     rates: Option<RateFinder>,
@@ -55,6 +61,9 @@ impl Acquisition {
                 motion: Motion::default(),
                 rest_noise: Vec::new(),
                 noise: [none; CHANNELS],
+                abrupt_rate_noise: [none; 3],
+                edges: Vec::new(),
+                soft_turns: false,
                 trace: Trace::new(),
                 faults: Vec::new(),
                 samples: 0,
@@ -65,6 +74,9 @@ impl Acquisition {
                 temperature: None,
             },
             channels: ChannelMonitor::new(),
+            recent: RecentBlocks::default(),
+            soft_rest: None,
+            soft_of_part: SoftMeans::new().into_ladder(),
             allan: AllanLadder::new(),
             soft_allan: None,
             rates: None,
@@ -159,6 +171,9 @@ impl Acquisition {
             if let Some(rates) = &mut self.rates {
                 rates.begin_part();
             }
+            self.recent.clear();
+            self.soft_rest = None;
+            self.soft_of_part = SoftMeans::new().into_ladder();
         }
     }
 
@@ -170,6 +185,7 @@ impl Acquisition {
             (self.allan, self.soft_allan) = (ladders.flat, Some(ladders.soft));
         }
         self.found.noise = noise_of(&self.allan);
+        self.found.abrupt_rate_noise = [self.found.noise[3], self.found.noise[4], self.found.noise[5]];
         let (n, low, sum, high) = self.temperature;
         #[allow(clippy::cast_precision_loss)]
         if n > 0 {
@@ -177,7 +193,7 @@ impl Acquisition {
         }
         reject_rests(&mut self.found, &self.settings, self.segmenter.floor());
         if let Some(ladder) = &self.soft_allan {
-            soften(&mut self.found, ladder);
+            soften(&mut self.found, &self.allan, ladder);
         }
         self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
@@ -195,11 +211,6 @@ impl Acquisition {
             .truncate(self.found.rests.len().saturating_sub(1));
         self.look();
         self.allan.merge(self.segmenter.allan());
-        let of_part = self.segmenter.soft_allan();
-        match &mut self.soft_allan {
-            Some(ladder) => ladder.merge(of_part),
-            None => self.soft_allan = Some(*of_part),
-        }
     }
 
     fn look(&mut self) {
@@ -210,25 +221,44 @@ impl Acquisition {
             }
             self.found.trace.push(block);
             self.channels.push_block(block);
+            self.recent.push(block);
+            if let Some(rest) = &mut self.soft_rest {
+                rest.push(block);
+            }
         }
+    }
+
+    /// A rest began a while ago, microseconds since the origin.
+    fn begin_rest(&mut self, at: u64) {
+        self.found.edges.extend(self.recent.fall(at));
+        self.soft_rest = SoftRest::begin(self.recent.since(at));
     }
 
     fn keep(&mut self, segment: FinishedSegment<f64>) {
         match segment {
-            FinishedSegment::Rest(rest) => {
+            FinishedSegment::Rest(mut rest) => {
+                let soft = self.soft_rest.take().map(SoftRest::finish).unwrap_or_default();
+                rest.soft = soft.total();
+                self.soft_of_part.merge(soft.ladder());
+                match &mut self.soft_allan {
+                    Some(ladder) => ladder.merge(soft.ladder()),
+                    None => self.soft_allan = Some(*soft.ladder()),
+                }
                 if let Some(rates) = &mut self.rates {
                     let ladders = RestLadders {
                         flat: *self.segmenter.allan(),
-                        soft: *self.segmenter.soft_allan(),
+                        soft: self.soft_of_part,
                     };
                     rates.push_rest(&rest, &ladders);
                 }
+                self.found.edges.extend(self.recent.rise(&rest));
                 self.found.rests.push(rest);
             }
             // What came before the first rest leads from nowhere.
-            FinishedSegment::Turn(_) if self.found.rests.is_empty() => {}
+            FinishedSegment::Turn(turn) if self.found.rests.is_empty() => self.begin_rest(turn.end),
             FinishedSegment::Turn(mut turn) => {
                 turn.complete &= !self.leading;
+                self.begin_rest(turn.end);
                 self.found.turns.push(turn);
             }
         }

@@ -23,7 +23,10 @@ pub(super) fn reject_rests(
 }
 
 /// Takes out the rests that there is a reason against; the turns beside one become one turn.
-fn reject(found: &mut Acquired, reason_against: impl Fn(&Acquired, usize) -> Option<RestRejection>) {
+pub(super) fn reject(
+    found: &mut Acquired,
+    reason_against: impl Fn(&Acquired, usize) -> Option<RestRejection>,
+) {
     let mut i = 0;
     while i < found.rests.len() {
         let Some(reason) = reason_against(found, i) else {

@@ -1,8 +1,10 @@
 //! A table or a motor that shakes while a unit rests: what periodic motion leaves of a mean, and how uncertain that is.
 
 use tumble_core::noise::{AllanLadder, Noise};
+use tumble_core::segmenter::Segment;
 
-use super::acquired::Acquired;
+use super::acquired::{Acquired, RestRejection};
+use super::rejection::reject;
 
 /// White noise of single blocks over that of means with soft edges, variances of all axes together, from which they
 /// differ by more than chance: below, either gives a sigma that is right to a fifth.
@@ -14,30 +16,47 @@ const SHAKEN_AXIS: f64 = 3.0;
 /// Windows below which their scatter says too little.
 const FEWEST_PAIRS: u32 = 12;
 
-/// Takes the specific force at rest from means with soft edges, and its noise from how they scatter, where what scatters
-/// within a rest averages out faster than white noise does (docs/theory/noise.md, eq. 14 to 16).
-pub(super) fn soften(found: &mut Acquired, ladder: &AllanLadder<f64>) {
-    let windows = ladder.fit_jointly([0, 1, 2]);
-    let everywhere = found.rests.iter().all(|rest| rest.soft.mean().is_some());
-    let enough = everywhere && !found.rests.is_empty() && pairs_of(ladder) >= FEWEST_PAIRS;
-    if !enough || !is_shaken(&found.force_noise(), &level(ladder, windows)) {
+/// Takes specific force and angular rate at rest from means with soft edges, and their noise from how they scatter, where
+/// what scatters within a rest averages out faster than white noise does (docs/theory/noise.md, eq. 14 to 16). `blocks` shows
+/// how single blocks scatter, `ladder` how means with soft edges do. Rests too short for such a mean are then none.
+pub(super) fn soften(found: &mut Acquired, blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>) {
+    let long_enough = |rest: &Segment<f64>| rest.soft.mean().is_some();
+    let long = found.rests.iter().filter(|rest| long_enough(rest)).count();
+    let shaken = [0, 3].map(|first| is_shaken(blocks, ladder, first));
+    if pairs_of(ladder) < FEWEST_PAIRS || 2 * long < found.rests.len() || shaken == [false, false] {
         return;
     }
-    let soft = slowest(ladder, windows);
+    reject(found, |found, i| {
+        (!long_enough(&found.rests[i])).then_some(RestRejection::Vibrating)
+    });
+    for (first, _) in [0, 3].into_iter().zip(shaken).filter(|(_, shaken)| *shaken) {
+        soften_triad(found, ladder, first);
+    }
+    found.soft_turns = shaken[1];
+}
+
+/// Takes the means of a triad, given by its first channel, and their noise from those with soft edges.
+fn soften_triad(found: &mut Acquired, ladder: &AllanLadder<f64>, first: usize) {
+    let channels = [first, first + 1, first + 2];
+    let windows = ladder.fit_jointly(channels);
+    let soft = slowest(ladder, first, windows);
     #[allow(clippy::cast_precision_loss)]
     let rests = found.rests.len() as f64;
-    let shorter =
-        |rest: &tumble_core::segmenter::Segment<f64>| rest.duration() / rest.soft.effective_duration();
+    let shorter = |rest: &Segment<f64>| rest.duration() / rest.soft.effective_duration();
     let share = found.rests.iter().map(shorter).sum::<f64>() / rests; // eq. 15
-    for (noise, soft) in found.noise.iter_mut().zip(soft) {
+    for (noise, soft) in found.noise.iter_mut().skip(first).zip(soft) {
         *noise = Noise {
             white: soft.white * share,
             ..soft
         };
     }
     for rest in &mut found.rests {
-        if let Some(mean) = rest.soft.mean() {
-            rest.moments = rest.moments.about(&mean[..3]);
+        if let Some(soft) = rest.soft.mean() {
+            let mut means = *rest.moments.mean();
+            for channel in channels {
+                means[channel] = soft[channel];
+            }
+            rest.moments = rest.moments.about(&means);
         }
     }
 }
@@ -49,14 +68,14 @@ fn pairs_of(ladder: &AllanLadder<f64>) -> u32 {
 
 /// Noise as the windows show it; as longer averages of them do, where these say clearly less: broad shaking fades
 /// towards low frequencies.
-fn slowest(ladder: &AllanLadder<f64>, windows: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
-    let mut noise = level(ladder, windows);
-    for first in 1.. {
-        let upper = ladder.from_rung(first);
+fn slowest(ladder: &AllanLadder<f64>, first: usize, windows: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
+    let mut noise = level(ladder, first, windows);
+    for lowest in 1.. {
+        let upper = ladder.from_rung(lowest);
         if pairs_of(&upper) < FEWEST_PAIRS {
             break;
         }
-        let slower = level(&upper, windows);
+        let slower = level(&upper, first, windows);
         if sum(&noise) > SHAKEN * sum(&slower) {
             noise = slower;
         }
@@ -66,12 +85,12 @@ fn slowest(ladder: &AllanLadder<f64>, windows: [Noise<f64>; 3]) -> [Noise<f64>; 
 
 /// White noise as all rungs show it, with the flicker that was found: few rungs do not tell one from the other, and what
 /// is flicker then counts as white.
-fn level(ladder: &AllanLadder<f64>, found: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
+fn level(ladder: &AllanLadder<f64>, first: usize, found: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
     core::array::from_fn(|axis| {
         let density =
             |(time, variance, pairs): (f64, f64, u32)| (variance * time * f64::from(pairs), f64::from(pairs));
         let (sum, pairs) = ladder
-            .variances(axis)
+            .variances(first + axis)
             .map(density)
             .fold((0.0, 0.0), |(sum, all), (density, pairs)| {
                 (sum + density, all + pairs)
@@ -87,7 +106,15 @@ fn sum(noise: &[Noise<f64>; 3]) -> f64 {
     noise.iter().map(|noise| noise.white).sum()
 }
 
-fn is_shaken(flat: &[Noise<f64>; 3], soft: &[Noise<f64>; 3]) -> bool {
+/// Whether single blocks of a triad, given by its first channel, scatter more than the means with soft edges explain.
+fn is_shaken(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> bool {
+    let channels = [first, first + 1, first + 2];
+    let soft = level(ladder, first, ladder.fit_jointly(channels)).map(|noise| noise.white);
+    let flat = channels.map(|channel| {
+        let lowest = blocks.variances(channel).next();
+        lowest.map_or(0.0, |(time, variance, _)| time * variance)
+    });
     let mut axes = flat.iter().zip(soft);
-    sum(flat) > SHAKEN * sum(soft) || axes.any(|(flat, soft)| flat.white > SHAKEN_AXIS * soft.white)
+    flat.iter().sum::<f64>() > SHAKEN * soft.iter().sum::<f64>()
+        || axes.any(|(flat, soft)| *flat > SHAKEN_AXIS * soft)
 }

@@ -799,6 +799,7 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
     let parts = fit.model.decompose()?;
     let residuals = fit.residuals.iter().enumerate();
     Ok(TriadCalibration {
+        inherited: None,
         model: fit.model,
         covariance,
         observed: [true; 12],
@@ -825,6 +826,7 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
 fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError> {
     let parts = fit.model.decompose()?;
     Ok(TriadCalibration {
+        inherited: None,
         model: fit.model,
         covariance: fit.covariance,
         observed: [true; 12],
@@ -867,6 +869,7 @@ fn rate_calibration(data: &Rotations, fit: &RatesFit) -> Result<TriadCalibration
     let labels = (0..data.rests.len()).map(Label::Rest);
     let of_turns_labels = data.turns.iter().map(|turn| Label::Turn(turn.before, turn.after));
     Ok(TriadCalibration {
+        inherited: None,
         model,
         covariance,
         observed: [true; 12],

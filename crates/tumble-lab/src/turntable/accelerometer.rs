@@ -77,14 +77,14 @@ impl TargetSession<'_> {
             }
             // The ideal poses share no error that anybody knows of; the prior must only not be singular.
             (TruthSource::Ideal, _) => Matrix3::identity() * 1e-18,
-            _ => sphere.covariance * sphere.excess(),
+            _ => sphere.covariance * self.reference.excess(),
         }
     }
 
     /// Variance of an element of M because the reference errs itself.
     fn systematic(&self) -> f64 {
         match self.settings.truth {
-            TruthSource::Reference => self.reference.sphere.model_variance() / self.settings.gravity.powi(2),
+            TruthSource::Reference => self.reference.unexplained_variance() / self.settings.gravity.powi(2),
             _ => 0.0,
         }
     }

@@ -13,9 +13,11 @@ use super::accelerometer::nominal;
 use super::clock_shift::{Shifted, find_shift};
 use super::error::TurntableError;
 use super::flicker::refine;
+use super::g_sensitivity::is_shown;
 use super::pairing::PairedRest;
 use super::rate_response::{AxisResponse, rate_response};
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
+use super::settings::GSensitivity;
 use super::triad::{Label, TriadCalibration, finish};
 use crate::acquisition::motion::Passage;
 use crate::acquisition::{Acquired, Plateau, interval};
@@ -87,15 +89,20 @@ impl TargetSession<'_> {
         for rate in &mut rates {
             shift.correct(&mut rate.observation, &rate.by_shift);
         }
-        if self.settings.g_sensitivity {
-            let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
-            let observations: Vec<_> = rates.iter().map(coupled).collect();
-            inputs.noise = refine(&observations, &inputs);
-            let solved = fit::<f64, 7, 6, 27>(&observations, &inputs)?;
-            let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
-            return Ok(with_responses(triad.with_pace(self.pace_variance()), &rates));
-        }
         let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
+        if self.settings.g_sensitivity != GSensitivity::Never {
+            let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
+            let coupled: Vec<_> = rates.iter().map(coupled).collect();
+            let noise = refine(&coupled, &inputs);
+            let inputs = FitInputs { noise, ..inputs };
+            let solved = fit::<f64, 7, 6, 27>(&coupled, &inputs)?;
+            if self.settings.g_sensitivity == GSensitivity::Always
+                || is_shown(&solved, &fit::<f64, 4, 6, 18>(&observations, &inputs)?)
+            {
+                let triad = finish(&solved, &coupled, labels, &inputs, 0.0)?;
+                return Ok(with_responses(triad.with_pace(self.pace_variance()), &rates));
+            }
+        }
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
         let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
@@ -301,17 +308,19 @@ impl TargetSession<'_> {
             .between(pair.reference, next.reference)
             .filter(whole)?;
         let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
+        let (by_reference, by_target) = (self.reference_unit.turned(&seen), self.unit.turned(&felt));
+        let when = self.on_clock_of_reference(&by_target.interval);
         let turn = ReferenceTurn {
             angle_variance: angle_variance(self.reference_unit, &passage_of(&seen)),
-            angle: seen.angle() + self.earth_between_cuts(pair, next, &interval(&seen), &self.when(&felt)),
-            interval: interval(&seen),
+            angle: by_reference.angle + self.earth_between_cuts(pair, next, &by_reference.interval, &when),
+            interval: by_reference.interval,
             noise: self.reference_unit.rate_noise(),
             session: self.reference_unit.session(),
         };
-        let reading = felt.angle() / felt.duration();
-        let mut observation = turning(self.when(&felt), reading, &turn, &self.reference.earth);
+        let reading = by_target.angle / by_target.duration();
+        let mut observation = turning(when, reading, &turn, &self.reference.earth);
         observation.reading_variance =
-            angle_variance(self.unit, &passage_of(&felt)) / felt.duration().powi(2);
+            angle_variance(self.unit, &passage_of(&felt)) / by_target.duration().powi(2);
         Some(Rate {
             label: Label::Turn(pair.reference, next.reference),
             observation,

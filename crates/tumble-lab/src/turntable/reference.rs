@@ -8,6 +8,7 @@ use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_
 use tumble_core::turntable::truth::Attitude;
 
 use super::error::TurntableError;
+use super::reference_uncertainty::{DeviatedReference, ReferenceUncertainty};
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::plateaus::LARGEST_REFERENCE_BIAS;
 use crate::acquisition::{Acquired, interval};
@@ -26,6 +27,32 @@ pub struct Reference {
     pub attitudes: Vec<Attitude<f64>>,
     /// Mounting angle, where poses are known.
     pub mounting: Option<MountingFit<f64>>,
+    /// How uncertain its corrected readings are.
+    pub uncertainty: ReferenceUncertainty,
+    /// Whether that uncertainty explains by how much `|r - b|` misses g.
+    pub norm_explained: bool,
+    /// The reference, deviated along each principal direction of its uncertainty; empty where that is not stated.
+    pub(super) deviated: Vec<DeviatedReference>,
+}
+
+impl Reference {
+    /// Factor on the variance of its bias, because it misses the sphere by more than noise and stated uncertainty explain.
+    pub fn excess(&self) -> f64 {
+        if self.norm_explained {
+            1.0
+        } else {
+            self.sphere.excess()
+        }
+    }
+
+    /// Variance of its length of gravity, (m/s^2)^2, that neither noise nor stated uncertainty explains.
+    pub(super) fn unexplained_variance(&self) -> f64 {
+        if self.norm_explained {
+            0.0
+        } else {
+            self.sphere.model_variance()
+        }
+    }
 }
 
 /// Mean and covariance of the specific force at rest `k`.
@@ -102,6 +129,9 @@ pub fn fit_reference(
         },
         attitudes,
         mounting: fit_mounting(&poses(unit, ups), settings.gravity),
+        uncertainty: ReferenceUncertainty::default(),
+        norm_explained: false,
+        deviated: Vec::new(),
     })
 }
 

@@ -43,7 +43,11 @@ impl TargetSession<'_> {
 
     /// When a segment of the target took place, on the clock of the reference.
     pub fn when(&self, own: &Segment<f64>) -> Interval<f64> {
-        let own = interval(own);
+        self.on_clock_of_reference(&interval(own))
+    }
+
+    /// An interval of the target's clock on that of the reference.
+    pub fn on_clock_of_reference(&self, own: &Interval<f64>) -> Interval<f64> {
         Interval {
             start: self.pairing.clock.to_reference(own.start),
             end: self.pairing.clock.to_reference(own.end),

@@ -28,5 +28,16 @@ pub struct TurntableSettings {
     /// How the clocks are related.
     pub clocks: Clocks,
     /// Whether to fit the gyroscope's sensitivity to specific force.
-    pub g_sensitivity: bool,
+    pub g_sensitivity: GSensitivity,
+}
+
+/// When the gyroscope's sensitivity to specific force is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GSensitivity {
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+    /// Where the residuals without it ask for it, and the data show all of it.
+    WhereShown,
 }

@@ -4,8 +4,9 @@ use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
 use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
+use super::reference_uncertainty::inherited;
 use super::session::TargetSession;
-use super::settings::{Clocks, FEWEST_RESTS, TurntableSettings};
+use super::settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 use super::triad::TriadCalibration;
 use crate::acquisition::{Acquired, without_turning};
 use tumble_core::noise::Interval;
@@ -75,12 +76,56 @@ pub fn calibrate(
         .transpose()
         .map_err(TurntableError::of_gyroscope)?;
     let (gyroscope, responses) = fitted.unzip();
-    Ok(Target {
-        pairing,
+    let mut target = Target {
         accelerometer,
         gyroscope,
+        pairing: pairing.clone(),
         responses: responses.unwrap_or_default(),
-    })
+    };
+    inherit(&mut target, &session)?;
+    Ok(target)
+}
+
+/// Adds what the uncertainty of the reference leaves on M and b, by a fit against each deviated reference.
+fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), TurntableError> {
+    let uncertainty = &session.reference.uncertainty;
+    let (mut forces, mut rates) = (Vec::new(), Vec::new());
+    let mounting = target.accelerometer.as_ref().map(|triad| triad.parts.mounting);
+    let coupled = target
+        .gyroscope
+        .as_ref()
+        .is_some_and(TriadCalibration::is_coupled);
+    let settings = TurntableSettings {
+        g_sensitivity: if coupled {
+            GSensitivity::Always
+        } else {
+            GSensitivity::Never
+        },
+        ..*session.settings
+    };
+    for deviated in &session.reference.deviated {
+        let session = TargetSession {
+            reference_unit: &deviated.unit,
+            reference: &deviated.reference,
+            settings: &settings,
+            ..*session
+        };
+        if uncertainty.accelerometer.is_some() && target.accelerometer.is_some() {
+            forces.push(session.accelerometer()?.model);
+        }
+        if uncertainty.gyroscope.is_some() && target.gyroscope.is_some() {
+            rates.push(session.gyroscope(mounting.as_ref())?.0.model);
+        }
+    }
+    for (triad, responses) in [
+        (&mut target.accelerometer, forces),
+        (&mut target.gyroscope, rates),
+    ] {
+        if let Some(triad) = triad.as_mut().filter(|_| !responses.is_empty()) {
+            triad.inherited = Some(inherited(&triad.model, &responses));
+        }
+    }
+    Ok(())
 }
 
 /// What a target showed, with rests and constant rates as the reference saw them; `None` where its own are the same.

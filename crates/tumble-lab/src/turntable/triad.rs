@@ -16,6 +16,9 @@ pub struct TriadCalibration {
     pub model: ErrorModel<f64>,
     /// Of `[M row by row, b]`.
     pub covariance: Covariance<f64>,
+    /// Covariance of `[M row by row, b]` that all targets of this reference have in common, beside the above; `None`
+    /// where the uncertainty of the reference is not stated.
+    pub inherited: Option<Covariance<f64>>,
     /// Whether the data showed each of `[M row by row, b]`.
     pub observed: [bool; 12],
     /// `M = K L Q`.
@@ -41,6 +44,11 @@ pub struct TriadCalibration {
 }
 
 impl TriadCalibration {
+    /// Whether its response to specific force was fitted too.
+    pub fn is_coupled(&self) -> bool {
+        self.g_sensitivity.is_some()
+    }
+
     /// The same where the target's clock may go faster than the reference's by the root of `variance`, relative: all of M with
     /// it (docs/theory/turntable.md, section 6).
     #[must_use]
@@ -113,6 +121,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
     Ok(TriadCalibration {
         model: solved.model,
         covariance,
+        inherited: None,
         observed: solved.observed,
         parts,
         parts_covariance: parts.carry(&covariance),

@@ -7,7 +7,7 @@ use tumble_core::model::ErrorModel;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
+    Clocks, GSensitivity, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
     TurntableSettings, calibrate, fit_reference,
 };
 
@@ -20,7 +20,7 @@ const SETTINGS: TurntableSettings = TurntableSettings {
     latitude: None,
     truth: TruthSource::Reference,
     clocks: Clocks::Shared,
-    g_sensitivity: false,
+    g_sensitivity: GSensitivity::Never,
 };
 
 const BOTH: Triads = Triads {

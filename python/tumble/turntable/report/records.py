@@ -77,7 +77,7 @@ def _parameters(target: TargetResult) -> tuple[RecordedParameter, ...]:
 def _parameter(triad: TriadResult, found: Parameter) -> RecordedParameter:
     shown = found.observable and math.isfinite(found.sigma)
     value, sigma = (float(found.value), float(found.sigma)) if shown else (None, None)
-    return RecordedParameter(f"{triad.triad} {found.name}", found.unit, value, sigma)
+    return RecordedParameter(f"{triad.triad} {found.name}", found.unit, value, sigma, found.inherited)
 
 
 def _remarks(target: TargetResult) -> str:

@@ -39,6 +39,8 @@ class ParameterSection:
     name: str
     groups: tuple[ParameterGroup, ...]
     limited: bool
+    inherited: bool
+    """Whether the share of the reference is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,7 @@ class TargetPage:
     off_diagonals: tuple[OffDiagonalRow, ...]
     mounting: str
     responses: ResponseSection | None
+    uncertainty: str
     recording: Picture | None
     rests: tuple[RestRow, ...]
     poses: tuple[PoseRow, ...]
@@ -108,6 +111,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         off_diagonals=off_diagonal_rows(target.off_diagonals),
         mounting=text.mounting_sentence(result.reference),
         responses=response_section(target.responses),
+        uncertainty=text.uncertainty_sentence(result.reference.uncertainty),
         recording=_recording(target),
         rests=rest_rows(target.rests),
         poses=pose_rows(result.poses),
@@ -149,6 +153,7 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
         ("Gravity", text.gravity_sentence(result)),
         ("Reference", " · ".join(filter(None, (reference.name, reference.serial, reference.source)))),
         ("Calibration of the reference", carried),
+        ("Uncertainty of the reference", text.uncertainty_sentence(reference.uncertainty)),
         ("Temperature of the reference", temperature_sentence(reference.temperature)),
         ("Samples missing in the log of the reference", str(reference.missing_samples)),
     ]
@@ -204,7 +209,9 @@ def _parameter_sections(target: TargetResult) -> Iterator[ParameterSection]:
         estimated = parameter_groups(triad, target.checks) if triad else ()
         groups = (*estimated, *limited_groups(name, triad, target.checks))
         if groups:
-            yield ParameterSection(name, groups, any(row.limit for group in groups for row in group.rows))
+            rows = [row for group in groups for row in group.rows]
+            limited, inherited = any(row.limit for row in rows), any(row.inherited for row in rows)
+            yield ParameterSection(name, groups, limited, inherited)
 
 
 def _triad_section(triad: TriadResult) -> TriadSection:

@@ -9,7 +9,15 @@ from tumble.report.groups import groups_of
 from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
-from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, TruthSource, TurntableResult
+from tumble.turntable.result import (
+    ClockFit,
+    ReferenceResult,
+    TargetResult,
+    TruthSource,
+    TurntableResult,
+    UncertaintySources,
+)
+from tumble.units import TRIADS
 from tumble.words import count_of, join
 
 TRUTHS: dict[TruthSource, str] = {
@@ -141,6 +149,22 @@ def mounting_sentence(reference: ReferenceResult) -> str:
         return f"The mounting angle was not estimated: {reference.mounting_reason}."
     pairs = zip("xyz", reference.mounting.rotation_vector, reference.mounting.sigma, strict=True)
     return ", ".join(f"{axis} {measurement(float(v), float(s), 'deg')}" for axis, v, s in pairs)
+
+
+def uncertainty_sentence(sources: UncertaintySources) -> str:
+    """Say who states the uncertainty of the reference, and what is relative to it where nobody does."""
+    relative = sources.relative
+    stated = {name: getattr(sources, name) for name in TRIADS if name not in relative}
+    by = {source: [name for name in stated if stated[name] == source] for source in stated.values()}
+    parts = [f"of its {join(names)} by its {source}" for source, names in by.items()]
+    said = f"Uncertainty of the reference: stated {'; '.join(parts)}, and within all sigmas." if parts else ""
+    if not relative:
+        return said
+    unstated = (
+        f"Scale and non-orthogonality of the {join(relative)} are relative to the reference, whose "
+        "uncertainty is not stated (--reference-calibration with a covariance, or --reference-grade)."
+    )
+    return f"{said} {unstated}".strip()
 
 
 def gravity_sentence(result: TurntableResult) -> str:

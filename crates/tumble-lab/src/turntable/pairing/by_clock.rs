@@ -91,7 +91,7 @@ fn unseen(turn: &Segment<f64>) -> f64 {
 
 /// The turns of a unit, with the bias taken from the rests beside them.
 fn marks(unit: &Acquired) -> Vec<TurnMark<f64>> {
-    let noise = unit.rate_noise();
+    let noise = &unit.abrupt_rate_noise;
     let mean = |f: fn(&tumble_core::noise::Noise<f64>) -> f64| noise.iter().map(f).sum::<f64>() / 3.0;
     let noise = tumble_core::noise::Noise {
         white: mean(|n| n.white),

@@ -1,0 +1,142 @@
+"""Intervals of targets whose reference errs as its calibration states, and the choice of g-sensitivity.
+
+`python -m benchmarks.laboratories [--sessions 60]`
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Console
+
+import tumble
+from benchmarks.disturbed import outcome
+from benchmarks.results import Content, machine, save
+from tumble.calibration.document import Calibration
+from tumble.recording import FloatArray
+from tumble.results import INTERVAL, TriadName, TriadResult
+from tumble.simulate import Grade, SimulatedTurntable, TurntableScenario, simulate_turntable
+from tumble.units import TRIADS, UNITS
+
+SEED = 20_270_000_000
+STATED = (1e-7, 3e-5, 1e-4, 5e-4, 2e-3)
+"""1-sigma of each element of M of both triads of the reference."""
+BIASES = (2e-3, 1e-5)
+"""1-sigma of its biases, m/s^2 and rad/s."""
+RESPONSES = (0.0, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)
+"""1-sigma of each element of G, rad/s per m/s^2: a tactical gyroscope has 5e-7, an industrial one 3e-5."""
+
+
+def session(seed: int, grade: str | Grade) -> SimulatedTurntable:
+    """Six faces, 5 s each, and a reference whose only errors are bias and noise."""
+    return simulate_turntable(
+        TurntableScenario(
+            seed=seed,
+            grades=(grade,),
+            perfect_reference=True,
+            rate_hz=100.0,
+            rest_seconds=5.0,
+            turn_rate_dps=90.0,
+        )
+    )
+
+
+def wrong_calibration(seed: int, sigma: float) -> Calibration:
+    """Calibration of a perfect reference, that errs as it states."""
+    random = np.random.default_rng(seed)
+    triads = {}
+    for name, bias in zip(TRIADS, BIASES, strict=True):
+        sigmas = np.array([sigma] * 9 + [bias] * 3)
+        error = random.normal(0.0, sigmas)
+        triads[name] = {
+            "unit": UNITS[name],
+            "M": (np.eye(3) + error[:9].reshape(3, 3)).tolist(),
+            "b": error[9:].tolist(),
+            "covariance": np.diag(sigmas**2).tolist(),
+        }
+    return Calibration.model_validate({"schema": "tumble-calibration/2", "name": "reference", **triads})
+
+
+def own_alone(found: TriadResult) -> FloatArray:
+    """(12,) half the 95 % intervals without what the reference adds, as they were before it was counted."""
+    shares = [(p.sigma, p.inherited or 0.0) for p in found.parameters]
+    own = np.array([INTERVAL * np.sqrt(sigma**2 - inherited**2) for sigma, inherited in shares])
+    own[6:] = np.radians(own[6:])
+    return own
+
+
+def references(sessions: int) -> Iterator[Content]:
+    """Coverage with and without what the reference adds, and sigma over error, for each statement."""
+    for sigma in STATED:
+        found: dict[TriadName, list[FloatArray]] = {name: [] for name in TRIADS}
+        alone: dict[TriadName, list[FloatArray]] = {name: [] for name in TRIADS}
+        for seed in range(SEED, SEED + sessions):
+            played = session(seed, "industrial")
+            result = tumble.turntable(
+                played.reference,
+                played.targets,
+                reference_calibration=wrong_calibration(seed, sigma),
+                jobs=1,
+            ).targets[0]
+            for name in TRIADS:
+                triad = getattr(result, name)
+                found[name].append(outcome(triad, getattr(played.target_units[0], name)))
+                alone[name].append(own_alone(triad))
+        row: Content = {"stated": sigma}
+        for name in TRIADS:
+            error, sigmas, reach = np.array(found[name]).transpose(1, 0, 2)
+            row[name] = {
+                "coverage": float((np.abs(error) <= reach).mean()),
+                "without": float((np.abs(error) <= np.array(alone[name])).mean()),
+                "sigma_over_error": float(np.sqrt(((sigmas / error.std(axis=0)) ** 2).mean())),
+            }
+        yield row
+
+
+def responses(sessions: int) -> Iterator[Content]:
+    """Share of sessions in which G is fitted, and coverage of the gyroscope, for each size of G."""
+    for size in RESPONSES:
+        grade = Grade.named("tactical")
+        grade = replace(grade, name="felt", gyroscope=replace(grade.gyroscope, g_sensitivity=size))
+        chosen: list[bool] = []
+        found: dict[str, list[FloatArray]] = {kind: [] for kind in ("chosen", "always", "never")}
+        for seed in range(SEED, SEED + sessions):
+            played = session(seed, grade)
+            for kind, option in (("chosen", None), ("always", True), ("never", False)):
+                result = tumble.turntable(played.reference, played.targets, g_sensitivity=option, jobs=1)
+                gyroscope = result.targets[0].gyroscope
+                if gyroscope is None:
+                    raise RuntimeError(f"seed {seed}: {result.targets[0].failure}")
+                found[kind].append(outcome(gyroscope, played.target_units[0].gyroscope))
+                if option is None:
+                    chosen.append(gyroscope.g_sensitivity is not None)
+        row: Content = {"size": size, "chosen": float(np.mean(chosen))}
+        for kind, outcomes in found.items():
+            error, _, reach = np.array(outcomes).transpose(1, 0, 2)
+            row[kind + "_coverage"] = float((np.abs(error) <= reach).mean())
+            row[kind + "_error"] = float(np.sqrt((error[:, 3:6] ** 2).mean()))
+        yield row
+
+
+def main(arguments: Sequence[str] | None = None) -> Content:
+    """Run the benchmark from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sessions", type=int, default=60, help="simulated sessions a case")
+    parser.add_argument("--no-save", action="store_true", help="print only")
+    options = parser.parse_args(arguments)
+    console = Console()
+    content: Content = {"machine": machine(), "sessions": options.sessions, "references": [], "responses": []}
+    for name, cases in (("references", references), ("responses", responses)):
+        for case in cases(options.sessions):
+            content[name].append(case)
+            console.print(case)
+    if not options.no_save:
+        console.print(f"written to {save('laboratories', content)}")
+    return content
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+//! Uncertainty of the reference, and the part of it that the targets inherit (docs/theory/uncertainty.md).
+//!
+//! Corrected by its calibration, a reference reads `(I + E) u + e`. The covariance of E and e follows from that of the
+//! calibration, or from the figures of a grade. The response of a target's M and b to E and e is measured on the fit
+//! itself: the reference is deviated by a small share of each principal direction, and the target is fitted anew.
+
+use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};
+use tumble_core::model::{Covariance, ErrorModel};
+use tumble_core::segmenter::Segment;
+
+use super::error::TurntableError;
+use super::reference::{Reference, Ups, fit_reference, force_at};
+use super::settings::TurntableSettings;
+use crate::acquisition::Acquired;
+use crate::distributions::chi_square_tail;
+use crate::simulate::grade::TriadGrade;
+
+/// Covariance of `[E row by row, e]` of each triad of the corrected reference; `None` where nobody states it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReferenceUncertainty {
+    /// Accelerometer: 1 and m/s^2.
+    pub accelerometer: Option<Covariance<f64>>,
+    /// Gyroscope: 1 and rad/s.
+    pub gyroscope: Option<Covariance<f64>>,
+}
+
+/// Covariance of `[E row by row, e]` of a reference corrected by a calibration, from that of `[M row by row, b]`; `None`
+/// where M has no inverse.
+pub fn of_calibration(matrix: &Matrix3<f64>, covariance: &Covariance<f64>) -> Option<Covariance<f64>> {
+    let correction = matrix.try_inverse()?;
+    let mut jacobian = Covariance::zeros();
+    for i in 0..3 {
+        for k in 0..3 {
+            for column in 0..3 {
+                jacobian[(3 * i + column, 3 * k + column)] = -correction[(i, k)]; // eq. 2
+            }
+            jacobian[(9 + i, 9 + k)] = -correction[(i, k)]; // eq. 2
+        }
+    }
+    Some(jacobian * covariance * jacobian.transpose())
+}
+
+/// Covariance of `[E row by row, e]` of a unit of a grade as delivered.
+pub fn of_grade(grade: &TriadGrade) -> Covariance<f64> {
+    let mut covariance = Covariance::zeros();
+    let mut add = |elements: &[(usize, f64)], sigma: f64| {
+        let mut direction = SVector::<f64, 12>::zeros();
+        for &(at, sign) in elements {
+            direction[at] = sign * sigma;
+        }
+        covariance += direction * direction.transpose(); // eq. 4
+    };
+    for axis in 0..3 {
+        add(&[(4 * axis, 1.0)], grade.scale_error);
+        add(&[(9 + axis, 1.0)], grade.turn_on_bias);
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        add(&[(3 * i + j, -1.0), (3 * j + i, 1.0)], grade.alignment);
+        let (first, later) = (i.min(j), i.max(j));
+        add(&[(3 * later + first, 1.0)], grade.non_orthogonality);
+    }
+    covariance
+}
+
+/// Step along a principal direction, as a share of its sigma: responses are linear in it.
+const STEP: f64 = 1e-3;
+
+/// The reference as it would be if it erred by a small share of one principal direction of its uncertainty.
+#[derive(Clone, Debug)]
+pub struct DeviatedReference {
+    pub(super) unit: Acquired,
+    pub(super) reference: Reference,
+}
+
+/// Deviation of one triad: `u + E u + e`.
+type Deviation = (Matrix3<f64>, Vector3<f64>);
+
+impl Reference {
+    /// Takes in how uncertain the reference is.
+    ///
+    /// # Errors
+    /// [`TurntableError`] as [`fit_reference`].
+    pub fn with_uncertainty(
+        mut self,
+        unit: &Acquired,
+        ups: &Ups,
+        settings: &TurntableSettings,
+        gyroscope: bool,
+        uncertainty: ReferenceUncertainty,
+    ) -> Result<Self, TurntableError> {
+        if let Some(covariance) = &uncertainty.accelerometer {
+            self.norm_explained = explains_norm(unit, &self, covariance, settings.gravity)?;
+        }
+        if uncertainty != ReferenceUncertainty::default() {
+            let (force, rate) = (roots(uncertainty.accelerometer), roots(uncertainty.gyroscope));
+            for (force, rate) in force.iter().zip(&rate) {
+                let unit = deviated(unit, force, rate);
+                let mut reference = fit_reference(&unit, ups, settings, gyroscope)?;
+                reference.norm_explained = self.norm_explained;
+                self.deviated.push(DeviatedReference { unit, reference });
+            }
+        }
+        self.uncertainty = uncertainty;
+        Ok(self)
+    }
+}
+
+/// Sum of the squared responses of a target's `[M row by row, b]` to the principal directions.
+pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) -> Covariance<f64> {
+    let mut covariance = Covariance::zeros();
+    for deviated in responses {
+        let matrix = (deviated.matrix - found.matrix) / STEP;
+        let bias = (deviated.bias - found.bias) / STEP;
+        let response = SVector::<f64, 12>::from_fn(|i, _| {
+            if i < 9 {
+                matrix[(i / 3, i % 3)]
+            } else {
+                bias[i - 9]
+            }
+        });
+        covariance += response * response.transpose(); // eq. 5
+    }
+    covariance
+}
+
+/// Chance of residuals beyond which the statement of a reference does not explain its readings.
+const UNEXPLAINED: f64 = 1e-3;
+
+/// Whether noise and stated uncertainty together explain by how much `|r - b|` misses g at all rests.
+fn explains_norm(
+    unit: &Acquired,
+    reference: &Reference,
+    stated: &Covariance<f64>,
+    gravity: f64,
+) -> Result<bool, TurntableError> {
+    let rests = unit.rests.len();
+    let (mut noise, mut residual) = (DMatrix::zeros(rests, rests), DVector::zeros(rests));
+    let (mut directions, mut by_error) = (DMatrix::zeros(rests, 3), DMatrix::zeros(rests, 12));
+    for k in 0..rests {
+        let (mean, covariance) = force_at(unit, k);
+        let u = mean - reference.sphere.bias;
+        let direction = u.normalize();
+        noise[(k, k)] = direction.dot(&(covariance * direction));
+        residual[k] = u.norm() - gravity;
+        for i in 0..3 {
+            directions[(k, i)] = direction[i];
+            by_error[(k, 9 + i)] = direction[i];
+            for j in 0..3 {
+                by_error[(k, 3 * i + j)] = direction[i] * u[j];
+            }
+        }
+    }
+    let joint = noise + &by_error * stated * by_error.transpose(); // eq. 6
+    let solver = joint.cholesky().ok_or(TurntableError::Unsolvable)?;
+    let (whitened, weighted) = (solver.solve(&residual), solver.solve(&directions));
+    let of_bias = directions.transpose() * &whitened;
+    let normal = (directions.transpose() * weighted).cholesky();
+    let found = normal.ok_or(TurntableError::Unsolvable)?.solve(&of_bias);
+    let chi_square = residual.dot(&whitened) - of_bias.dot(&found); // eq. 7
+    #[allow(clippy::cast_precision_loss)]
+    let freedom = rests as f64 - 3.0;
+    Ok(chi_square_tail(chi_square.max(0.0), freedom) > UNEXPLAINED)
+}
+
+/// Columns of a square root of a covariance, twelve; zero where there is none.
+fn roots(covariance: Option<Covariance<f64>>) -> Vec<Deviation> {
+    let covariance = covariance.unwrap_or_else(Covariance::zeros);
+    let eigen = covariance.symmetric_eigen();
+    (0..12)
+        .map(|k| {
+            let column = eigen.eigenvectors.column(k) * eigen.eigenvalues[k].max(0.0).sqrt();
+            (
+                Matrix3::from_fn(|i, j| column[3 * i + j]),
+                Vector3::new(column[9], column[10], column[11]),
+            )
+        })
+        .collect()
+}
+
+fn deviated(unit: &Acquired, force: &Deviation, rate: &Deviation) -> Acquired {
+    let mut unit = unit.clone();
+    for segment in unit.rests.iter_mut().chain(&mut unit.turns) {
+        *segment = deviated_segment(segment, force, rate);
+    }
+    unit.motion
+        .change(|length, velocity, angle| (moved(velocity, length, force), moved(angle, length, rate)));
+    for plateau in &mut unit.plateaus {
+        plateau.rate = moved(&plateau.rate, 1.0, rate);
+    }
+    for edge in &mut unit.edges {
+        let of_rate = Vector3::new(edge.integral[3], edge.integral[4], edge.integral[5]);
+        let moved = moved(&of_rate, edge.length, rate);
+        edge.integral[3..].copy_from_slice(moved.as_slice());
+    }
+    unit
+}
+
+/// An integral over a length, s, or a mean, of length 1, of a triad that deviates.
+fn moved(of: &Vector3<f64>, length: f64, by: &Deviation) -> Vector3<f64> {
+    of + (by.0 * of + by.1 * length) * STEP
+}
+
+fn deviated_segment(segment: &Segment<f64>, force: &Deviation, rate: &Deviation) -> Segment<f64> {
+    let mut other = *segment;
+    let mean = [
+        moved(&segment.specific_force(), 1.0, force),
+        moved(&segment.angular_rate(), 1.0, rate),
+    ];
+    let integral = [
+        moved(&segment.velocity(), segment.duration(), force),
+        moved(&segment.angle(), segment.duration(), rate),
+    ];
+    let six = |[force, rate]: &[Vector3<f64>; 2]| [force.x, force.y, force.z, rate.x, rate.y, rate.z];
+    other.moments = segment.moments.about(&six(&mean));
+    other.integral = six(&integral);
+    other
+}
