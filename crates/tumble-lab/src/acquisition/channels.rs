@@ -94,6 +94,12 @@ struct End {
 /// Samples closer than this are of one run, microseconds.
 const ONE_RUN: u64 = 50_000;
 
+/// Both ends of a range are as far from zero, but for a bias that was taken off.
+const ALIKE: f64 = 0.01;
+
+/// So long nobody clips either way, microseconds.
+const EVEN_TURN: u64 = 2_000_000;
+
 /// Runs kept; those after belong to the last.
 const MOST_RUNS: usize = 4096;
 
@@ -197,6 +203,12 @@ impl Levels {
             .sum();
         (10 * asleep >= 9 * (turn.end - turn.start)).then_some(value)
     }
+}
+
+/// Whether both ends are rates at which a coarse sensor turned evenly, either way: those of a range are as large and seldom last.
+fn turns_evenly(low: &End, high: &End) -> bool {
+    let lasts = |end: &End| end.runs.iter().any(|(first, last)| last - first > EVEN_TURN);
+    (low.value - high.value).abs() > ALIKE * high.value && lasts(low) && lasts(high)
 }
 
 /// Whether all readings lie within the smallest range of any sensor, where they are finite and no end is near.
@@ -331,6 +343,9 @@ impl ChannelMonitor {
         let ranges: Vec<f64> = of_sensor.filter(|end| is_end(end)).map(|end| end.value).collect();
         let reached = |end: &End| is_end(end) || ranges.contains(&end.value);
         let [low, high] = &self.ends[channel];
+        if is_end(low) && is_end(high) && turns_evenly(low, high) {
+            return None;
+        }
         let value = if reached(low) { -low.value } else { high.value };
         let ends: Vec<&End> = [low, high].into_iter().filter(|end| reached(end)).collect();
         let runs = ends.iter().flat_map(|end| &end.runs);
