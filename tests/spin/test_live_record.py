@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 
 import numpy as np
@@ -143,3 +144,43 @@ def test_recording_and_going_on_are_refused_with_a_log(log):
         done = typed("spin", log, *words)
         assert done.code == 2
         assert "are for a live stream" in done.err
+
+
+def test_a_robot_that_turns_first_is_named_and_nothing_is_lost(tmp_path):
+    spinning = record([turn(8.0)], seed=3)
+    path = tmp_path / "spinning.csv"
+    path.write_bytes(text_lines(spinning.table, header="time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"))
+    done = live(path, "--wait", "25", "--record", tmp_path / "kept", "-o", tmp_path / "results")
+    assert done.code == 2
+    assert "It turns before it stood still" in done.err
+    assert "it turned before it stood still (" in done.err
+    assert "in 25 s" in done.err
+    assert f"What was received is in {tmp_path / 'kept'}" in done.err
+    chunks = list(open_recording(tmp_path / "kept").chunks())
+    assert sum(len(chunk) for chunk in chunks) > 2400
+
+
+def test_a_live_source_is_recorded_unless_declined(log, tmp_path):
+    words = ["-c", "from tumble.cli.main import main; main()", "spin", "--live", "stdin"]
+    for number, extra in enumerate(([], [], ["--no-record"])):
+        with log.open("rb") as lines:
+            done = subprocess.run(
+                [sys.executable, *words, *extra, "-o", tmp_path / "results"],
+                stdin=lines,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+        assert done.returncode == 0, done.stderr
+        sessions = sorted(path.name for path in (tmp_path / "results").glob("session*"))
+        assert sessions == ["session", "session-2"][: min(number + 1, 2)]
+
+
+def test_a_robot_that_turns_on_has_no_bias_that_drifted(tmp_path):
+    moves = [still(6.0), turn(6.0, rate=1.1)]
+    turning = record(moves, seed=5, floor_tilt=0.0, lever_arm=(0.0, 0.0, 0.0))
+    path = tmp_path / "turning.csv"
+    path.write_bytes(text_lines(turning.table, header="time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"))
+    done = live(path, "-o", tmp_path / "results")
+    assert done.code == 0, done.err
+    assert "bias drifted" not in done.out + done.err

@@ -116,7 +116,20 @@ def spin_command(
         typer.Option(
             metavar="DIR",
             parser=output_path,
-            help="Record all samples into a session folder, as tumble record does.",
+            help="Record all samples into this session folder, as tumble record does, in place of session in "
+            "the folder of the results.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    no_record: Annotated[
+        bool, typer.Option("--no-record", help="Record no samples.", rich_help_panel=LIVE)
+    ] = False,
+    wait: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long the robot may take until it stands still, such as 60s.",
             rich_help_panel=LIVE,
             show_default=False,
         ),
@@ -173,12 +186,16 @@ def spin_command(
             true_turns=known,
             calibration=before,
             record=record,
+            keep=not no_record,
+            wait=None if wait is None else seconds_of("--wait", wait),
             then_apply=then_apply,
             as_json=as_json,
         )
         return
-    if record is not None or then_apply is not None:
-        raise ProcedureError("--record and --then-apply are for a live stream; leave them out with a log")
+    if record is not None or then_apply is not None or no_record or wait is not None:
+        raise ProcedureError(
+            "--record, --no-record, --wait and --then-apply are for a live stream; leave them out with a log"
+        )
     assert log is not None
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from collections.abc import Callable, Iterator
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
 Show: TypeAlias = "Callable[[LiveStep], None]"
 """Told every step of the procedure."""
 
+SESSION_FOLDER = "session"
+"""Where the samples of a live spin are, in the folder of its results."""
+REPLAY = "replay:"
+"""How a source begins that is a log, and so recorded."""
 BAR_WIDTH = 18
 """Leaves room for the readings on a line of 80 columns."""
 HINTS = {
@@ -56,6 +61,8 @@ def run_live(
     calibration: Calibration | None = None,
     precision: Precision = "f64",
     record: Path | None = None,
+    keep: bool = True,
+    wait: float | None = None,
     then_apply: str | None = None,
     as_json: bool = False,
 ) -> None:
@@ -63,7 +70,9 @@ def run_live(
 
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. Of a network only `sender`
     is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. All samples are
-    recorded into the folder `record`. Once the calibration is found, samples go to `then_apply`, corrected.
+    recorded into the folder `record`, or beside the results unless they come from a log, or not to be kept.
+    `wait` is how long, s, the robot may take to stand still. Once the calibration is found, samples go to
+    `then_apply`, corrected.
     With `as_json` every event is a line of JSON on standard output, and nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
@@ -92,6 +101,7 @@ def run_live(
         turns=asked.turns or DEFAULT_TURNS,
         rate=asked.rate or DEFAULT.rate,
         duration=preset.duration,
+        wait=wait,
         level_floor=level_floor,
         gravity=gravity,
         latitude=latitude,
@@ -101,13 +111,14 @@ def run_live(
     folder = output or folder_named_after(stream.name)
     going_on = None if then_apply is None else parse_output(then_apply, as_json=as_json)
     serial = read_options.serial or getattr(stream, "serial", "")
-    recorded = recorded_source(ContinuedSource(stream), record, typed=source, serial=serial)
+    session = record or (session_folder(folder) if keep and not source.startswith(REPLAY) else None)
+    recorded = recorded_source(ContinuedSource(stream), session, typed=source, serial=serial)
     with no_empty_folder(folder), recorded as samples, samples:
         prepare(folder, stream.name, "live")
         live = LiveSpin(
             samples, options, typed=source, serial=serial, calibration=calibration, precision=precision
         )
-        _run(live, source, options, as_json)
+        _run(live, source, options, as_json, session)
         result = live.result()
         found = calibration_of(result)
         all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
@@ -139,7 +150,17 @@ def _written(
         yield files
 
 
-def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -> None:
+def session_folder(folder: Path) -> Path:
+    """Name a folder for the samples of this run beside its results, in which none lie yet."""
+    taken = next(number for number in itertools.count(1) if not (folder / _session_name(number)).exists())
+    return folder / _session_name(taken)
+
+
+def _session_name(number: int) -> str:
+    return SESSION_FOLDER if number == 1 else f"{SESSION_FOLDER}-{number}"
+
+
+def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool, session: Path | None) -> None:
     """Go through the procedure and show it."""
     try:
         with _shown(source, options, as_json) as show:
@@ -147,10 +168,13 @@ def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -
                 show(step)
     except TumbleError as error:
         if as_json:
-            print_json_line({"event": "failed", "reason": str(error)})
+            recorded = {} if session is None else {"recorded": str(session)}
+            print_json_line({"event": "failed", "reason": str(error), **recorded})
+        _print_prompt("" if session is None else f"What was received is in {session}.")
         raise
     except KeyboardInterrupt:
-        print("tumble: interrupted; nothing was written", file=sys.stderr)
+        kept = "nothing was written" if session is None else f"what was received is in {session}"
+        print(f"tumble: interrupted; {kept}", file=sys.stderr)
         raise
 
 
@@ -184,6 +208,8 @@ def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
     still = f"stand still for {options.still:g} s"
     if step.kind == "listening":
         return f"Listening to {source}. Let the robot {still}."
+    if step.kind == "turning first":
+        return f"It turns before it stood still. Stop it, and let it {still}."
     if step.kind == "still broken":
         return f"It moved. Let it {still}, from the beginning."
     if step.kind == "still done":

@@ -25,9 +25,17 @@ from tumble.spin.machine import SpinMachine
 from tumble.spin.messages import explain
 from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
+from tumble.spin.segments import alike_rests
 
 LiveStepKind = Literal[
-    "listening", "still began", "still broken", "still done", "spin began", "progress", "done"
+    "listening",
+    "turning first",
+    "still began",
+    "still broken",
+    "still done",
+    "spin began",
+    "progress",
+    "done",
 ]
 Pace = Literal["none", "too slow", "good", "too fast"]
 
@@ -37,6 +45,10 @@ TOO_SLOW, TOO_FAST = 0.5, 1.5
 """Of the rate asked for, at which a user is told so."""
 BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
+TURNED_FIRST = math.tau
+"""rad that a robot turns which has not stood still, from which on it is told so."""
+SLOWEST_TURN = 0.3
+"""rad/s: no usable gyroscope reads more at rest."""
 MISREAD_RATE = 10.0
 """Times the rate asked for beyond which an assumed unit is wrong: deg/s for rad/s are 57 times as fast."""
 
@@ -103,6 +115,8 @@ class LiveSpin:
         self._kept: list[Chunk] = []
         self._time: float | None = None
         self._reported = -math.inf
+        self._turned_first = 0.0
+        """rad, before the robot stood still."""
 
     def steps(self) -> Iterator[LiveStep]:
         """Read the source until the procedure is done; give what happens as it happens.
@@ -173,8 +187,8 @@ class LiveSpin:
         )
 
     def _rests(self, unit: _core.Acquired) -> tuple[Rest, ...]:
-        """Rests of the spin, from the one it began with on."""
-        return tuple(rest for rest in rests_of(unit) if rest.end > self._machine.span[0])
+        """Rests of the spin, from the one it began with on; a robot that turns on evenly has come to none."""
+        return alike_rests([rest for rest in rests_of(unit) if rest.end > self._machine.span[0]])
 
     def _blocks(self, samples: Chunk, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
         """Fit the samples once more, for the pictures: the machine keeps sums only."""
@@ -207,11 +221,23 @@ class LiveSpin:
             self._time = event.time
             if event.kind not in ("done", "failed"):
                 yield self._step(cast("LiveStepKind", event.kind))
+        yield from self._watch_first_turn(measured)
         self._time = float(chunk.time[-1])
         self._refuse_misread_rate(measured.gyroscope)
         if self._time - self._reported >= BETWEEN_PROGRESS:
             self._reported = self._time
             yield self._step("progress")
+
+    def _watch_first_turn(self, measured: Chunk) -> Iterator[LiveStep]:
+        """Say once that the robot turns and has not stood still."""
+        if self._machine.state != "still":
+            return
+        rate = np.linalg.norm(measured.gyroscope, axis=1)
+        lasted = measured.time[-1] - (measured.time[0] if self._time is None else self._time)
+        before = self._turned_first
+        self._turned_first += float(rate.mean() * lasted) if rate.mean() > SLOWEST_TURN else 0.0
+        if before < TURNED_FIRST <= self._turned_first:
+            yield self._step("turning first")
 
     def _note(self, silence: float) -> None:
         """Let the machine know of a silence that is no mere stall."""
@@ -231,7 +257,11 @@ class LiveSpin:
         """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
         doubtful = failure.kind is SpinFailureKind.NEVER_STILL and self._source.gyroscope_unit_is_assumed
         hint = "; if the gyroscope is in deg/s, no unit being stated, give --gyroscope-unit deg/s"
-        return explain(failure) + (hint if doubtful else "")
+        early = failure.kind is SpinFailureKind.NEVER_STILL and self._turned_first >= TURNED_FIRST
+        first = (
+            f"it turned before it stood still ({self._turned_first / math.tau:.1f} turns): " if early else ""
+        )
+        return first + explain(failure) + (hint if doubtful else "")
 
     def _refuse_frozen(self, samples: Chunk) -> None:
         """Refuse readings that stood still for a while, of a sensor whose readings else never do."""

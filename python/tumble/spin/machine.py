@@ -40,6 +40,8 @@ class LiveSpinOptions:
     """rad/s to turn at."""
     duration: float | None = None
     """s to turn for, where that was preset."""
+    wait: float | None = None
+    """s to wait for the robot to stand still; as the core has it if not given."""
     level_floor: bool = False
     """Assume that the floor is level, as the published method does."""
     gravity: float | None = None
@@ -106,6 +108,7 @@ class SpinMachine:
                 "still": self.options.still,
                 "rate": self.options.rate,
                 "level_floor": self.options.level_floor,
+                **({} if self.options.wait is None else {"still_timeout": self.options.wait}),
             },
             turns=self.options.turns,
             latitude=self.options.latitude,

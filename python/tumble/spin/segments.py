@@ -131,6 +131,20 @@ def true_rests(rests: Sequence[Rest]) -> list[Rest]:
     return [rest for rest, same in zip(rests, alike[chosen], strict=True) if same]
 
 
+def alike_rests(rests: Sequence[Rest]) -> tuple[Rest, ...]:
+    """Keep of rests those of the rate of the first, a rest for certain: a steady turn is as quiet."""
+    if not rests:
+        return ()
+    first = rests[0]
+
+    def apart(rest: Rest) -> bool:
+        noise = np.hypot(np.linalg.norm(rest.angular_rate_sigma), np.linalg.norm(first.angular_rate_sigma))
+        off = np.linalg.norm(rest.angular_rate - first.angular_rate)
+        return bool(off >= LARGEST_BIAS_CHANGE + 6.0 * noise)
+
+    return tuple(rest for rest in rests if not apart(rest))
+
+
 def _first_other(alike: np.typing.NDArray[np.bool_]) -> int:
     """Index of the first that is not like the first; their count if all are."""
     others = np.flatnonzero(~alike)
