@@ -94,10 +94,10 @@ struct End {
 /// Samples closer than this are of one run, microseconds.
 const ONE_RUN: u64 = 50_000;
 
-/// Both ends of a range are as far from zero, but for a bias that was taken off.
+/// Relative difference of the two ends of a range, from a bias that was taken off.
 const ALIKE: f64 = 0.01;
 
-/// So long nobody clips either way, microseconds.
+/// Longest time for which a hand or a vehicle clips without a break, microseconds.
 const EVEN_TURN: u64 = 2_000_000;
 
 /// Runs kept; those after belong to the last.
@@ -205,7 +205,7 @@ impl Levels {
     }
 }
 
-/// Whether both ends are rates at which a coarse sensor turned evenly, either way: those of a range are as large and seldom last.
+/// Returns true where both ends are rates at which a coarse sensor turned evenly: ends of a range are alike and seldom last.
 fn turns_evenly(low: &End, high: &End) -> bool {
     let lasts = |end: &End| end.runs.iter().any(|(first, last)| last - first > EVEN_TURN);
     (low.value - high.value).abs() > ALIKE * high.value && lasts(low) && lasts(high)
@@ -343,11 +343,11 @@ impl ChannelMonitor {
         let ranges: Vec<f64> = of_sensor.filter(|end| is_end(end)).map(|end| end.value).collect();
         let reached = |end: &End| is_end(end) || ranges.contains(&end.value);
         let [low, high] = &self.ends[channel];
-        if is_end(low) && is_end(high) && turns_evenly(low, high) {
-            return None;
-        }
+        // Even turns of a coarse sensor pile up at two unlike rates, of which one at most is an end: that is left out.
+        let one_only = is_end(low) && is_end(high) && turns_evenly(low, high);
         let value = if reached(low) { -low.value } else { high.value };
-        let ends: Vec<&End> = [low, high].into_iter().filter(|end| reached(end)).collect();
+        let reached_ends = [low, high].into_iter().filter(|end| reached(end));
+        let ends: Vec<&End> = reached_ends.take(if one_only { 1 } else { 2 }).collect();
         let runs = ends.iter().flat_map(|end| &end.runs);
         let mut runs: Vec<_> = runs
             .map(|(first, last)| (seconds(*first), seconds(*last)))
