@@ -57,9 +57,9 @@ impl Stretches {
     /// Samples over which differences start, in each stretch that is long enough for one.
     fn starts(&self, kind: Kind, samples: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let step = stride(samples) as f64;
-        let reach = (kind.reach() * samples) as f64;
+        let span = kind.span(samples) as f64;
         self.0.iter().map(move |(length, count)| {
-            let starts = ((length / step).floor() * step - reach + step).max(0.0);
+            let starts = (((length - span) / step).floor() * step + step).max(0.0);
             (starts, *count)
         })
     }

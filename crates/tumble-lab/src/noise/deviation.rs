@@ -25,12 +25,18 @@ impl Kind {
     /// How many there are.
     pub const COUNT: usize = 3;
 
-    /// Averaging times that one difference reaches over.
+    /// Averaging times that one difference reaches over, from its first sum to its last.
     pub(super) fn reach(self) -> usize {
         match self {
             Self::Allan => 2,
             Self::Modified | Self::Hadamard => 3,
         }
+    }
+
+    /// Samples that one difference of averages of so many samples is formed of.
+    pub(super) fn span(self, samples: usize) -> usize {
+        // A sum of sums is that of the sums before it (eq. 18), which lack the last sample.
+        self.reach() * samples - usize::from(self == Self::Modified)
     }
 
     /// What the mean squared difference of sums is divided by, for averages of that many samples.
@@ -141,13 +147,29 @@ impl Deviations {
     /// Ends a stretch: what follows lies beyond a gap, or in another record.
     pub fn end_stretch(&mut self) {
         for level in &mut self.levels {
-            level.end(&self.kinds);
+            level.form(&self.kinds);
         }
+        self.form_last_of_modified();
+        self.levels.iter_mut().for_each(Level::begin);
         if self.in_stretch > 0 {
             *self.stretches.entry(self.in_stretch).or_insert(0) += 1;
         }
         self.in_stretch = 0;
         self.origin = None;
+    }
+
+    /// Forms the modified differences whose span ends with the last sample. Their last sum of sums is known one sample
+    /// early (eq. 18): any sample completes its block, and none of its value enters.
+    fn form_last_of_modified(&mut self) {
+        if self.in_stretch == 0 || !self.kinds.contains(&Kind::Modified) {
+            return;
+        }
+        let kinds = std::mem::replace(&mut self.kinds, vec![Kind::Modified]);
+        self.raise(&[Block::default()]);
+        for level in &mut self.levels {
+            level.form(&self.kinds);
+        }
+        self.kinds = kinds;
     }
 
     /// How many stretches there are of each length in samples, of those that were ended.
@@ -189,11 +211,20 @@ mod tests {
         y[start..start + samples].iter().sum::<f64>() / samples as f64
     }
 
+    /// Samples that enter a difference by its definition.
+    fn span(kind: Kind, m: usize) -> usize {
+        match kind {
+            Kind::Allan => 2 * m,
+            Kind::Modified => 3 * m - 1,
+            Kind::Hadamard => 3 * m,
+        }
+    }
+
     /// Sum of squares by the definition, and number of differences.
     fn by_definition(y: &[f64], m: usize, kind: Kind) -> (f64, u64) {
         let starts = (0..)
             .step_by(stride(m))
-            .take_while(|i| i + kind.reach() * m <= y.len());
+            .take_while(|i| i + span(kind, m) <= y.len());
         let difference = |i| match kind {
             Kind::Allan => (mean(y, i + m, m) - mean(y, i, m)) / 2f64.sqrt(),
             Kind::Hadamard => (mean(y, i + 2 * m, m) - 2.0 * mean(y, i + m, m) + mean(y, i, m)) / 6f64.sqrt(),

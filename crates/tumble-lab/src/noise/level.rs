@@ -66,7 +66,8 @@ impl Level {
         level
     }
 
-    fn begin(&mut self) {
+    /// Begins a stretch: no difference spans what was before.
+    pub(super) fn begin(&mut self) {
         self.sums.clear();
         self.sums.push(0.0);
         self.sums_of_sums.clear();
@@ -95,14 +96,8 @@ impl Level {
         }
     }
 
-    /// Ends a stretch without gaps: no difference spans what follows.
-    pub(super) fn end(&mut self, kinds: &[Kind]) {
-        self.form(kinds);
-        self.begin();
-    }
-
     /// Forms all differences that the sums at hand allow.
-    fn form(&mut self, kinds: &[Kind]) {
+    pub(super) fn form(&mut self, kinds: &[Kind]) {
         let have = self.sums.len();
         for (i, &ratio) in self.ratios.iter().enumerate() {
             for &kind in kinds {
