@@ -46,12 +46,15 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_live
 	$(BIN)/python -m benchmarks.multipose
+	$(BIN)/python -m benchmarks.tremor
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.noise_terms
+	$(BIN)/python -m benchmarks.noise_disturbed
 	$(BIN)/python -m benchmarks.noise_chart
 	$(BIN)/python -m benchmarks.constant_rates
 	$(BIN)/python -m benchmarks.thermal
+	$(BIN)/python -m benchmarks.thermal_loops
 	$(BIN)/python -m benchmarks.thermal_chart
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.compare_chart

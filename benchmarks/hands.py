@@ -1,16 +1,52 @@
-"""A tremor of the hand, put into simulated rests that lay still."""
+"""Sessions in the hand whose rests tremble: a tremor of known size, put into rests that lay still."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from tumble import Recording
+import tumble
+from tumble.recording import FloatArray, Recording
+from tumble.simulate import SimulatedMultipose, simulate_multipose
 
 RAMP = 0.3
 """s in which a tremor begins and ends."""
+OWN = [0, 3, 4, 6, 7, 8, 9, 10, 11]
+"""Elements of M and b of an accelerometer that a session in the hand fits: M is a lower triangle."""
+Span = tuple[float, float]
 
 
-def trembling(hand, shaken, *, amplitude=8.7e-4, frequency=8.0, lever_arm=(0.1, 0.05, 0.03), seed=0):
+def session(seed: int, orientations: int = 18) -> tuple[SimulatedMultipose, list[Span]]:
+    """Simulate a session of white noise alone; give it with (start, end), s, of each rest that is used."""
+    hand = simulate_multipose(
+        seed=seed, orientations=orientations, bias_instability=False, g_sensitivity=False, latitude_deg=None
+    )
+    rests = tumble.multipose(hand.recording).rests
+    return hand, [(rest.start, rest.end) for rest in rests if rest.used]
+
+
+def sigmas_off(found: tumble.MultiposeResult, hand: SimulatedMultipose) -> tuple[FloatArray, FloatArray]:
+    """Errors of the accelerometer (9,) and of the gyroscope (12,), each over its stated sigma."""
+    assert found.gyroscope is not None
+    force = np.append(
+        found.accelerometer.M - hand.force_matrix, found.accelerometer.b - hand.unit.accelerometer.b
+    )
+    rate = np.append(found.gyroscope.M - hand.rate_matrix, found.gyroscope.b - hand.unit.gyroscope.b)
+    sigmas = (np.sqrt(np.diag(each.covariance)) for each in (found.accelerometer, found.gyroscope))
+    of_force, of_rate = sigmas
+    return force[OWN] / of_force[OWN], rate / of_rate
+
+
+def trembling(
+    hand: SimulatedMultipose,
+    shaken: Sequence[Span],
+    *,
+    amplitude: float = 8.7e-4,
+    frequency: float = 8.0,
+    lever_arm: Sequence[float] = (0.1, 0.05, 0.03),
+    seed: int = 0,
+) -> Recording:
     """Give the recording of a simulated session in which the rests `shaken`, (start, end) s, tremble.
 
     Amplitude in rad about each axis; the turning centre is `lever_arm` m away.
@@ -39,7 +75,7 @@ def trembling(hand, shaken, *, amplitude=8.7e-4, frequency=8.0, lever_arm=(0.1, 
     )
 
 
-def _envelope(time, start, end):
+def _envelope(time: FloatArray, start: float, end: float) -> tuple[FloatArray, FloatArray]:
     """Rise from 0 to 1 and fall again within a rest, and the slope of that."""
     x = np.clip(np.minimum(time - start, end - time) / RAMP, 0.0, 1.0)
     sign = np.where(time < 0.5 * (start + end), 1.0, -1.0)

@@ -458,6 +458,83 @@ def noise_terms(content: Content) -> Iterator[str]:
     )
 
 
+def tremor(content: Content) -> Iterator[str]:
+    """Poses that multi-pose uses of hands that tremble, and whether their sigmas hold."""
+    cells = (f"{triad}: {figure}" for triad in TRIADS for figure in ("errors over sigma, rms", "95 % hold"))
+    yield _row(["rests that tremble", "poses used", *cells])
+    yield "|---|---|---|---|---|---|"
+    for of in content["tremors"]:
+        name = f"{of['trembling']} of {content['poses']}"
+        name += f", by {of['amplitude']:g}°" if of["trembling"] else ""
+        used = f"{100 * of['used'] / of['of']:.1f} %"
+        shares = [
+            figure
+            for triad in TRIADS
+            for figure in (f"{of[triad]['z']:.2f}", f"{100 * of[triad]['coverage']:.1f} %")
+        ]
+        yield _row([name, used, *shares])
+    low, high = content["frequencies"]
+    yield ""
+    yield (
+        f"{content['tremors'][0]['sessions']} simulated sessions of each, white noise alone; the tremor "
+        f"turns about all axes, with one frequency a session of {low:g} to {high:g} Hz."
+    )
+
+
+def noise_disturbed(content: Content) -> Iterator[str]:
+    """White noise of hours with a disturbance, false alarms of clean hours, and steps that are found."""
+    yield "| disturbance | error of N, rms | half of its interval | 95 % hold | named right |"
+    yield "|---|---|---|---|---|"
+    for of in content["density"]:
+        figures = (f"{100 * of[key]:.2f} %" for key in ("error", "half_width"))
+        yield _row(
+            [of["case"], *figures, f"{100 * of['coverage']:.0f} %", f"{100 * of['named']:.0f} %"],
+        )
+    yield ""
+    yield "| clean hour | channels | steps, ramps and knocks that are named |"
+    yield "|---|---|---|"
+    for of in content["clean"]:
+        yield _row([of["noise"], str(of["channels"]), str(of["alarms"])])
+    yield ""
+    yield "| step, where N is 1 mm/s²/√Hz | found, alone and at its time |"
+    yield "|---|---|"
+    for of in content["steps"]:
+        yield _row([f"{of['size']:g} mm/s²", f"{100 * of['found']:.0f} %"])
+    yield ""
+    yield (
+        f"{content['density'][0]['channels']} channels of each disturbance and step, six to a record of an "
+        "hour at 100 Hz."
+    )
+
+
+def thermal_loops(content: Content) -> Iterator[str]:
+    """Whether loops of warming and cooling, and lags beside them, are found and their intervals hold."""
+    yield (
+        "| loop of an axis | largest difference: truth, mean found | error, rms | 95 % hold "
+        "| mean difference: truth, mean found | error, rms | 95 % hold | loop found | lag found, of none |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|"
+    for of in content["loops"]:
+        cells = [of["loop"]]
+        for key in ("largest", "mean"):
+            figures = of[key]
+            cells.append(f"{1e3 * figures['truth']:g}, {1e3 * figures['mean']:.2f} mm/s²")
+            cells += [f"{1e3 * figures['error']:.2f} mm/s²", f"{100 * figures['coverage']:.0f} %"]
+        yield _row([*cells, *(f"{of[key]} of {of['sessions']}" for key in ("found", "lags"))])
+    yield ""
+    yield "| lag of 60 s, loop of an axis | lag found | mean | error, rms | stated sigma | 95 % hold |"
+    yield "|---|---|---|---|---|---|"
+    for of in content["lags"]:
+        figures = [f"{of[key]:.1f} s" for key in ("mean", "error", "sigma")] if of["found"] else [""] * 3
+        held = f"{100 * of['coverage']:.0f} %" if of["found"] else ""
+        yield _row([of["loop"], f"{of['found']} of {of['sessions']}", *figures, held])
+    yield ""
+    yield (
+        f"{content['loops'][0]['sessions']} sessions of each made by numpy alone: an hour from -10 to 60 °C "
+        "and back, 5 mm/s² of noise a sample at 2 Hz."
+    )
+
+
 def thermal(content: Content) -> Iterator[str]:
     """Whether drifts over temperature reach the bound, hold their intervals and are of the right order."""
     yield _row(
@@ -853,9 +930,12 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "live": live,
     "live_table": live_table,
     "multipose": multipose,
+    "tremor": tremor,
     "noise_terms": noise_terms,
+    "noise_disturbed": noise_disturbed,
     "no_equipment": no_equipment,
     "thermal": thermal,
+    "thermal_loops": thermal_loops,
     "compare": compare,
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,

@@ -4,49 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.hands import session, sigmas_off, trembling
 
 import tumble
-from tremor import trembling
-from tumble.simulate import simulate_multipose
-
-QUIET = {"bias_instability": False, "g_sensitivity": False, "latitude_deg": None}
-OWN = [0, 3, 4, 6, 7, 8, 9, 10, 11]
 
 
-def session(seed):
+def played(seed):
     print(f"seed {seed}")
-    hand = simulate_multipose(seed=seed, **QUIET)
-    rests = [(rest.start, rest.end) for rest in tumble.multipose(hand.recording).rests if rest.used]
-    return hand, rests
-
-
-def sigmas_off(found, hand):
-    force = np.r_[found.accelerometer.M.ravel(), found.accelerometer.b]
-    force -= np.r_[hand.force_matrix.ravel(), hand.unit.accelerometer.b]
-    rate = np.r_[found.gyroscope.M.ravel(), found.gyroscope.b]
-    rate -= np.r_[hand.rate_matrix.ravel(), hand.unit.gyroscope.b]
-    of_force = force[OWN] / np.sqrt(np.diag(found.accelerometer.covariance)[OWN])
-    return np.r_[of_force, rate / np.sqrt(np.diag(found.gyroscope.covariance))]
+    return session(seed)
 
 
 def test_sigmas_hold_whatever_part_of_the_rests_trembles():
     off = []
     for seed in range(3):
-        hand, rests = session(seed)
+        hand, rests = played(seed)
         draws = np.random.default_rng(seed)
         for share in (2, 1):
             amplitude, frequency = np.radians(draws.choice([0.02, 0.05, 0.08])), draws.uniform(6.0, 11.0)
             recording = trembling(hand, rests[::share], amplitude=amplitude, frequency=frequency, seed=seed)
             found = tumble.multipose(recording)
             assert len(found.poses) == len(rests)
-            off.append(sigmas_off(found, hand))
+            off.extend(sigmas_off(found, hand))
     values = np.concatenate(off)
     assert 0.75 < np.sqrt(np.mean(values**2)) < 1.25
     assert np.mean(np.abs(values) < 1.96) > 0.9
 
 
 def test_what_is_left_out_has_its_time_and_its_reason():
-    hand, rests = session(5)
+    hand, rests = played(5)
     shaken = [rests[4], rests[9]]
     found = tumble.multipose(trembling(hand, shaken, amplitude=3e-4, frequency=6.3))
     seen = {(rest.start, rest.end): rest for rest in found.rests}
@@ -63,7 +48,7 @@ def test_what_is_left_out_has_its_time_and_its_reason():
 
 
 def test_quiet_sessions_are_calibrated_as_before():
-    hand, _ = session(3)
+    hand, _ = played(3)
     found = tumble.multipose(hand.recording)
     assert found.trembling == 0
     assert found.left_out == ()
@@ -71,7 +56,7 @@ def test_quiet_sessions_are_calibrated_as_before():
 
 @pytest.mark.parametrize("stated", [50, 130])
 def test_a_wrong_sample_rate_is_named_with_the_probable_one(stated):
-    hand, _ = session(2)
+    hand, _ = played(2)
     samples = hand.unit.samples
     rate = (len(samples.time) - 1) / (samples.time[-1] - samples.time[0])
     stretched = tumble.Recording.from_arrays(

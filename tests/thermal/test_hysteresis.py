@@ -6,48 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.ovens import LOOPS, oven
 
 import tumble
-from tumble.recording import Recording
 from tumble.results import INTERVAL
 from turntable_sessions import typed
 
 CASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "thermal_hysteresis"
-SECONDS, RATE = 3600.0, 2.0
-SCATTER = 5e-3
 SEEDS = range(40, 50)
-LOOPS = {"lens": (0.09, 0.06), "constant": (0.03, 0.03), "none": (0.0, 0.0)}
-"""Largest and mean of the loop of each axis, m/s^2."""
 
 
-def oven(seed, loop="none", lag=0.0, bias=(0.1, 0.05, -0.2), gyroscope=0.05, jump=0.0):
-    """Up from -10 to 60 degC and back at an even pace; `x` runs from -1 to 1."""
+def played(seed, **options):
     print(f"seed {seed}")
-    rng = np.random.default_rng(seed)
-    time = np.arange(round(SECONDS * RATE)) / RATE
-    temperature = 60.0 - 70.0 * np.abs(2.0 * time / SECONDS - 1.0)
-    leg = np.where(time < 0.5 * SECONDS, 1.0, -1.0)
-    x = (temperature - 25.0) / 35.0
-    shape = {
-        "lens": 0.045 * (1.0 - x**2),
-        "constant": np.full_like(x, 0.015),
-        "faint": np.full_like(x, 7.5e-4),
-        "none": np.zeros_like(x),
-    }[loop]
-    drift = x[:, None] * np.array(bias)
-    drift[:, 2] += leg * shape
-    drift += jump * (time > 1000.0)[:, None]
-    reading = np.array(temperature)
-    if lag:
-        for k in range(1, len(reading)):
-            reading[k] = reading[k - 1] + (temperature[k] - reading[k - 1]) / (lag * RATE)
-    return Recording.from_arrays(
-        "oven",
-        time,
-        drift + [0.0, 0.0, 9.8] + SCATTER * rng.normal(size=drift.shape),
-        gyroscope * x[:, None] * np.array(bias) + 3e-4 * rng.normal(size=drift.shape),
-        temperature=reading,
-    )
+    return oven(seed, **options)
 
 
 @pytest.mark.parametrize("loop", list(LOOPS))
@@ -55,7 +26,7 @@ def test_largest_and_mean_of_a_loop_are_within_their_sigmas(loop):
     truth = LOOPS[loop]
     off = []
     for seed in SEEDS:
-        axis = tumble.thermal(oven(seed, loop))["accelerometer z"]
+        axis = tumble.thermal(played(seed, loop=loop))["accelerometer z"]
         found = (axis.hysteresis, axis.mean_hysteresis)
         off += [(each.value - true) / each.sigma for each, true in zip(found, truth, strict=True)]
         assert axis.has_hysteresis == (loop != "none")
@@ -64,7 +35,7 @@ def test_largest_and_mean_of_a_loop_are_within_their_sigmas(loop):
 
 
 def test_the_sigma_of_a_curve_holds_half_of_the_largest_difference():
-    axis = tumble.thermal(oven(1, "lens"))["accelerometer z"]
+    axis = tumble.thermal(played(1, loop="lens"))["accelerometer z"]
     assert axis.hysteresis.value == pytest.approx(0.09, rel=0.1)
     assert axis.bias_sigma_at(np.array([25.0]))[0] >= 0.5 * axis.hysteresis.value
 
@@ -72,7 +43,7 @@ def test_the_sigma_of_a_curve_holds_half_of_the_largest_difference():
 def test_one_lag_behind_the_loops_of_all_axes_is_a_lag():
     found = 0
     for seed in SEEDS:
-        result = tumble.thermal(oven(seed, lag=60.0))
+        result = tumble.thermal(played(seed, lag=60.0))
         found += result.lag.observable
         if result.lag.observable:
             assert abs(result.lag.value - 60.0) < max(4.5 * result.lag.sigma, 6.0)
@@ -82,14 +53,14 @@ def test_one_lag_behind_the_loops_of_all_axes_is_a_lag():
 
 
 def test_a_lag_and_a_loop_of_one_axis_are_both_found():
-    result = tumble.thermal(oven(0, "lens", lag=60.0))
+    result = tumble.thermal(played(0, loop="lens", lag=60.0))
     assert abs(result.lag.value - 60.0) < 4.5 * result.lag.sigma
     axis = result["accelerometer z"]
     assert abs(axis.hysteresis.value - 0.09) < 4.5 * axis.hysteresis.sigma
 
 
 def test_a_loop_that_a_lag_could_make_of_one_axis_is_said_to_be_either():
-    result = tumble.thermal(oven(3, "faint", bias=(0.0, 0.0, -0.2), gyroscope=0.0))
+    result = tumble.thermal(played(3, loop="faint", bias=(0.0, 0.0, -0.2), gyroscope=0.0))
     assert not result.lag.observable
     assert any(
         "would explain the difference of warming and cooling as well" in line for line in result.warnings
@@ -97,14 +68,14 @@ def test_a_loop_that_a_lag_could_make_of_one_axis_is_said_to_be_either():
 
 
 def test_without_lag_and_loop_neither_is_found():
-    result = tumble.thermal(oven(2))
+    result = tumble.thermal(played(2))
     assert not result.lag.observable
     assert not any(axis.has_hysteresis for axis in result)
 
 
 def test_a_unit_that_nobody_touched_is_one_pose_whatever_it_drifts():
-    assert tumble.thermal(oven(4, bias=(2.0, -3.0, 2.5))).blocks.poses == 1
-    assert tumble.thermal(oven(5, jump=0.02)).blocks.poses == 1
+    assert tumble.thermal(played(4, bias=(2.0, -3.0, 2.5))).blocks.poses == 1
+    assert tumble.thermal(played(5, jump=0.02)).blocks.poses == 1
 
 
 @pytest.mark.skipif(not CASE.is_dir(), reason="the recordings in ../shared/data are not here")
