@@ -81,6 +81,15 @@ pub struct Gyroscope {
     pub with_g_sensitivity: Option<f64>,
 }
 
+impl Gyroscope {
+    /// Root mean square, rad, of the angles that are left between gravity as turned and as found.
+    fn angle_after(&self) -> f64 {
+        #[allow(clippy::cast_precision_loss)]
+        let count = self.angles.len().max(1) as f64;
+        (self.angles.iter().map(|(_, after)| after * after).sum::<f64>() / count).sqrt()
+    }
+}
+
 /// A stretch in which a unit kept its orientation and that is not used.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut {
@@ -128,12 +137,20 @@ pub struct Faces {
 /// the same where they show more directions.
 const CLEARLY_BETTER: (f64, f64) = (0.5, 1.05);
 
+/// Angles that the gyroscope leaves, over those it leaves of usual rests, above which rests that tremble are not used: they moved.
+const NOT_WORSE: f64 = 1.2;
+
 impl Multipose {
     fn is_better_than(&self, usual: &Self) -> bool {
         let directions = |found: &Self| found.poses.iter().map(|pose| pose.direction).max();
         let more = directions(self) > directions(usual);
         let limit = if more { CLEARLY_BETTER.1 } else { CLEARLY_BETTER.0 };
-        self.cost() < limit * usual.cost()
+        self.cost() < limit * usual.cost() && !self.leaves_more_than(usual)
+    }
+
+    fn leaves_more_than(&self, usual: &Self) -> bool {
+        let angle = |found: &Self| found.gyroscope.as_ref().ok().map(Gyroscope::angle_after);
+        matches!((angle(self), angle(usual)), (Some(own), Some(usual)) if own > NOT_WORSE * usual)
     }
 
     /// Largest sigma of the accelerometer times that of the gyroscope, in units of what each unknown may be.
