@@ -69,7 +69,10 @@ def bound(order: int, found: _core.ThermalFigures) -> FloatArray:
     places = np.rint(found["time"] * RATE_HZ).astype(np.int64)
     samples = round(SECONDS * RATE_HZ)
     covariance = covariance_of_means(places[:, 0], places[:, 1] + 1, samples, WHITE**2 * RATE_HZ, FLICKER)
-    columns = np.column_stack([np.ones(len(places)), powers(found["temperature"], order), 0.5 * found["leg"]])
+    # The true temperature: that of a lag which is found of noise alone is another.
+    sums = np.append(0.0, np.cumsum(session()[1]))
+    temperature = (sums[places[:, 1] + 1] - sums[places[:, 0]]) / (places[:, 1] + 1 - places[:, 0])
+    columns = np.column_stack([np.ones(len(places)), powers(temperature, order), 0.5 * found["leg"]])
     scale = np.abs(columns).max(axis=0)
     scaled = columns / scale
     inverse = np.linalg.inv(scaled.T @ np.linalg.solve(covariance, scaled))
