@@ -137,6 +137,7 @@ class TurntableSettings:
         clocks: str = "auto",
         latitude: float | None = None,
         g_sensitivity: bool | None = None,
+        commanded: tuple[list[float], float] | None = None,
     ) -> None: ...
 
 class ReferenceFigures(TypedDict, total=False):
@@ -150,6 +151,7 @@ class ReferenceFigures(TypedDict, total=False):
     gyroscope_bias_sigma: FloatArray
     earth_rate: FloatArray
     earth_rate_sigma: FloatArray
+    commanded: list[float]
     R_e: FloatArray
     rotation_vector: FloatArray
     rotation_sigma: FloatArray

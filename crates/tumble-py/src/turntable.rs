@@ -11,9 +11,9 @@ use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::simulate::grade::Grade;
 use tumble_lab::turntable::{
-    AxisResponse, Clocks, GSensitivity, Label, PairingError, RESPONSE_FALSE_ALARM, RateLevel, Reference,
-    ReferenceUncertainty, Target, TriadCalibration, Triads, TurntableError, TurntableSettings, as_reference,
-    calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
+    AxisResponse, Clocks, CommandedRates, GSensitivity, Label, PairingError, RESPONSE_FALSE_ALARM, RateLevel,
+    Reference, ReferenceUncertainty, Target, TriadCalibration, Triads, TurntableError, TurntableSettings,
+    as_reference, calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
 };
 
 use crate::acquisition::PyAcquired;
@@ -30,19 +30,24 @@ create_exception!(
 #[pyclass(module = "tumble._core", frozen, name = "TurntableSettings")]
 pub struct PySettings {
     inner: TurntableSettings,
+    /// Rates of the table, where they are the truth of gyroscopes.
+    commanded: Option<CommandedRates>,
 }
 
 #[pymethods]
 impl PySettings {
     /// Gravity in m/s^2, latitude in rad, truth and clocks by name; `g_sensitivity` None fits it where residuals ask for it.
+    /// `commanded`, where it is the truth of gyroscopes: magnitudes of the rates of the table, rad/s, and the relative 1-sigma that
+    /// they have in common.
     #[new]
-    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=None))]
+    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=None, commanded=None))]
     fn new(
         gravity: f64,
         truth: &str,
         clocks: &str,
         latitude: Option<f64>,
         g_sensitivity: Option<bool>,
+        commanded: Option<(Vec<f64>, f64)>,
     ) -> PyResult<Self> {
         let truth = match truth {
             "reference" => TruthSource::Reference,
@@ -58,6 +63,7 @@ impl PySettings {
             _ => return Err(PyValueError::new_err(format!("unknown clocks {clocks:?}"))),
         };
         Ok(Self {
+            commanded: commanded.map(|(rates, accuracy)| CommandedRates { rates, accuracy }),
             inner: TurntableSettings {
                 gravity,
                 latitude,
@@ -145,10 +151,14 @@ fn fit_reference_of(
         accelerometer: uncertainty_of(accelerometer_uncertainty)?,
         gyroscope: uncertainty_of(gyroscope_uncertainty)?,
     };
+    let commanded = &settings.commanded;
     let (unit, settings) = (&unit.inner, &settings.inner);
     let inner = py
         .detach(|| {
-            let reference = fit_reference(unit, &ups, settings, gyroscope)?;
+            let mut reference = fit_reference(unit, &ups, settings, gyroscope)?;
+            if let Some(commanded) = commanded {
+                reference = reference.with_commanded(unit, settings, commanded)?;
+            }
             reference.with_uncertainty(unit, &ups, settings, gyroscope, uncertainty)
         })
         .map_err(|error| core_error(py, &error))?;
@@ -170,6 +180,9 @@ fn fit_reference_of(
         "earth_rate_sigma",
         array1(py, &rate_sigma.fixed_rows::<3>(3).into_owned()),
     )?;
+    if let Some(table) = &inner.table {
+        figures.set_item("commanded", &table.by_rate)?;
+    }
     if let Some(mounting) = &inner.mounting {
         let known = poses(unit, &ups);
         figures.set_item("R_e", array2(py, mounting.rotation.matrix()))?;
@@ -385,6 +398,8 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
         TurntableError::TooFewRests { found, needed } => {
             vec![("found", found as f64), ("needed", needed as f64)]
         }
+        TurntableError::NotCommanded { time, rate } => vec![("time", time), ("rate", rate)],
+        TurntableError::AxisNotVertical { time, angle } => vec![("time", time), ("angle", angle)],
         TurntableError::Pairing(PairingError::MovedDuringRest { rest, time, angle }) => {
             vec![("rest", rest as f64), ("time", time), ("angle", angle)]
         }
@@ -399,6 +414,7 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
             PairingError::NoCommonTime | PairingError::OneInFiles | PairingError::NoCommonFile,
         )
         | TurntableError::DirectionsTooAlike
+        | TurntableError::NoConstantRates
         | TurntableError::NeedsPoses
         | TurntableError::LeftHanded
         | TurntableError::AxesCoincide

@@ -104,7 +104,7 @@ class Inherited(Document):
     """Uncertainty that the reference leaves on all its targets alike; their differences are free of it."""
 
     source: str
-    """What states the uncertainty of the reference: its calibration, or a grade."""
+    """What states it: the calibration of the reference, a grade, or the rate table."""
     sigma: Sigma
     """1-sigma, contained in the `sigma` of the triad."""
     covariance: Covariance
@@ -618,8 +618,7 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         content["gyroscope"]["constant_rates"] = [asdict(each) for each in target.responses]
     for triad in (target.accelerometer, target.gyroscope):
         if triad is not None and triad.inherited is not None:
-            source = getattr(reference.uncertainty, triad.triad)
-            content[triad.triad]["inherited"] = _inherited(triad, source)
+            content[triad.triad]["inherited"] = _inherited(triad, batch.inherited_from(triad.triad))
     return content
 
 

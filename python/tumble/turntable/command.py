@@ -55,6 +55,7 @@ class TruthOption(str, Enum):
     ROTATE_TRUTH = "rotate-truth"
     ROTATE_MEASUREMENT = "rotate-measurement"
     IDEAL = "ideal"
+    TABLE = "table"
 
 
 class ClocksOption(str, Enum):
@@ -121,6 +122,23 @@ def turntable_command(
     truth: Annotated[
         TruthOption, typer.Option(help="What is used as truth for the targets.")
     ] = TruthOption.REFERENCE,
+    rates: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RATES",
+            help="With --truth table: magnitudes of the commanded rates, deg/s, such as 10,30,60; those "
+            "of the pose list if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    rate_accuracy: Annotated[
+        float | None,
+        typer.Option(
+            metavar="PPM",
+            help="With --truth table: 1-sigma of what all its rates are wrong by alike; 100 if not given.",
+            show_default=False,
+        ),
+    ] = None,
     as_published: Annotated[
         bool,
         typer.Option("--as-published", help="As in the literature: the same as --truth rotate-measurement."),
@@ -217,6 +235,7 @@ def turntable_command(
     if as_published:
         truth = _published(truth)
     wanted_limits = Limits.load(limits) if limits else None
+    wanted_rates = None if rates is None else _numbers("--rates", rates)
     applied = Calibration.load(reference_calibration) if reference_calibration else None
     asked = LiveOptions(until, pose_seconds, not no_turns, table, table_limits, armed, sender)
     opened = partial(
@@ -275,6 +294,8 @@ def turntable_command(
             reference,
             poses=wanted_poses,
             truth=truth.value,
+            rates=wanted_rates,
+            rate_accuracy=rate_accuracy,
             limits=wanted_limits,
             read=read.of(reference),
             operator=operator,
@@ -318,6 +339,14 @@ def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, l
             f"{reference}: no unit {name!r}; say --reference NAME, one of {', '.join(names)}"
         )
     return f"{reference}:{name}", [f"{reference}:{other}" for other in names if other != name]
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    """Read numbers between commas."""
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise TumbleError(f"{option} {text}: give numbers between commas, such as 10,30,60") from None
 
 
 def _published(truth: TruthOption) -> TruthOption:

@@ -68,6 +68,18 @@ MESSAGES: dict[str, Callable[[Figures, PoseNames], str]] = {
         "stated to be shared; use --clock apart"
     ),
     "needs poses": lambda _, __: "this truth needs the mounting angle, and that needs poses; give --poses",
+    "no constant rates": lambda _, __: (
+        "truth 'table' needs turns at constant rates of 2 s or longer in one recording, and it has none; "
+        "use --truth reference"
+    ),
+    "rate not commanded": lambda figures, _: (
+        f"turned at {figures['rate']:.4g} deg/s from {figures['time']:.1f} s on, which is within 5 % of no "
+        "commanded rate; correct --rates, or rates of the pose list, or use --truth reference"
+    ),
+    "axis not vertical": lambda figures, _: (
+        f"turned from {figures['time']:.1f} s on about an axis {figures['angle']:.0f} deg off the vertical, "
+        "along which the Earth's rotation is not known; turn about a vertical axis, or use --truth reference"
+    ),
     "left-handed": lambda _, __: f"its accelerometer {_MIRRORS}",
     "axes coincide": lambda _, __: "two axes of the accelerometer read the same; check the columns",
     "left-handed gyroscope": lambda _, __: f"its gyroscope {_MIRRORS}",

@@ -23,6 +23,7 @@ from tumble.logs import ReadOptions, options_for, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.provenance import Provenance, date_now, log_digest
 from tumble.recording import Recording, RecordingSource, sources_of
+from tumble.turntable.commanded import commanded_rates, rates_not_shown, refuse_without_gyroscope
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
@@ -96,6 +97,8 @@ def open_session(
     *,
     poses: PoseList | str | Path | None = SIX_FACES,
     truth: TruthSource = "reference",
+    rates: Sequence[float] | None = None,
+    rate_accuracy: float | None = None,
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
@@ -121,9 +124,14 @@ def open_session(
         else reference_calibration
     )
     uncertainty = reference_uncertainty(applied, reference_grade)
+    commanded = commanded_rates(truth, pose_list, rates, rate_accuracy)
     strength, source = local_gravity(gravity, latitude, height)
     north = None if latitude is None else math.radians(latitude)
-    settings = _core.TurntableSettings(strength, truth, clock, north, g_sensitivity)
+    # The table says nothing of specific force: there the reference stays the truth.
+    of_force = "reference" if truth == "table" else truth
+    settings = _core.TurntableSettings(
+        strength, of_force, clock, north, g_sensitivity, commanded.for_core() if commanded else None
+    )
     compared = {
         each: _core.TurntableSettings(strength, each, clock, north, g_sensitivity) for each in TREATMENTS
     }
@@ -135,6 +143,8 @@ def open_session(
             "the reference has no accelerometer, which shows how the table stood; name a unit that has one",
             about=unit.name,
         )
+    if commanded:
+        refuse_without_gyroscope(unit)
     refuse_if_unfit(unit.name, unit, strength)
     match = match_poses(
         unit.recording,
@@ -143,7 +153,7 @@ def open_session(
         pose_list,
         rests_after_rates(unit.acquired),
     )
-    fitted = _fitted_reference(unit, match, settings, truth, uncertainty)
+    fitted = _fitted_reference(unit, match, settings, of_force, uncertainty)
     asked = procedure_of(reference)
     batch = TurntableResult(
         reference=reference_result(unit, fitted, match, applied, uncertainty.sources),
@@ -156,12 +166,18 @@ def open_session(
             "clock": clock,
             "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
             **({"reference grade": reference_grade} if reference_grade else {}),
+            **(commanded.options() if commanded else {}),
             "poses": Path(pose_list.source).name if pose_list else "none",
             **(asked.options if asked else {}),
         },
         limits=limit_list.content() if limit_list else {},
-        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength, source, applied)),
+        warnings=(
+            *match.warnings,
+            *reference_warnings(unit, fitted, strength, source, applied, by_table=commanded is not None),
+            *rates_not_shown(commanded, fitted, unit.name),
+        ),
         software=f"tumble {_core.__version__}",
+        commanded=commanded,
     )
     procedure = TargetProcedure(
         unit, fitted, match, settings, compared, strength, limit_list, response_asked_for=bool(g_sensitivity)
@@ -179,6 +195,8 @@ def turntable(
     *,
     poses: PoseList | str | Path | None = SIX_FACES,
     truth: TruthSource = "reference",
+    rates: Sequence[float] | None = None,
+    rate_accuracy: float | None = None,
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
@@ -200,6 +218,10 @@ def turntable(
     deg and `height` in m. `read` says how to read all logs or, by its name, each of them. `operator` and
     `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
 
+    With truth `table` gyroscopes are calibrated with the `rates` that the table was commanded, magnitudes in
+    deg/s, or those of the pose list; `rate_accuracy` is the 1-sigma of their common error, 100 ppm if not
+    given.
+
     The uncertainty that the calibration of the reference states, or else its grade, goes to the targets.
     The response of a gyroscope to specific force is fitted where `g_sensitivity` is true, or None and the
     residuals show it.
@@ -217,6 +239,8 @@ def turntable(
         reference,
         poses=poses,
         truth=truth,
+        rates=rates,
+        rate_accuracy=rate_accuracy,
         gravity=gravity,
         latitude=latitude,
         height=height,

@@ -66,12 +66,21 @@ def mounting_result(fitted: _core.Reference) -> MountingResult | None:
 
 
 def reference_warnings(
-    unit: Imu, fitted: _core.Reference, gravity: float, gravity_source: str, applied: Calibration | None
+    unit: Imu,
+    fitted: _core.Reference,
+    gravity: float,
+    gravity_source: str,
+    applied: Calibration | None,
+    *,
+    by_table: bool = False,
 ) -> Iterator[str]:
-    """Say what was odd about the reference; `gravity` and where it is from are those of `local_gravity`."""
+    """Say what was odd about the reference; `gravity` and where it is from are those of `local_gravity`.
+
+    `by_table` says whether the commanded rates are the truth of gyroscopes.
+    """
     for notice in (*notices(unit), *scale_notice(unit.acquired, gravity)):
         yield f"{unit.name}: {notice}"
-    yield from _unclear_rests(unit)
+    yield from _unclear_rests(unit, by_table=by_table)
     figures = fitted.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
@@ -81,7 +90,7 @@ def reference_warnings(
         )
 
 
-def _unclear_rests(unit: Imu) -> Iterator[str]:
+def _unclear_rests(unit: Imu, *, by_table: bool) -> Iterator[str]:
     """Say what the targets lack where no rest was found among constant rates."""
     if len(unit.acquired.rest_times) or not unit.acquired.constant_rates:
         return
@@ -92,11 +101,16 @@ def _unclear_rests(unit: Imu) -> Iterator[str]:
         if slow
         else ""
     )
+    relative = (
+        ""
+        if by_table
+        else ", and biases of gyroscopes are relative to the reference's, which is taken to be zero within "
+        f"{REFERENCE_BIAS:g} deg/s"
+    )
     yield (
         f"{unit.name}: no rest was found among {count_of('constant rate', len(unit.acquired.constant_rates))}"
-        f"{unclear}: accelerometers are not calibrated, and biases of gyroscopes are relative to the "
-        f"reference's, which is taken to be zero within {REFERENCE_BIAS:g} deg/s; hold at least two poses "
-        "still, about different axes, for 5 s or longer"
+        f"{unclear}: accelerometers are not calibrated{relative}; hold at least two poses still, "
+        "about different axes, for 5 s or longer"
     )
 
 

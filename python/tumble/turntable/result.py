@@ -27,7 +27,7 @@ from tumble.units import TRIADS
 GOOD = ("pass", "calibrated")
 """Verdicts that nobody has to look at."""
 
-TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
+TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal", "table"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +232,30 @@ NOT_STATED = "not stated"
 
 
 @dataclass(frozen=True, slots=True)
+class CommandedRates:
+    """Rates that the table was commanded, where they are the truth of gyroscopes."""
+
+    rates: tuple[float, ...]
+    """deg/s: magnitudes."""
+    accuracy: float
+    """ppm, 1-sigma, of the error that all of them have in common."""
+    assumed: bool
+    """Whether nobody stated the accuracy."""
+
+    def for_core(self) -> tuple[list[float], float]:
+        """Give them in rad/s, and their accuracy without unit."""
+        return [math.radians(rate) for rate in self.rates], 1e-6 * self.accuracy
+
+    def options(self) -> dict[str, object]:
+        """Give them as options that results and calibration files keep."""
+        return {
+            "rates (deg/s)": list(self.rates),
+            "rate accuracy (ppm)": self.accuracy,
+            "rate accuracy from": "assumed" if self.assumed else "given",
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class UncertaintySources:
     """Who states how uncertain the reference is: `calibration`, `grade tactical`, or `not stated`."""
 
@@ -293,6 +317,15 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     warnings: tuple[str, ...] = ()
     software: str = ""
     """`tumble 0.1.0`."""
+    commanded: CommandedRates | None = None
+    """Where truth is `table`."""
+
+    def inherited_from(self, triad: TriadName) -> str:
+        """Say who states what all targets inherit: `calibration`, `table`, `calibration and table`."""
+        stated = getattr(self.reference.uncertainty, triad)
+        if self.commanded is None or triad != "gyroscope":
+            return str(stated)
+        return "table" if stated == NOT_STATED else f"{stated} and table"
 
     def __repr__(self) -> str:
         verdicts = ", ".join(f"{target.name}: {target.verdict}" for target in self.targets)

@@ -136,7 +136,7 @@ class ScreenSummary:
         reference = self._batch.reference
         mounting = "" if reference.mounting is None else "mounting-angle error "
         yield f"Reference {reference.name}: {mounting}{mounting_sentence(reference)}"
-        yield uncertainty_sentence(reference.uncertainty)
+        yield uncertainty_sentence(self._batch)
         if self._batch.poses:
             worst = max(self._batch.poses, key=lambda pose: pose.table_error_angle)
             angle = measurement(worst.table_error_angle, worst.table_error_sigma, "deg")

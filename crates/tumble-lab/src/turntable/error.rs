@@ -28,6 +28,22 @@ tumble_core::vocabulary! {
         LeftHandedGyroscope = "left-handed gyroscope",
         /// Two axes of the gyroscope read the same.
         GyroscopeAxesCoincide = "gyroscope axes coincide",
+        /// The commanded rates are to be the truth, and the reference never turned at a constant rate.
+        NoConstantRates = "no constant rates",
+        /// The reference turned at a constant rate that was not commanded.
+        NotCommanded {
+            /// When it began, s since the origin of the reference.
+            time: f64,
+            /// Rate that the reference measured, deg/s.
+            rate: f64,
+        } = "rate not commanded",
+        /// The table turned about an axis that is not vertical.
+        AxisNotVertical {
+            /// When it began, s since the origin of the reference.
+            time: f64,
+            /// Angle between axis and vertical, deg.
+            angle: f64,
+        } = "axis not vertical",
         /// Something was not finite.
         Unsolvable = "unsolvable",
     }

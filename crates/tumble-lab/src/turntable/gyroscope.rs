@@ -1,10 +1,10 @@
 //! Step 4 for the gyroscope: every rest, every turn between rests, and every constant rate both units saw.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3};
-use tumble_core::noise::Interval;
+use tumble_core::noise::{Interval, Noise};
 use tumble_core::segmenter::Segment;
 use tumble_core::turntable::fit::fit;
-use tumble_core::turntable::observation::FitInputs;
+use tumble_core::turntable::observation::{FitInputs, Observation};
 use tumble_core::turntable::truth::{
     RateObservation, ReferenceTurn, TruthSource, at_rest, turning, with_specific_force,
 };
@@ -57,6 +57,10 @@ impl TargetSession<'_> {
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let mut rates = self.rates(&back);
+        if self.reference.table.is_some() {
+            // Ramps and turns between rests are known from the reference only.
+            rates.retain(|rate| matches!(rate.label, Label::Rest(_) | Label::Rate(_)));
+        }
         let labels = rates.iter().map(|rate| rate.label).collect();
         let nominal = match (compensated, mounting) {
             (Some(_), _) => Matrix3::identity(),
@@ -70,6 +74,12 @@ impl TargetSession<'_> {
                     None => return Err(TurntableError::DirectionsTooAlike),
                 }
             }
+        };
+        // A mean rate does not mind the pace of a clock, a turn does.
+        let pace = if self.reference.table.is_some() {
+            0.0
+        } else {
+            self.pace_variance()
         };
         let mut inputs = FitInputs {
             noise: self.unit.rate_noise(),
@@ -93,20 +103,39 @@ impl TargetSession<'_> {
         if self.settings.g_sensitivity != GSensitivity::Never {
             let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
             let coupled: Vec<_> = rates.iter().map(coupled).collect();
-            let noise = refine(&coupled, &inputs);
+            let noise = self.noise_of_residuals::<7, 27>(&coupled, &inputs)?;
             let inputs = FitInputs { noise, ..inputs };
             let solved = fit::<f64, 7, 6, 27>(&coupled, &inputs)?;
             if self.settings.g_sensitivity == GSensitivity::Always
                 || is_shown(&solved, &fit::<f64, 4, 6, 18>(&observations, &inputs)?)
             {
                 let triad = finish(&solved, &coupled, labels, &inputs, 0.0)?;
-                return Ok(with_responses(triad.with_pace(self.pace_variance()), &rates));
+                return Ok(with_responses(triad.with_pace(pace), &rates));
             }
         }
-        inputs.noise = refine(&observations, &inputs);
+        inputs.noise = self.noise_of_residuals::<4, 18>(&observations, &inputs)?;
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
         let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
-        Ok(with_responses(triad.with_pace(self.pace_variance()), &rates))
+        Ok(with_responses(triad.with_pace(pace), &rates))
+    }
+
+    /// Noise with what residuals show of bias instability. Without rests the rotation of the Earth is unknown, and would be
+    /// taken for it: a first fit takes it out.
+    fn noise_of_residuals<const P: usize, const N: usize>(
+        &self,
+        observations: &[Observation<f64, P, 6>],
+        inputs: &FitInputs<f64, 6>,
+    ) -> Result<[Noise<f64>; 3], TurntableError> {
+        if self.reference.table.is_none() || !self.reference_unit.rests.is_empty() {
+            return Ok(refine(observations, inputs));
+        }
+        let shared = fit::<f64, P, 6, N>(observations, inputs)?.shared;
+        let mut settled = observations.to_vec();
+        for observation in &mut settled {
+            let mut truth = observation.regressor.fixed_rows_mut::<3>(0);
+            truth += observation.sensitivity * shared;
+        }
+        Ok(refine(&settled, inputs))
     }
 
     /// The rotation of the published compensation, where it is asked for.
@@ -165,9 +194,21 @@ impl TargetSession<'_> {
             self.unit.motion.over(&own),
         );
         let rate = seen.zip(felt).map(|(seen, felt)| {
-            self.passage(Label::Rate(k), &seen, &felt, Vector3::zeros(), Vector3::zeros())
+            let rate = self.passage(Label::Rate(k), &seen, &felt, Vector3::zeros(), Vector3::zeros());
+            self.as_table_truth(rate, k, plateau)
         });
         ramp.into_iter().chain(rate).collect()
+    }
+
+    /// A constant rate with the commanded rate for truth, where that is asked for.
+    fn as_table_truth(&self, mut rate: Rate, k: usize, plateau: &Plateau) -> Rate {
+        if let Some(table) = &self.reference.table {
+            let (commanded, seen) = (table.by_rate[k], rate.observation);
+            rate.observation =
+                self.reference
+                    .as_commanded(table, commanded, &seen, plateau, self.settings.gravity);
+        }
+        rate
     }
 
     /// From one rest or constant rate to the next.

@@ -5,6 +5,7 @@
 
 mod accelerometer;
 mod clock_shift;
+mod commanded;
 mod error;
 pub(crate) mod flicker;
 mod g_sensitivity;
@@ -18,6 +19,7 @@ mod settings;
 mod target;
 mod triad;
 
+pub use commanded::{CommandedRates, TableTruth};
 pub use error::{PairingError, TurntableError};
 pub use g_sensitivity::FALSE_ALARM as RESPONSE_FALSE_ALARM;
 pub use rate_response::{AxisResponse, RateLevel};

@@ -7,6 +7,7 @@ use tumble_core::turntable::mounting::{MountingFit, PoseMean, fit_mounting};
 use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_earth, fit_sphere};
 use tumble_core::turntable::truth::Attitude;
 
+use super::commanded::TableTruth;
 use super::error::TurntableError;
 use super::reference_uncertainty::{DeviatedReference, ReferenceUncertainty};
 use super::settings::{FEWEST_RESTS, TurntableSettings};
@@ -27,6 +28,8 @@ pub struct Reference {
     pub attitudes: Vec<Attitude<f64>>,
     /// Mounting angle, where poses are known.
     pub mounting: Option<MountingFit<f64>>,
+    /// Rates that the table was commanded, where they are the truth of gyroscopes.
+    pub table: Option<TableTruth>,
     /// How uncertain its corrected readings are.
     pub uncertainty: ReferenceUncertainty,
     /// Whether that uncertainty explains by how much `|r - b|` misses g.
@@ -129,6 +132,7 @@ pub fn fit_reference(
         },
         attitudes,
         mounting: fit_mounting(&poses(unit, ups), settings.gravity),
+        table: None,
         uncertainty: ReferenceUncertainty::default(),
         norm_explained: false,
         deviated: Vec::new(),

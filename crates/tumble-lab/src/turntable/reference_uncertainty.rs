@@ -96,6 +96,11 @@ impl Reference {
                 let unit = deviated(unit, force, rate);
                 let mut reference = fit_reference(&unit, ups, settings, gyroscope)?;
                 reference.norm_explained = self.norm_explained;
+                reference.table.clone_from(&self.table);
+                if unit.rests.is_empty() {
+                    // What stands for the rotation of the Earth where no rest shows it.
+                    reference.earth = self.earth;
+                }
                 self.deviated.push(DeviatedReference { unit, reference });
             }
         }
@@ -120,6 +125,12 @@ pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) 
         covariance += response * response.transpose(); // eq. 5
     }
     covariance
+}
+
+/// Covariance of `[M row by row, b]` where all true rates are wrong by one factor, of this relative variance.
+pub(super) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
+    let response = SVector::<f64, 12>::from_fn(|i, _| if i < 9 { found.matrix[(i / 3, i % 3)] } else { 0.0 });
+    response * response.transpose() * variance // turntable.md, eq. 42
 }
 
 /// Chance of residuals beyond which the statement of a reference does not explain its readings.

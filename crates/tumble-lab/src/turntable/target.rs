@@ -4,7 +4,7 @@ use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
 use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
-use super::reference_uncertainty::inherited;
+use super::reference_uncertainty::{inherited, scaled_alike};
 use super::session::TargetSession;
 use super::settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 use super::triad::TriadCalibration;
@@ -52,7 +52,7 @@ pub fn calibrate(
     } else {
         pair(reference_unit, unit, settings.clocks)?
     };
-    if pairing.pairs.len() < FEWEST_RESTS && !(rates && !rested) {
+    if (rested || !rates) && pairing.pairs.len() < FEWEST_RESTS {
         return Err(TurntableError::TooFewRests {
             found: pairing.pairs.len(),
             needed: FEWEST_RESTS,
@@ -124,6 +124,14 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
         if let Some(triad) = triad.as_mut().filter(|_| !responses.is_empty()) {
             triad.inherited = Some(inherited(&triad.model, &responses));
         }
+    }
+    if let (Some(table), Some(triad)) = (&session.reference.table, &mut target.gyroscope) {
+        let of_table = scaled_alike(&triad.model, table.accuracy.powi(2));
+        triad.inherited = Some(
+            triad
+                .inherited
+                .map_or(of_table, |of_reference| of_reference + of_table),
+        );
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Calibration of one triad with all that goes with it.
 
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::{Covariance, Decomposition, ErrorModel};
 use tumble_core::turntable::fit::TriadFit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
@@ -8,6 +8,7 @@ use tumble_core::turntable::observation::{FitInputs, Observation};
 use super::error::TurntableError;
 use super::flicker::variance_freedom;
 use super::reference::mean_covariance;
+use super::reference_uncertainty::scaled_alike;
 
 /// Calibration of one triad with all that goes with it.
 #[derive(Clone, Debug)]
@@ -53,14 +54,7 @@ impl TriadCalibration {
     /// it (docs/theory/turntable.md, section 6).
     #[must_use]
     pub(super) fn with_pace(mut self, variance: f64) -> Self {
-        let m = SVector::<f64, 12>::from_fn(|i, _| {
-            if i < 9 {
-                self.model.matrix[(i / 3, i % 3)]
-            } else {
-                0.0
-            }
-        });
-        self.covariance += m * m.transpose() * variance;
+        self.covariance += scaled_alike(&self.model, variance);
         self.parts_covariance = self.parts.carry(&self.covariance);
         self
     }

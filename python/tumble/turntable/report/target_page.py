@@ -111,7 +111,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         off_diagonals=off_diagonal_rows(target.off_diagonals),
         mounting=text.mounting_sentence(result.reference),
         responses=response_section(target.responses),
-        uncertainty=text.uncertainty_sentence(result.reference.uncertainty),
+        uncertainty=text.uncertainty_sentence(result),
         recording=_recording(target),
         rests=rest_rows(target.rests),
         poses=pose_rows(result.poses),
@@ -153,7 +153,7 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
         ("Gravity", text.gravity_sentence(result)),
         ("Reference", " · ".join(filter(None, (reference.name, reference.serial, reference.source)))),
         ("Calibration of the reference", carried),
-        ("Uncertainty of the reference", text.uncertainty_sentence(reference.uncertainty)),
+        ("Uncertainty of the reference", text.uncertainty_sentence(result)),
         ("Temperature of the reference", temperature_sentence(reference.temperature)),
         ("Samples missing in the log of the reference", str(reference.missing_samples)),
     ]

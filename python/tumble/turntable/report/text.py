@@ -11,6 +11,7 @@ from tumble.report.numbers import exact, measurement, readable_scale, significan
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.turntable.result import (
     ClockFit,
+    CommandedRates,
     ReferenceResult,
     TargetResult,
     TruthSource,
@@ -25,6 +26,8 @@ TRUTHS: dict[TruthSource, str] = {
     "rotate-truth": "the ideal poses, turned by the mounting angle of the reference",
     "rotate-measurement": "the ideal poses, after the readings were turned back by the mounting angle "
     "(the published formula)",
+    "table": "of angular rate the rates that the table was commanded, about the axis that the reference "
+    "measured; of specific force what the reference measured at the same rest, less its bias",
     "ideal": "the ideal poses, the mounting angle ignored",
 }
 
@@ -151,8 +154,24 @@ def mounting_sentence(reference: ReferenceResult) -> str:
     return ", ".join(f"{axis} {measurement(float(v), float(s), 'deg')}" for axis, v, s in pairs)
 
 
-def uncertainty_sentence(sources: UncertaintySources) -> str:
-    """Say who states the uncertainty of the reference, and what is relative to it where nobody does."""
+def uncertainty_sentence(result: TurntableResult) -> str:
+    """Say who states the uncertainty of the truth, and what is relative to the reference where none does."""
+    of_reference = _of_reference(result.reference.uncertainty, by_table=result.commanded is not None)
+    return " ".join(filter(None, (_of_table(result.commanded), of_reference)))
+
+
+def _of_table(commanded: CommandedRates | None) -> str:
+    if commanded is None:
+        return ""
+    origin = "assumed; see --rate-accuracy" if commanded.assumed else "given"
+    rates = join([f"{rate:g}" for rate in commanded.rates])
+    return (
+        f"Truth of gyroscopes: the table at {rates} deg/s, accurate to {commanded.accuracy:g} ppm "
+        f"({origin}), within the sigmas of scale."
+    )
+
+
+def _of_reference(sources: UncertaintySources, *, by_table: bool) -> str:
     relative = sources.relative
     stated = {name: getattr(sources, name) for name in TRIADS if name not in relative}
     by = {source: [name for name in stated if stated[name] == source] for source in stated.values()}
@@ -160,8 +179,13 @@ def uncertainty_sentence(sources: UncertaintySources) -> str:
     said = f"Uncertainty of the reference: stated {'; '.join(parts)}, and within all sigmas." if parts else ""
     if not relative:
         return said
+    scaled = [name for name in relative if not (by_table and name == "gyroscope")]
+    parts_relative = [f"scale and non-orthogonality of the {join(scaled)}"] if scaled else []
+    if len(scaled) < len(relative):
+        parts_relative.append("non-orthogonality of the gyroscope")
+    subject = join(parts_relative)
     unstated = (
-        f"Scale and non-orthogonality of the {join(relative)} are relative to the reference, whose "
+        f"{subject[0].upper()}{subject[1:]} are relative to the reference, whose "
         "uncertainty is not stated (--reference-calibration with a covariance, or --reference-grade)."
     )
     return f"{said} {unstated}".strip()
