@@ -122,7 +122,8 @@ def test_equations_that_the_code_cites_exist():
 def test_every_option_a_how_to_names_exists(document):
     words = ["turntable", "inspect", "apply", "align"]
     commands = typer.main.get_command(command_line(words)).commands
-    known = {option for word in words for parameter in commands[word].params for option in parameter.opts}
+    parameters = [each for word in words for each in commands[word].params]
+    known = {option for each in parameters for option in (*each.opts, *each.secondary_opts)}
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(text_of(document))))
     assert told
     assert told <= known
