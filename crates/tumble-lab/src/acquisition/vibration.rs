@@ -10,6 +10,10 @@ use super::rejection::reject;
 /// differ by more than chance: below, either gives a sigma that is right to a fifth.
 const SHAKEN: f64 = 1.5;
 
+/// The same, from which on rests too short for a mean with soft edges are given up: chance does not reach it in a session of
+/// short rests, which would lose them.
+const CLEARLY_SHAKEN: f64 = 4.0;
+
 /// The same for one axis, of which fewer means speak.
 const SHAKEN_AXIS: f64 = 3.0;
 
@@ -24,6 +28,12 @@ pub(super) fn soften(found: &mut Acquired, blocks: &AllanLadder<f64>, ladder: &A
     let long = found.rests.iter().filter(|rest| long_enough(rest)).count();
     let shaken = [0, 3].map(|first| is_shaken(blocks, ladder, first));
     if pairs_of(ladder) < FEWEST_PAIRS || 2 * long < found.rests.len() || shaken == [false, false] {
+        return;
+    }
+    let clearly = [0, 3]
+        .iter()
+        .any(|first| excess(blocks, ladder, *first) > CLEARLY_SHAKEN);
+    if long < found.rests.len() && !clearly {
         return;
     }
     reject(found, |found, i| {
@@ -106,15 +116,26 @@ fn sum(noise: &[Noise<f64>; 3]) -> f64 {
     noise.iter().map(|noise| noise.white).sum()
 }
 
-/// Whether single blocks of a triad, given by its first channel, scatter more than the means with soft edges explain.
-fn is_shaken(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> bool {
+/// White noise of the three axes of a triad, given by its first channel, as single blocks and as means with soft edges show it.
+fn densities(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> [[f64; 3]; 2] {
     let channels = [first, first + 1, first + 2];
     let soft = level(ladder, first, ladder.fit_jointly(channels)).map(|noise| noise.white);
     let flat = channels.map(|channel| {
         let lowest = blocks.variances(channel).next();
         lowest.map_or(0.0, |(time, variance, _)| time * variance)
     });
+    [flat, soft]
+}
+
+/// Variance that single blocks of a triad show, over that of means with soft edges, all axes together.
+fn excess(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> f64 {
+    let [flat, soft] = densities(blocks, ladder, first);
+    flat.iter().sum::<f64>() / soft.iter().sum::<f64>()
+}
+
+/// Whether single blocks of a triad, given by its first channel, scatter more than the means with soft edges explain.
+fn is_shaken(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> bool {
+    let [flat, soft] = densities(blocks, ladder, first);
     let mut axes = flat.iter().zip(soft);
-    flat.iter().sum::<f64>() > SHAKEN * soft.iter().sum::<f64>()
-        || axes.any(|(flat, soft)| *flat > SHAKEN_AXIS * soft)
+    excess(blocks, ladder, first) > SHAKEN || axes.any(|(flat, soft)| *flat > SHAKEN_AXIS * soft)
 }
