@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -117,11 +118,11 @@ class Conditioner:
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
         return self._ordered(Readings(self._conversion(head.samples), head.moving), arrival)
 
-    def due(self, now: float) -> LiveChunk:
-        """Give samples that have waited long enough for others at `now`, s of `time.monotonic()`."""
+    def due(self) -> LiveChunk:
+        """Give samples that have waited long enough for others by now."""
         if self._order is None:
             return EMPTY
-        readings, arrival = self._order.due(now)
+        readings, arrival = self._order.due(time.monotonic())
         return self._checked(readings, arrival) if len(readings) else EMPTY
 
     def _ordered(self, readings: Readings, arrival: float) -> LiveChunk:

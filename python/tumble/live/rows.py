@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
+from time import monotonic
 from typing import Any, cast
 
 import numpy as np
@@ -147,7 +147,7 @@ class RowReader:
         if not numbers:
             return None
         assert self._layout is not None, "rows are read once columns are known"
-        self._read_at = time.monotonic()
+        self._read_at = monotonic()
         return self._layout.readings(np.array(numbers, dtype=np.float64))
 
     def _numbers(self, row: Row) -> list[list[float]]:
@@ -295,7 +295,7 @@ class RowReader:
         self._unreadable_in_succession = min(self._unreadable_in_succession + 1, self._most_in_succession)
         if (
             self._unreadable_in_succession >= MOST_UNREADABLE
-            and time.monotonic() - self._read_at >= UNREADABLE_SECONDS
+            and monotonic() - self._read_at >= UNREADABLE_SECONDS
         ):
             if self._no_imu is not None:
                 raise self._no_imu

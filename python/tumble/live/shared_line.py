@@ -78,8 +78,8 @@ class LineUnit(ConditionedSource, Generic[Part]):
         parts, self._waiting = self._waiting, []
         found = self._readings(parts) if parts else None
         if found is None:
-            return self._conditioner.due(time.monotonic())
-        self.line.prove()
+            return self._conditioner.due()
+        self.line.prove(self._arrival)
         return self._conditioner.take(*found, self._arrival)
 
     def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
@@ -118,10 +118,10 @@ class SharedLine(ABC, Generic[Part]):
         others = f"left {count_of('message', self._shed)} unread that others sent faster than can be read"
         return (*self.transport.notices, *((others,) if self._shed else ()))
 
-    def prove(self) -> None:
-        """Keep in mind who sent the samples that were just read, where that is certain."""
+    def prove(self, arrival: float) -> None:
+        """Keep in mind who sent the samples that came at `arrival`, where that is certain."""
         certain = self._senders if len(self._senders) == 1 else self._senders & self._proven.keys()
-        self._proven |= dict.fromkeys(certain, time.monotonic())
+        self._proven |= dict.fromkeys(certain, arrival)
 
     def enter(self, unit: LineUnit[Part]) -> None:
         """Open the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
@@ -160,11 +160,11 @@ class SharedLine(ABC, Generic[Part]):
         """
         parts: list[Part] = []
         self._senders, shed = set(), 0
-        proven = {sender for sender, at in self._proven.items() if time.monotonic() - at < PROVEN_FOR}
+        proven = self._proven_of_late() if self._has_piled_up else set()
         taken, most = 0, MOST_AT_ONCE if self.transport.whole else 1
         while taken < most and shed < MOST_SHED and (piece := self.transport.receive()):
             sender = self.transport.sender
-            if self._has_piled_up and proven and sender not in proven:
+            if proven and sender not in proven:
                 shed += 1
                 continue
             taken += 1
@@ -173,6 +173,10 @@ class SharedLine(ABC, Generic[Part]):
         self._has_piled_up = taken == most or shed == MOST_SHED
         self._shed += shed
         return parts
+
+    def _proven_of_late(self) -> set[object]:
+        now = time.monotonic()
+        return {sender for sender, at in self._proven.items() if now - at < PROVEN_FOR}
 
     def _open(self) -> None:
         self.transport.__enter__()

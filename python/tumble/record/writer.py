@@ -258,7 +258,7 @@ class SessionWriter:
 
 def finish_session(folder: Path) -> Session:
     """Join what a recording left that was killed; raises `OutputError` where one still runs."""
-    session = Session.load(folder)
+    session = Session.load(prepare_folder(folder))
     held = hold(folder)
     try:
         units = []

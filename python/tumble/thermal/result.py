@@ -92,7 +92,7 @@ class AxisDrift:
         count = len(self.bias)
         powers = _powers(self.difference(temperature), count)
         variance = np.einsum("nk,kl,nl->n", powers, self.covariance[:count, :count], powers)
-        return np.asarray(np.sqrt(variance + (0.5 * self.clear_hysteresis) ** 2))  # thermal.md, eq. 12
+        return np.asarray(np.sqrt(variance + (0.5 * self.clear_hysteresis) ** 2))  # thermal.md, eq. 15
 
     @property
     def clear_hysteresis(self) -> float:

@@ -1,4 +1,4 @@
-//! Rests in the hand: a unit that trembles keeps its mean orientation (docs/theory/multipose.md, section 8).
+//! Rests in the hand: a unit that trembles keeps its mean orientation (docs/theory/multipose.md, section 9).
 //!
 //! Means over windows with soft edges do not see a tremor of some hertz. Where they stay, the unit rested; how far they
 //! scatter is how uncertain its mean is.

@@ -2,7 +2,7 @@
 //!
 //! A change of level shows in differences of neighbouring means, which scatter by root two times the Allan deviation,
 //! whatever the noise is made of, random walk as well as white noise. So each length of mean is held against its own
-//! scatter, read from a quantile that a few disturbances do not move (docs/theory/noise.md, eq. 33 to 35).
+//! scatter, read from a quantile that a few disturbances do not move (docs/theory/noise.md, eq. 32 to 34).
 
 use super::watch::{Watched, Window};
 use crate::distributions::student_quantile;
@@ -154,7 +154,7 @@ fn knocks(windows: &[Window], channel: usize) -> Vec<Disturbance> {
 /// Standard deviation of the samples of a block beyond which noise does not take it, whatever its correlation.
 fn shaken(scatter: &mut [f64], sigma: f64) -> f64 {
     let high = quantile(scatter, 0.9).unwrap_or(sigma);
-    sigma * (high / sigma).powf(SHAKEN / SIGMAS_OF_NINE_IN_TEN) // eq. 35
+    sigma * (high / sigma).powf(SHAKEN / SIGMAS_OF_NINE_IN_TEN) // eq. 34
 }
 
 /// Sample that is furthest from the mean of the block, or, in motion, from the level before it.
@@ -270,10 +270,10 @@ impl<'a> Series<'a> {
                     .filter_map(|at| self.difference(at, width))
                     .map(f64::abs)
                     .collect();
-                let scatter = quantile(&mut sizes, SHARE)? / SIGMAS_OF_SHARE; // eq. 33
+                let scatter = quantile(&mut sizes, SHARE)? / SIGMAS_OF_SHARE; // eq. 32
                 let freedom = EFFICIENCY * sizes.len() as f64 / (2.0 * width as f64);
                 // Chance grows with the places at which a difference may lie, of which neighbours are alike.
-                let threshold = student_quantile(1.0 - chance * width as f64, freedom.max(1.0)); // eq. 34
+                let threshold = student_quantile(1.0 - chance * width as f64, freedom.max(1.0)); // eq. 33
                 (scatter > 0.0 && threshold.is_finite()).then_some((width, scatter, threshold))
             })
             .collect()

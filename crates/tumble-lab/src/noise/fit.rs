@@ -2,7 +2,7 @@
 //!
 //! Weighted least squares on the Allan variances of octaves, no strength below zero and none above what the curve
 //! allows; intervals from the covariance of these variances, from how skewed their chance is, and from how far the
-//! terms are from explaining them (docs/theory/noise.md, eq. 24 to 32).
+//! terms are from explaining them (docs/theory/noise.md, eq. 24 to 31).
 
 use std::sync::OnceLock;
 
@@ -250,7 +250,7 @@ impl Solution<'_> {
                 .iter()
                 // Where the filter decides, its shape is what is bounded.
                 .filter(|(samples, _)| term != NoiseTerm::White || of_one(*samples) * samples >= PASSED)
-                .map(|(samples, highest)| highest / of_one(*samples)) // eq. 32
+                .map(|(samples, highest)| highest / of_one(*samples)) // eq. 31
                 .fold(f64::INFINITY, f64::min)
         })
     }
@@ -351,7 +351,7 @@ impl Fitter {
                 high = middle;
             }
         }
-        self.with_terms_shown(best.design, &best.y, high.exp()) // eq. 30, 31
+        self.with_terms_shown(best.design, &best.y, high.exp()) // eq. 29, 30
     }
 
     fn with_terms_shown<'a>(
@@ -521,14 +521,14 @@ impl Fitter {
             let gain = gain(&columns, &weight, &solution.terms)?;
             let row = gain.row(solution.place_of(k)).transpose();
             let sigma = row.dot(&(covariance * &row)).sqrt();
-            (asked > SURELY * sigma).then_some(samples * self.interval) // eq. 28
+            (asked > SURELY * sigma).then_some(samples * self.interval) // eq. 35
         })
     }
 }
 
 /// Variance of each variance beyond chance: a share of what was found or expected, whichever is more.
 fn beyond(y: &DVector<f64>, model: &DVector<f64>, excess: f64) -> DVector<f64> {
-    y.zip_map(model, |found, expected| excess * found.max(expected).powi(2)) // eq. 30
+    y.zip_map(model, |found, expected| excess * found.max(expected).powi(2)) // eq. 29
 }
 
 /// Chi-square of what is left and its degrees of freedom, of variances whose chance is near normal.

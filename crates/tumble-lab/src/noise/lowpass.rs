@@ -1,6 +1,6 @@
 //! White noise that a sensor's own filter passed: density one far below its bandwidth, less at short averages.
 //!
-//! Variances of sums of such samples follow from the impulse response (docs/theory/noise.md, eq. 29).
+//! Variances of sums of such samples follow from the impulse response (docs/theory/noise.md, eq. 28).
 
 /// Time constants after which an impulse response is over.
 const SUPPORT: f64 = 16.0;
@@ -75,7 +75,7 @@ impl LowPass {
 
     /// Allan variance at an averaging time, samples.
     pub(super) fn allan_variance(&self, samples: f64) -> f64 {
-        (4.0 * self.of_sum(samples) - self.of_sum(2.0 * samples)) / (2.0 * samples * samples) // eq. 29
+        (4.0 * self.of_sum(samples) - self.of_sum(2.0 * samples)) / (2.0 * samples * samples) // eq. 28
     }
 }
 

@@ -347,7 +347,7 @@ fn share_of_knot(knots: usize, knot: usize, t: f64, [low, high]: [f64; 2]) -> f6
         return f64::from(u8::from(knot == 0));
     }
     let place = ((t - low) / (high - low)).clamp(0.0, 1.0) * (knots - 1) as f64;
-    (1.0 - (place - knot as f64).abs()).max(0.0) // eq. 13
+    (1.0 - (place - knot as f64).abs()).max(0.0) // eq. 12
 }
 
 /// Lowest and highest temperature, degC, that some pose was held at both while it warmed and while it cooled.

@@ -65,7 +65,7 @@ impl Hysteresis {
             .filter(known)
             .max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()))?;
         // The largest of several differs from its truth by more than one of them alone.
-        let of_several = student_quantile(1.0 - BEYOND / count as f64, f64::MAX.sqrt()) / INTERVAL; // eq. 14
+        let of_several = student_quantile(1.0 - BEYOND / count as f64, f64::MAX.sqrt()) / INTERVAL; // eq. 13
         let [low, high] = fit.shared;
         let at = |knot: usize| low + (high - low) * knot as f64 / (count - 1) as f64;
         let squares = values.dot(&covariance.clone().cholesky()?.solve(values));
@@ -93,5 +93,5 @@ pub fn is_curve(fit: &AxisFit) -> bool {
     };
     let weights = factor.solve(&DVector::from_element(KNOTS, 1.0));
     let off = values.add_scalar(-weights.dot(&values) / weights.sum());
-    chi_square_tail(off.dot(&factor.solve(&off)), (KNOTS - 1) as f64) < UNLIKELY // eq. 15
+    chi_square_tail(off.dot(&factor.solve(&off)), (KNOTS - 1) as f64) < UNLIKELY // eq. 14
 }

@@ -15,7 +15,7 @@ from tumble.simulate.options import Format
 def multipose_command(
     output: OutputFolder = None,
     orientations: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Orientations, all over the sphere.")
+        int, typer.Option(help="Orientations, all over the sphere.")
     ] = 18,
     faces: Annotated[
         bool,
