@@ -258,9 +258,10 @@ class SessionWriter:
 
 def finish_session(folder: Path) -> Session:
     """Join what a recording left that was killed; raises `OutputError` where one still runs."""
-    session = Session.load(prepare_folder(folder))
+    session = Session.load(folder)
     held = hold(folder)
     try:
+        prepare_folder(folder)
         units = []
         for unit in session.units:
             UnitParts(folder, unit.name, Facts()).finish()

@@ -15,7 +15,7 @@ const SHOWN: f64 = 0.5;
 
 /// Whether the fit with G explains so much more than the one without it, both under the same noise, that chance does not,
 /// neither by the stated noise nor by that of the residuals; and whether the data show all of G, and with it all that they
-/// show without it (docs/theory/turntable.md, eq. 39).
+/// show without it (docs/theory/turntable.md, eq. 43).
 pub(super) fn is_shown(coupled: &TriadFit<f64, 6>, plain: &TriadFit<f64, 6>) -> bool {
     let shows_g = coupled
         .g_sensitivity
@@ -27,5 +27,5 @@ pub(super) fn is_shown(coupled: &TriadFit<f64, 6>, plain: &TriadFit<f64, 6>) -> 
     }
     let explained = plain.chi_square - coupled.chi_square;
     let ratio = explained / ELEMENTS / (coupled.chi_square / freedom);
-    chi_square_tail(explained, ELEMENTS) < FALSE_ALARM && f_tail(ratio, ELEMENTS, freedom) < FALSE_ALARM // eq. 39
+    chi_square_tail(explained, ELEMENTS) < FALSE_ALARM && f_tail(ratio, ELEMENTS, freedom) < FALSE_ALARM // eq. 43
 }
