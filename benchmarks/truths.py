@@ -32,7 +32,8 @@ from tumble.simulate import TurntableScenario, simulate_turntable
 from tumble.turntable.result import TruthSource
 
 TRUTHS: tuple[TruthSource, ...] = ("ideal", "rotate-measurement", "rotate-truth", "reference")
-assert set(TRUTHS) == set(get_args(TruthSource))
+# Commanded rates are no truth of accelerometers, which poses are compared by here.
+assert set(TRUTHS) == set(get_args(TruthSource)) - {"table"}
 
 DESIGN_MRAD = {
     "ideal": (0.080, 1.47),

@@ -96,6 +96,9 @@ type Fault = (&'static str, &'static str, f64, f64, f64, u32, Vec<(f64, f64)>);
 
 type Traced = (Py<PyArray1<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>);
 
+/// A segment of constant rate: start s, end s, kind, rate (3,) rad/s, specific force (3,) m/s^2.
+type ConstantRate = (f64, f64, &'static str, [f64; 3], [f64; 3]);
+
 /// What one unit showed.
 #[pyclass(module = "tumble._core", name = "Acquired", frozen)]
 pub struct PyAcquired {
@@ -239,7 +242,7 @@ impl PyAcquired {
     /// Segments of constant rate that are no rests: (start s, end s, `constant` or `unclear`, rate (3,) rad/s, specific
     /// force (3,) m/s^2).
     #[getter]
-    fn constant_rates(&self) -> Vec<(f64, f64, &'static str, [f64; 3], [f64; 3])> {
+    fn constant_rates(&self) -> Vec<ConstantRate> {
         let at = |time: f64| self.inner.origin + time;
         self.inner
             .constant_rates()

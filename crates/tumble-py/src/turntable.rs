@@ -126,10 +126,10 @@ fn uncertainty_of_calibration(
 
 /// Covariances (12, 12) of `[E row by row, e]` of accelerometer and gyroscope of a unit of a grade as delivered.
 #[pyfunction]
-fn uncertainty_of_grade(py: Python<'_>, name: &str) -> PyResult<(Py<PyArray2<f64>>, Py<PyArray2<f64>>)> {
+fn uncertainty_of_grade(py: Python<'_>, name: &str) -> PyResult<[Py<PyArray2<f64>>; 2]> {
     let grade = Grade::named(name).ok_or_else(|| PyValueError::new_err(format!("no grade {name:?}")))?;
     let of = |triad| array2(py, &reference_uncertainty::of_grade(triad));
-    Ok((of(&grade.accelerometer), of(&grade.gyroscope)))
+    Ok([of(&grade.accelerometer), of(&grade.gyroscope)])
 }
 
 /// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known. `gyroscope` says

@@ -14,9 +14,7 @@ from tumble.simulate.options import Format
 
 def multipose_command(
     output: OutputFolder = None,
-    orientations: Annotated[
-        int, typer.Option(help="Orientations, all over the sphere.")
-    ] = 18,
+    orientations: Annotated[int, typer.Option(help="Orientations, all over the sphere.")] = 18,
     faces: Annotated[
         bool,
         typer.Option("--faces", help="A box on its six faces with full turns, and a list of its sections."),
