@@ -1,6 +1,6 @@
 """Rests in the hand that tremble: poses used, and whether sigmas of multi-pose hold.
 
-`python -m benchmarks.tremor [--sessions 40]`
+`python -m benchmarks.tremor [--sessions 24]`
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def statistics(shaken: int, amplitude: float, sessions: int) -> Content:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sessions", type=int, default=40, help="simulated sessions of each tremor")
+    parser.add_argument("--sessions", type=int, default=24, help="simulated sessions of each tremor")
     parser.add_argument("--no-save", action="store_true", help="print only")
     options = parser.parse_args(arguments)
     cases = [(0, 0.0), *((shaken, amplitude) for shaken in TREMBLING for amplitude in AMPLITUDES)]
