@@ -1,6 +1,6 @@
 //! Rests and turns with soft edges: what vibrates averages out of their means and integrals (docs/theory/noise.md, vibration).
 //!
-//! A unit that shakes shows the begin of a turn late: the first and last [`TRIM`] seconds of a rest go to the turns beside it.
+//! A unit that shakes shows the begin of a turn late: the first and last `TRIM` seconds of a rest go to the turns beside it.
 
 use std::collections::VecDeque;
 
