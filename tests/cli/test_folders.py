@@ -100,4 +100,5 @@ def test_a_million_orientations_are_refused_at_once(tmp_path):
     done = typed("simulate", "multipose", "--orientations", "1000000", "-o", tmp_path / "out")
     assert done.code == 2
     assert "give 1 to 1000" in one_line(done.err)
+    assert not (tmp_path / "out").exists()
     assert time.monotonic() - began < 5.0

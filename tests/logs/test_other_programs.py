@@ -249,10 +249,3 @@ def test_options_that_make_no_sense_are_refused(tmp_path, typed_options, words):
     done = typed("inspect", path, *typed_options)
     assert done.code == 2
     assert words in done.err
-
-
-def test_a_million_orientations_are_refused_at_once(tmp_path):
-    done = typed("simulate", "multipose", "--orientations", "1000000", "-o", tmp_path / "hand")
-    assert done.code == 2
-    assert "1<=x<=10000" in " ".join(done.err.split())
-    assert not (tmp_path / "hand").exists()
