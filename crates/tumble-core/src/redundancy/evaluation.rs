@@ -52,6 +52,11 @@ pub struct StoredCalibration<T: Real> {
     pub agrees: bool,
     /// How far it has followed the primary without proof, m/s^2 or rad/s, in the axes of the secondary.
     pub followed: Vector3<T>,
+    /// Whether it is off by more than its trigger beside a primary that physics found right: it says nothing of others until it
+    /// is calibrated anew.
+    pub stale: bool,
+    /// Whether physics, the others or a witness found it wrong: its next calibration may follow as far as it leads.
+    pub freed: bool,
 }
 
 impl<T: Real> StoredCalibration<T> {
@@ -68,6 +73,8 @@ impl<T: Real> StoredCalibration<T> {
             apart: real(f64::INFINITY),
             agrees: false,
             followed: zeros(),
+            stale: false,
+            freed: false,
         }
     }
 
@@ -81,6 +88,8 @@ impl<T: Real> StoredCalibration<T> {
             residual,
             sequence,
             calibrated: true,
+            stale: false,
+            freed: false,
             ..*self
         };
     }
@@ -134,7 +143,7 @@ impl<T: Real> PrimaryAtRest<'_, T> {
                 }
                 Data::Compensated => of_all_axes(&self.unit.axes, sensor, self.calibration.residual(sensor)),
             },
-            factory: primary_factory_error(sensor, self.calibration, settings),
+            factory: primary_factory_error(sensor, &self.unit.axes, self.calibration, settings),
         };
         Deviation {
             value: self.off_physics(settings.data, settings.gravity),
@@ -145,13 +154,18 @@ impl<T: Real> PrimaryAtRest<'_, T> {
         }
     }
 
-    /// How far these data are from what physics says, m/s^2 or rad/s.
+    /// How far these data are from what physics says, m/s^2 or rad/s. Of axes of which one is missing, gravity is the most they
+    /// may have together.
     pub fn off_physics(&self, data: Data, gravity: T) -> T {
         let reading = match data {
             Data::Raw => self.mean,
             Data::Compensated => self.corrected(),
         };
-        from_physics(self.sensor, reading.length(), gravity)
+        let magnitude = reading.length();
+        if self.sensor == Sensor::Accelerometer && !self.unit.axes.complete(self.sensor) {
+            return (magnitude - gravity).max(T::zero()); // redundancy.md, eq. 25
+        }
+        from_physics(self.sensor, magnitude, gravity)
     }
 
     fn corrected(&self) -> Vector3<T> {
@@ -171,6 +185,8 @@ pub struct SecondaryAtRest<'a, T: Real> {
     pub stored: &'a StoredCalibration<T>,
     /// The primary's own calibration.
     pub calibration: &'a PrimaryCalibration<T>,
+    /// Axes of it that can be told from those of the primary.
+    pub comparable: &'a Axes,
     /// Where a valid primary has up, in its case frame, length one: an accelerometer that lacks axes has no magnitude of
     /// gravity, but its share of it.
     pub up: Option<Vector3<T>>,
@@ -230,7 +246,8 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             Data::Raw => self.mean,
             Data::Compensated => self.compensated(),
         };
-        let found = self.present(&(data - product(&self.unit.sensor_from_primary, primary)));
+        let apart = data - product(&self.unit.sensor_from_primary, primary);
+        let found = self.comparable.present(self.sensor, &apart);
         Deviation {
             value: found.length(),
             threshold: self.threshold(settings, &(self.mean - self.compensated()), &found),
@@ -271,8 +288,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
 
     /// With zeros where it has no axis.
     fn present(&self, v: &Vector3<T>) -> Vector3<T> {
-        let [x, y, z] = *self.unit.axes.of(self.sensor);
-        v.zip_map(&Vector3::new(x, y, z), |x, has| if has { x } else { T::zero() })
+        self.unit.axes.present(self.sensor, v)
     }
 
     /// The last error is, of raw data, what the stored error makes of this very reading, `stored`, along the deviation
@@ -310,9 +326,10 @@ pub fn factory_error<T: Real>(
     }
 }
 
-/// The same of the primary, which has all axes, by its own calibration.
+/// The same of the primary, by its own calibration.
 pub fn primary_factory_error<T: Real>(
     sensor: Sensor,
+    axes: &Axes,
     calibration: &PrimaryCalibration<T>,
     settings: &EvaluationSettings<T>,
 ) -> T {
@@ -322,7 +339,7 @@ pub fn primary_factory_error<T: Real>(
         bias: model.bias,
         ..RelativeError::none()
     };
-    factory_error(sensor, &Axes::ALL, &error, calibration.residual(sensor), settings)
+    factory_error(sensor, axes, &error, calibration.residual(sensor), settings)
 }
 
 /// The length over the axes there are of what is so large on each.

@@ -24,6 +24,11 @@ pub(super) struct Lapse {
 }
 
 impl Lapse {
+    /// So many ticks, microseconds.
+    pub fn of_ticks(ticks: u16) -> u64 {
+        u64::from(ticks) * TICK
+    }
+
     /// Between two times, microseconds, less than six days apart; none back.
     #[allow(
         clippy::cast_possible_truncation,

@@ -14,14 +14,14 @@ use crate::redundancy::sensor::Sensor;
 pub struct Output<T: Real> {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// m/s^2.
+    /// m/s^2; not a number along axes of which the source says nothing.
     pub specific_force: Vector3<T>,
-    /// rad/s.
+    /// rad/s; not a number about axes of which the source says nothing.
     pub angular_rate: Vector3<T>,
     /// The unit it comes from, 0 the primary.
     pub source: usize,
-    /// Whether the source is known to be wrong and nobody is there in its place, or two units contradict each other and nobody
-    /// knows which is right.
+    /// Whether the source is known to be wrong and nobody is there in its place, or says nothing of an axis of the primary, or
+    /// two units contradict each other and nobody knows which is right.
     pub degraded: bool,
 }
 

@@ -146,6 +146,33 @@ impl<T: Real> PrimaryCalibration<T> {
         Some(with)
     }
 
+    /// The same of a primary that has these axes only: what is known of others is of no use, and would be taken off what is
+    /// read of these.
+    fn of_axes(self, axes: &Axes) -> Self {
+        if *axes == Axes::ALL {
+            return self;
+        }
+        let mut limited = self;
+        for sensor in SENSORS {
+            let has = axes.of(sensor);
+            let model = sensor.of_mut(&mut limited.models);
+            model.bias = axes.present(sensor, &model.bias);
+            let missing = (0..3).filter(|i| has.get(*i) != Some(&true));
+            for i in missing {
+                model.matrix.row_mut(i).fill(T::zero());
+                model.matrix.column_mut(i).fill(T::zero());
+                if let Some(own) = model.matrix.get_mut((i, i)) {
+                    *own = T::one();
+                }
+            }
+            let correction = model.correction();
+            if let Ok(correction) = correction {
+                *sensor.of_mut(&mut limited.corrections) = correction;
+            }
+        }
+        limited
+    }
+
     /// That of a sensor.
     pub fn model(&self, sensor: Sensor) -> &ErrorModel<T> {
         sensor.of(&self.models)
@@ -174,7 +201,7 @@ crate::vocabulary! {
         Settings(InvalidSetting) = "contradictory settings",
         /// A primary and at least one secondary make a set.
         TooFewUnits = "too few units",
-        /// The primary has not all six channels, or is said to be turned against itself.
+        /// The primary has no channel, or is said to be turned against itself.
         Primary = "unfit primary",
         /// The rotation of this unit is none, or its lever arm is not finite.
         Mounting(usize) = "unfit mounting",
@@ -200,7 +227,9 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
             .first()
             .filter(|_| UNITS > 1)
             .ok_or(PlatformError::TooFewUnits)?;
-        if primary.axes != Axes::ALL || primary.sensor_from_primary != products::identity() {
+        if !SENSORS.into_iter().any(|sensor| primary.axes.any(sensor))
+            || primary.sensor_from_primary != products::identity()
+        {
             return Err(PlatformError::Primary);
         }
         for (i, unit) in units.iter().enumerate() {
@@ -219,11 +248,12 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
                 return Err(PlatformError::SameIdentity(i));
             }
         }
-        Ok(Self {
+        let platform = Self {
             settings,
             calibration,
             units,
-        })
+        };
+        Ok(platform.with_calibration(calibration))
     }
 
     /// The settings.
@@ -238,7 +268,33 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
 
     /// The same with another calibration of the primary's own.
     pub fn with_calibration(self, calibration: PrimaryCalibration<T>) -> Self {
-        Self { calibration, ..self }
+        Self {
+            calibration: calibration.of_axes(&self.primary_axes()),
+            ..self
+        }
+    }
+
+    /// Axes that the primary has.
+    pub fn primary_axes(&self) -> Axes {
+        self.units.first().map_or(Axes::ALL, |primary| primary.axes)
+    }
+
+    /// Axes of a unit that can be told from those of the primary.
+    pub fn comparable(&self, unit: &MountedUnit<T>) -> Axes {
+        unit.axes
+            .comparable(&self.primary_axes(), &unit.sensor_from_primary)
+    }
+
+    /// Whether a unit says something of all axes of the primary.
+    pub fn replaces_primary(&self, unit: &MountedUnit<T>) -> bool {
+        let axes = || self.output_axes(unit);
+        let covers = |sensor: Sensor| self.primary_axes().within(&axes(), sensor);
+        unit.axes == Axes::ALL || SENSORS.into_iter().all(covers)
+    }
+
+    /// Axes of the primary's case of which a unit says something.
+    pub fn output_axes(&self, unit: &MountedUnit<T>) -> Axes {
+        Axes::ALL.comparable(&unit.axes, &unit.sensor_from_primary.transpose())
     }
 
     /// The units, the primary first.

@@ -20,7 +20,8 @@ pub struct Record<T: Real> {
     pub model: ErrorModel<T>,
     /// 1-sigma of M; infinite where motion did not show it.
     pub matrix_sigma: Matrix3<T>,
-    /// 1-sigma of b, given the elements of M that were left as they were.
+    /// 1-sigma of b, given the elements of M that were left as they were; infinite for axes that the sensor has not, or the
+    /// primary where they need them.
     pub bias_sigma: Vector3<T>,
     /// From primary to secondary, m, primary's case frame; zero for gyroscopes, and where unknown.
     pub lever_arm: Vector3<T>,

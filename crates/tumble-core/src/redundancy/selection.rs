@@ -3,14 +3,24 @@
 //! The primary, as long as it is healthy. A source that has been unhealthy for a while is replaced; the primary comes
 //! back on command or after a proven spell of health, and not because it looks well for a moment.
 
+use core::cmp::Ordering;
+
 use crate::real::Real;
 use crate::redundancy::settings::SelectionSettings;
 
-/// What is left of a unit that is not healthy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What is left of a unit that is not healthy, the worse first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Condition {
-    /// Nothing that could be used.
+    /// Nothing, and for longer than samples may be late.
+    Silent,
+    /// Its latest reading is of no use: no number, or the same as many before it.
     Useless,
+    /// Sound readings on fewer axes than the primary has.
+    Lacking,
+    /// An axis of it says the same all the time.
+    Stuck,
+    /// Readings that cannot be those of the unit that it is said to be.
+    Refuted,
     /// Its readings are at the end of their range now and then.
     Saturated,
     /// Readings that are wrong, but better than none.
@@ -156,10 +166,10 @@ impl Selection {
             self.failing_since = None;
             return None;
         }
-        let condition = current.map_or(Condition::Useless, |source| source.condition);
+        let condition = current.map_or(Condition::Silent, |source| source.condition);
         let (hold, calm) = match condition {
             Condition::Saturated => (settings.hold.max(SATURATED_HOLD), CALM),
-            Condition::Useless | Condition::Doubtful => (settings.hold, 0),
+            _ => (settings.hold, 0),
         };
         if !self.has_failed(now, hold) {
             return None;
@@ -188,7 +198,7 @@ impl Selection {
         if starting && !self.has_failed(now, settings.hold) {
             return None;
         }
-        match best_secondary(candidate, settings) {
+        match best_secondary(candidate, settings).or_else(|| best_of_unfit(candidate, settings)) {
             Some(best) => Some(self.change(Some(best), SelectionReason::PrimaryFailed)),
             None => starting.then(|| self.change(None, SelectionReason::NoneFit)),
         }
@@ -201,7 +211,7 @@ impl Selection {
     }
 
     /// Other secondaries first: a primary that failed before and was not called back comes last. Where nobody is fit, what still
-    /// says something stays.
+    /// says something stays; one that says nothing gives way to any that does, and one that cannot be right to a better one.
     fn replace<T: Real>(
         &mut self,
         failed: usize,
@@ -210,10 +220,16 @@ impl Selection {
         settings: &SelectionSettings,
     ) -> Option<Change> {
         let primary = candidate(0).filter(|primary| primary.healthy).map(|_| 0);
-        match best_secondary(candidate, settings).or(primary) {
+        let unfit = || {
+            best_of_unfit(candidate, settings).filter(|unit| {
+                let better = candidate(*unit).is_some_and(|unit| unit.condition > condition);
+                *unit != failed && better && condition <= Condition::Refuted
+            })
+        };
+        match best_secondary(candidate, settings).or(primary).or_else(unfit) {
             Some(next) if failed == 0 => Some(self.change(Some(next), SelectionReason::PrimaryFailed)),
             Some(next) => Some(self.change(Some(next), SelectionReason::SourceFailed)),
-            None if condition == Condition::Useless => Some(self.change(None, SelectionReason::NoneFit)),
+            None if condition == Condition::Silent => Some(self.change(None, SelectionReason::NoneFit)),
             None => None,
         }
     }
@@ -241,6 +257,30 @@ fn best_secondary<T: Real>(
         }
     }
     best.map(|(unit, _)| unit)
+}
+
+/// Where nobody is fit, the one that is in the best condition of those that say anything, the primary before the others.
+fn best_of_unfit<T: Real>(
+    candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
+    settings: &SelectionSettings,
+) -> Option<usize> {
+    let mut best: Option<(usize, SourceCandidate<T>)> = None;
+    let units = 0..usize::from(u8::MAX);
+    for (number, unit) in units.map_while(|number| Some((number, candidate(number)?))) {
+        let passed_over = settings.calibrated_only && !unit.calibrated;
+        if passed_over || unit.condition <= Condition::Useless {
+            continue;
+        }
+        let beats = |other: SourceCandidate<T>| match unit.condition.cmp(&other.condition) {
+            Ordering::Greater => true,
+            Ordering::Equal => is_better(&unit, &other),
+            Ordering::Less => false,
+        };
+        if best.is_none_or(|(_, other)| beats(other)) {
+            best = Some((number, unit));
+        }
+    }
+    best.map(|(number, _)| number)
 }
 
 /// A residual that is not a number was never measured, and is worse than any.

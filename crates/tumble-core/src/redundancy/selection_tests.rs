@@ -3,7 +3,7 @@ use crate::redundancy::settings::RedundancySettings;
 
 const FIT: SourceCandidate<f32> = SourceCandidate {
     healthy: true,
-    condition: Condition::Useless,
+    condition: Condition::Silent,
     healthy_for: 0,
     calibrated: true,
     residual: 0.1,

@@ -1,9 +1,9 @@
 //! The two kinds of sensor in a unit, and the axes it has of each.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::products::squared;
-use crate::real::Real;
+use crate::real::{Real, real};
 use crate::sample::{CHANNELS, Sample};
 
 crate::vocabulary! {
@@ -69,6 +69,9 @@ impl Sensor {
     }
 }
 
+/// Share of an axis that a rotation written with four digits may leave where there is none.
+const NEGLIGIBLE: f64 = 1e-3;
+
 /// Which of the six channels a unit has: not every sensor has three axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axes(pub [bool; CHANNELS]);
@@ -97,6 +100,38 @@ impl Axes {
         *self.of(sensor) != [false; 3]
     }
 
+    /// Whether those of one sensor are all among another's.
+    pub fn within(&self, other: &Self, sensor: Sensor) -> bool {
+        let both = self.of(sensor).iter().zip(other.of(sensor));
+        both.into_iter().all(|(own, other)| !own || *other)
+    }
+
+    /// Three numbers of a sensor, with zeros where it has no axis.
+    pub fn present<T: Real>(&self, sensor: Sensor, v: &Vector3<T>) -> Vector3<T> {
+        or_else(*self.of(sensor), v, T::zero())
+    }
+
+    /// Three numbers of a sensor, with not-a-number where it has no axis.
+    pub fn shown<T: Real>(&self, sensor: Sensor, v: &Vector3<T>) -> Vector3<T> {
+        or_else(*self.of(sensor), v, real(f64::NAN))
+    }
+
+    /// Axes of a unit, of which nominal rotation `turn` leads to its own from others, that can be told from these others.
+    /// Rows of the rotation say which of them each needs (docs/theory/redundancy.md, eq. 24).
+    pub fn comparable<T: Real>(&self, others: &Self, turn: &Matrix3<T>) -> Self {
+        let mut comparable = *self;
+        if *others == Self::ALL {
+            return comparable;
+        }
+        for (channel, has) in comparable.0.iter_mut().enumerate() {
+            let sensor = Sensor::of_channel(channel);
+            let row = turn.row(channel - sensor.first_channel());
+            let mut needs = row.iter().zip(others.of(sensor));
+            *has &= needs.all(|(share, there)| *there || share.abs() < real(NEGLIGIBLE)); // eq. 24
+        }
+        comparable
+    }
+
     /// Whether every sensor that has any is among these, accelerometer first.
     #[inline(never)]
     pub fn covered_by(&self, sensors: [bool; 2]) -> bool {
@@ -109,11 +144,13 @@ impl Axes {
         if *self == Self::ALL {
             return;
         }
-        let blanked = |v: &Vector3<T>, [x, y, z]: &[bool; 3]| {
-            let only = |value: T, has: bool| if has { value } else { T::zero() };
-            Vector3::new(only(v.x, *x), only(v.y, *y), only(v.z, *z))
-        };
-        sample.specific_force = blanked(&sample.specific_force, self.of(Sensor::Accelerometer));
-        sample.angular_rate = blanked(&sample.angular_rate, self.of(Sensor::Gyroscope));
+        sample.specific_force = self.present(Sensor::Accelerometer, &sample.specific_force);
+        sample.angular_rate = self.present(Sensor::Gyroscope, &sample.angular_rate);
     }
+}
+
+/// With another number in the place of those that are not there.
+fn or_else<T: Real>([x, y, z]: [bool; 3], v: &Vector3<T>, other: T) -> Vector3<T> {
+    let only = |value: T, has: bool| if has { value } else { other };
+    Vector3::new(only(v.x, x), only(v.y, y), only(v.z, z))
 }

@@ -366,7 +366,7 @@ impl Candidates {
             *since = healthy[i].then(|| since.unwrap_or(now));
             SourceCandidate {
                 healthy: healthy[i],
-                condition: Condition::Useless,
+                condition: Condition::Silent,
                 healthy_for: since.map_or(0, |since| now - since),
                 calibrated: true,
                 residual: 0.1,

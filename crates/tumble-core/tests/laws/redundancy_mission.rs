@@ -80,6 +80,8 @@ pub enum Phase {
     AboutZ,
     /// Vibrates, and goes nowhere.
     Shaken,
+    /// Moves gently about all axes, and vibrates at 80 Hz by so much, m/s^2, and 0.03 of it in rad/s.
+    Vibrating(f64),
 }
 
 /// Changes a sample at a time since the start, s; says whether it arrives.
@@ -150,6 +152,13 @@ impl Mission {
             Phase::Rest => [Vector3::zeros(); 2],
             Phase::Free(size) => [f * size, w * size],
             Phase::AboutZ => [Vector3::zeros(), Vector3::z() * w.z],
+            Phase::Vibrating(size) => {
+                let shakes = size * (TAU * 80.0 * time).sin();
+                [
+                    f * 0.3 + Vector3::new(0.3, 0.2, 1.0) * shakes,
+                    w * 0.3 + Vector3::new(0.03, 0.01, 0.0) * shakes,
+                ]
+            }
             Phase::Shaken => [Vector3::z() * (1.5 * (TAU * 37.0 * time).sin()), Vector3::zeros()],
         }
     }

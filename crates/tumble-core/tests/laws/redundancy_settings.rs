@@ -20,7 +20,7 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
         AlwaysExceeded, MoreThanFit, NoLastError, NotAPartOfASecond, NotAShare, NotPositive, ShorterThan,
         SmallerThan,
     };
-    let table: [(&str, SettingError, Change); 26] = [
+    let table: [(&str, SettingError, Change); 27] = [
         ("gravity", NotPositive, |s| s.evaluation.gravity = f64::NAN),
         ("window", NotPositive, |s| s.window = 0),
         ("rest_duration", NotPositive, |s| s.evaluation.rest_duration = 0),
@@ -71,6 +71,11 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
             "largest_angular_rate_bias",
             SmallerThan("secondary_gyroscope_threshold"),
             |s| s.evaluation.thresholds.secondary.gyroscope = Threshold::Fixed(1.0),
+        ),
+        (
+            "tolerated_angular_rate",
+            SmallerThan("secondary_gyroscope_threshold"),
+            |s| s.evaluation.thresholds.secondary.gyroscope = Threshold::Fixed(0.9),
         ),
         ("window", NotAPartOfASecond, |s| s.window = 30_000),
         ("rest_duration", ShorterThan("window"), |s| {

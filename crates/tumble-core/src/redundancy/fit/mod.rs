@@ -45,8 +45,10 @@ pub struct FitProblem<'a, T: Real> {
     pub rests: Option<WeighedRests<'a, T>>,
     /// Their channels.
     pub layout: Layout,
-    /// Axes that the sensor has.
+    /// Axes of the sensor that can be told from those of the primary.
     pub axes: [bool; 3],
+    /// Whether the sensor has all three.
+    pub complete: bool,
     /// Noise of the primary.
     pub noise: &'a PrimaryNoise<T>,
     /// What is stored, and stays where nothing is shown.
@@ -321,11 +323,10 @@ impl<T: Real> FitProblem<'_, T> {
     /// The directions along which row `i` of M may be fitted.
     fn excited(&self, motion: &Matrix3<T>, i: usize) -> ExcitedDirections<T> {
         let least = self.excitation * self.excitation;
-        let complete = self.axes == [true; 3];
         match self.highest {
             _ if self.axes.get(i) != Some(&true) => ExcitedDirections::nothing(),
             Rung::Offset => ExcitedDirections::nothing(),
-            Rung::Affine | Rung::AffineAndLeverArm if complete => ExcitedDirections::of(*motion, least),
+            Rung::Affine | Rung::AffineAndLeverArm if self.complete => ExcitedDirections::of(*motion, least),
             Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
                 ExcitedDirections::along_axis(motion, i, least)
             }
@@ -387,9 +388,8 @@ impl<T: Real> FitProblem<'_, T> {
         fit.pairs = self.pairs.samples();
         let share = self.share(1 + u32::from(fit.directions));
         let variance = [0, 1, 2].map(|i| self.residual_variance(&fit.error, i) * share);
-        let [x, y, z] = variance;
         fit.lever_arm_shown = ladder.lever.projection;
-        fit.lever_arm_covariance = ladder.lever.inverse * ((x + y + z) * real(1.0 / 3.0)); // eq. 11: C_r
+        fit.lever_arm_covariance = ladder.lever.inverse * self.mean_of_rows(&variance); // eq. 11: C_r
         let of_arm = &fit.lever_arm_covariance;
         fit.shown = rows.each_ref().map(|row| row.excited.projection);
         let found = fit.row_covariance.iter_mut().zip(fit.bias_sigma.iter_mut());
@@ -403,14 +403,28 @@ impl<T: Real> FitProblem<'_, T> {
             let square = variance * mean.variance + spread + mean.motion.dot(&across) * real(2.0);
             *sigma = square.max(T::zero()).square_root();
         }
+        for (sigma, present) in fit.bias_sigma.iter_mut().zip(self.axes) {
+            if !present {
+                *sigma = T::zero();
+            }
+        }
         Some(())
+    }
+
+    /// Mean over the rows that are fitted.
+    fn mean_of_rows(&self, values: &[T; 3]) -> T {
+        let fitted = values.iter().zip(self.axes).filter(|(_, fitted)| *fitted);
+        let (sum, rows) = fitted.fold((T::zero(), T::zero()), |(sum, rows), (value, _)| {
+            (sum + *value, rows + T::one())
+        });
+        sum / rows.max(T::one())
     }
 
     fn rung(&self, directions: u8, lever_directions: u8) -> Rung {
         match (directions, lever_directions) {
             (_, 1..) => Rung::AffineAndLeverArm,
             (0, 0) => Rung::Offset,
-            _ if self.highest == Rung::Gain || self.axes != [true; 3] => Rung::Gain,
+            _ if self.highest == Rung::Gain || !self.complete => Rung::Gain,
             _ => Rung::Affine,
         }
     }

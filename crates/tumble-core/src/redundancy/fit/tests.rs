@@ -71,6 +71,7 @@ fn problem<'a>(
         rests: None,
         layout,
         axes: [true; 3],
+        complete: true,
         noise: &NOISELESS,
         stored,
         highest: Rung::AffineAndLeverArm,

@@ -215,21 +215,21 @@ impl<T: Real> HealthFault<T> {
         }
     }
 
-    /// What is left of the unit.
+    /// What is left of the unit as long as it speaks.
     pub fn condition(&self) -> Condition {
         match self {
             Self::Saturated { .. } => Condition::Saturated,
+            Self::Stuck { .. } => Condition::Stuck,
+            Self::Refuted { .. } => Condition::Refuted,
             Self::OutOfFamily { .. }
             | Self::Noisy { .. }
             | Self::Blamed { .. }
             | Self::Spikes { .. }
-            | Self::ImplausibleAtRest { .. } => Condition::Doubtful,
-            Self::Late { .. }
+            | Self::ImplausibleAtRest { .. }
+            | Self::Late { .. }
             | Self::Frozen { .. }
-            | Self::Stuck { .. }
             | Self::NotFinite { .. }
-            | Self::Refuted { .. }
-            | Self::ClockJumped => Condition::Useless,
+            | Self::ClockJumped => Condition::Doubtful,
         }
     }
 
@@ -239,6 +239,23 @@ impl<T: Real> HealthFault<T> {
             self,
             Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Blamed { .. }
         )
+    }
+
+    /// Whether it was found by what a unit says against itself in motion, which is likely only: physics at rest overrules it, and
+    /// no calibration may follow it without bound.
+    pub fn is_likelihood(&self) -> bool {
+        matches!(
+            self,
+            Self::Blamed {
+                ground: Ground::Step | Ground::Gravity,
+                ..
+            }
+        )
+    }
+
+    /// Whether a unit of which it is found may follow its primary wherever that leads.
+    pub fn frees(&self) -> bool {
+        self.is_judged() && !self.is_likelihood()
     }
 
     /// Whether a calibration may mend it.

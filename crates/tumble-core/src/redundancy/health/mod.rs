@@ -27,6 +27,9 @@ use crate::sample::Sample;
 /// Whether accelerometer and gyroscope of a sample may be used in a mean.
 pub type Usable = [bool; 2];
 
+/// Time without a sample, as a multiple of the usual one, that a slow unit may take whatever the setting says.
+const INTERVALS: u64 = 3;
+
 /// What refutes a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefutedBy {
@@ -52,6 +55,10 @@ enum Presence {
 pub struct Health<T: Real> {
     /// Of the latest sample, or when waiting for the first began.
     time: u64,
+    /// Usual time from one sample to the next, microseconds.
+    interval: u32,
+    /// Time over which samples were worse than nothing, up to the latest, 256 microseconds.
+    mute: u16,
     /// When it became healthy, or when something was wrong last.
     since: u64,
     watches: [SensorWatch<T>; 2],
@@ -73,6 +80,8 @@ impl<T: Real> Health<T> {
     pub fn new() -> Self {
         Self {
             time: 0,
+            interval: 0,
+            mute: 1,
             since: 0,
             watches: [SensorWatch::new(); 2],
             fault: None,
@@ -93,13 +102,44 @@ impl<T: Real> Health<T> {
         self.fault.is_none()
     }
 
-    /// What could still be used of it where it is not healthy.
-    pub fn condition(&self) -> Condition {
-        match self.fault {
-            None if self.presence == Presence::Seen => Condition::Doubtful,
-            None => Condition::Useless,
-            Some(fault) => fault.condition(),
+    /// What could still be used of it at the time `now`, microseconds, where it is not healthy.
+    pub fn condition(&self, now: u64, settings: &HealthSettings<T>) -> Condition {
+        let spoke = self.time.saturating_sub(Lapse::of_ticks(self.mute));
+        if self.presence != Presence::Seen || now > spoke.saturating_add(self.patience(settings)) {
+            return Condition::Silent;
         }
+        if !self.speaks() {
+            return Condition::Useless;
+        }
+        if self.refuted != [[false; 2]; 2] {
+            return Condition::Refuted;
+        }
+        self.fault.map_or(Condition::Doubtful, |fault| fault.condition())
+    }
+
+    /// Whether the latest sample is better than nothing: numbers, of which not all repeat.
+    pub fn speaks(&self) -> bool {
+        self.mute == 0
+    }
+
+    /// No unit said anything up to this time, microseconds: the platform's samples stalled, and no unit is late for it.
+    pub fn platform_stalled(&mut self, now: u64) {
+        if self.presence == Presence::Seen && self.is_sound() {
+            self.time = now;
+            self.watches.iter_mut().for_each(SensorWatch::forget);
+        }
+    }
+
+    /// Longest time without a sample, microseconds.
+    pub fn patience(&self, settings: &HealthSettings<T>) -> u64 {
+        settings
+            .late
+            .max(u64::from(self.interval).saturating_mul(INTERVALS))
+    }
+
+    /// Takes in how far its samples are apart, microseconds.
+    pub fn expect_every(&mut self, interval: u32) {
+        self.interval = interval;
     }
 
     /// Since when the unit has been healthy, microseconds; `None` while it is not.
@@ -121,7 +161,7 @@ impl<T: Real> Health<T> {
         self.arrive(now, settings);
         let lapse = Lapse::between(self.time, now);
         self.time = now;
-        let mut usable = [false; 2];
+        let (mut usable, mut speaks) = ([false; 2], true);
         for sensor in SENSORS {
             let (triad, end) = match sensor {
                 Sensor::Accelerometer => (&sample.specific_force, range.specific_force),
@@ -136,12 +176,18 @@ impl<T: Real> Health<T> {
                 settings,
             });
             *sensor.of_mut(&mut usable) = judgement.usable;
+            speaks &= judgement.speaks;
             match &judgement.fault {
                 Some(fault) => self.condemn(*fault, now),
                 None if judgement.lasts && self.fault.is_some() => self.since = now,
                 None => {}
             }
         }
+        self.mute = if speaks {
+            0
+        } else {
+            self.mute.saturating_add(lapse.whole.max(1))
+        };
         self.settle(now, settings);
         usable
     }
@@ -159,11 +205,6 @@ impl<T: Real> Health<T> {
     pub fn contradict(&mut self, sensor: Sensor, fault: HealthFault<T>) {
         *sensor.of_mut(&mut self.contradicted) = true;
         self.condemn(fault, self.time);
-    }
-
-    /// Whether a sensor was found wrong beside the other units.
-    pub fn is_contradicted(&self, sensor: Sensor) -> bool {
-        *sensor.of(&self.contradicted)
     }
 
     /// What it was found wrong for is gone.
@@ -231,6 +272,7 @@ impl<T: Real> Health<T> {
 
     /// Says that the unit's clock has left that of the others, at the time `now` of these, microseconds.
     pub fn clock_jumped(&mut self, now: u64) {
+        self.mute = self.mute.max(1);
         self.condemn(HealthFault::ClockJumped, now);
     }
 
@@ -253,7 +295,7 @@ impl<T: Real> Health<T> {
 
     #[inline]
     fn find_late(&mut self, now: u64, settings: &HealthSettings<T>) {
-        if now > self.time.saturating_add(settings.late) {
+        if now > self.time.saturating_add(self.patience(settings)) {
             self.is_late(now - self.time, now);
         }
     }

@@ -98,6 +98,8 @@ struct Look<T: Real> {
 pub(super) struct Judgement<T: Real> {
     /// Whether it may be used in a mean.
     pub usable: bool,
+    /// Whether it is better than nothing: numbers, of which not all repeat.
+    pub speaks: bool,
     /// What is wrong with the sensor.
     pub fault: Option<HealthFault<T>>,
     /// Whether what was wrong before cannot be called gone yet.
@@ -190,6 +192,7 @@ impl<T: Real> SensorWatch<T> {
                 .flatten();
             return Judgement {
                 usable: false,
+                speaks: look.finite,
                 fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
                 lasts: useless,
             };
@@ -209,6 +212,7 @@ impl<T: Real> SensorWatch<T> {
         };
         Judgement {
             usable: !away && !frozen && !look.at_end,
+            speaks: !away && (!frozen || self.repeating.is_empty()),
             fault,
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
         }

@@ -37,6 +37,18 @@ pub struct Proof<T: Real> {
     pub limit: T,
 }
 
+impl<T: Real> Proof<T> {
+    /// What a unit that is calibrated well is off by at rest, m/s^2 or rad/s, beside one that is not.
+    pub(crate) fn at_rest(sensor: Sensor, off: T) -> Self {
+        let least = tabulated::<T>(*sensor.of(&RESTS_WITHIN));
+        Self {
+            ground: Ground::Rest,
+            value: off * off / (least * least * real(2.0)),
+            limit: real(DECIDES),
+        }
+    }
+}
+
 /// Shares of the disagreement that an own step may be; times the other's, and times what is usual, that it has to be.
 const STEP_LEAST: f64 = 0.5;
 const STEP_MOST: f64 = 2.5;

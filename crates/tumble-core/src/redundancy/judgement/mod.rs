@@ -14,10 +14,12 @@ mod noise;
 mod pair;
 mod scales;
 mod sensor_judge;
+mod shaking;
 mod turn;
 mod unit;
 
 pub use pair::Disagreement;
+pub(crate) use unit::SLOW_OFFSET;
 
 use nalgebra::Vector3;
 
@@ -97,6 +99,8 @@ pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     pub tolerated: ForceAndRate<T>,
     /// Scatter of a unit over what the others make one expect that condemns it.
     pub noise_ratio: T,
+    /// Whether means are taken only: physics has the first word, at rest.
+    pub means_only: bool,
 }
 
 /// What the judge finds.
@@ -247,6 +251,26 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
+    /// What a unit says counts for nothing until it is calibrated: physics found it off.
+    pub(crate) fn disown(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).disown(unit);
+    }
+
+    /// Physics spoke for a unit: what others found of it does not hold.
+    pub(crate) fn acquit(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).acquit(unit);
+    }
+
+    /// What a calibrated unit is off by at rest, m/s^2 or rad/s, beside a primary that physics found right, is no fault.
+    pub(crate) fn trim(&mut self, sensor: Sensor, unit: usize, offset: &Vector3<T>) {
+        sensor.of_mut(&mut self.sensors).trim(sensor, unit, offset);
+    }
+
+    /// How far a unit is from another over ten seconds, m/s^2 or rad/s; `None` until it has said something for as long.
+    pub(crate) fn apart_for_long(&self, sensor: Sensor, [i, j]: [usize; 2]) -> Option<T> {
+        sensor.of(&self.sensors).apart_for_long(i, j)
+    }
+
     /// A unit that was never calibrated was found to agree with the primary: it has a vote from now on, and what it is off
     /// by is no fault.
     pub fn accept(&mut self, sensor: Sensor, unit: usize) {
@@ -335,6 +359,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             };
             let judge = sensor.of_mut(&mut self.sensors);
             judge.take(sensor, window, said, sensor.of(&strains));
+            if window.means_only {
+                continue;
+            }
             let case = sensor_judge::Case {
                 sensor,
                 window,
@@ -396,7 +423,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// What health looks like, while nobody disagrees.
     fn learn(&mut self, window: &SetWindow<'_, T, UNITS>, rate: &Vector3<T>) {
-        if self.sensors.iter().any(|judge| !judge.is_calm(window.length)) {
+        if window.means_only || self.sensors.iter().any(|judge| !judge.is_calm(window.length)) {
             return;
         }
         let mut rests = false;

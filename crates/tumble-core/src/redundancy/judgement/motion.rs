@@ -17,8 +17,10 @@ const VIBRATION_LEFT: f64 = 0.3;
 /// Strengths of what tells two sound units apart in motion, each a square (docs/theory/judgement.md, eq. 3 and 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain<T: Real> {
-    /// What clocks and vibration make of any pair: a variance.
+    /// What clocks make of any pair: a variance.
     pub any_pair: T,
+    /// The most that vibration leaves in the mean of a window: a variance.
+    pub vibration: T,
     /// Squared angular acceleration and fourth power of the rate: weighs with the square of a distance.
     pub place: T,
     /// Squared reading, of an accelerometer beyond what it usually is: weighs with the square of an error of a matrix.
@@ -31,6 +33,7 @@ impl<T: Real> Strain<T> {
     fn none() -> Self {
         Self {
             any_pair: T::zero(),
+            vibration: T::zero(),
             place: T::zero(),
             reading: T::zero(),
             curvature: T::zero(),
@@ -39,6 +42,7 @@ impl<T: Real> Strain<T> {
 
     fn follow(&mut self, strain: &Self, share: T) {
         self.any_pair += (strain.any_pair - self.any_pair) * share;
+        self.vibration += (strain.vibration - self.vibration) * share;
         self.place += (strain.place - self.place) * share;
         self.reading += (strain.reading - self.reading) * share;
         self.curvature += (strain.curvature - self.curvature) * share;
@@ -89,10 +93,9 @@ impl<T: Real> Tolerance<T> {
     }
 }
 
-/// What clocks and vibration make of any pair, of the squared rate of change and the variance of vibration from sample to
-/// sample.
-fn any_pair<T: Real>(change: T, vibration: T) -> T {
-    change * real(CLOCKS * CLOCKS) + vibration * real(VIBRATION_LEFT) // judgement.md, eq. 3, 4
+/// What clocks make of any pair, of the squared rate of change.
+fn any_pair<T: Real>(change: T) -> T {
+    change * real(CLOCKS * CLOCKS) // judgement.md, eq. 3, 4
 }
 
 /// What the set reads, over the latest windows.
@@ -136,16 +139,18 @@ impl<T: Real> SetMotion<T> {
         follow(&mut self.usual, f, window / real(USUAL));
         let [(jerk, snap), (acceleration, angular_jerk)] = derivatives;
         let w2 = squared(w);
-        let [force_vibration, rate_vibration] = vibration;
+        let [force_vibration, rate_vibration] = vibration.map(|variance| variance * real(VIBRATION_LEFT));
         [
             Strain {
-                any_pair: any_pair(jerk, force_vibration),
+                any_pair: any_pair(jerk),
+                vibration: force_vibration,
                 place: acceleration + w2 * w2,
                 reading: squared(&difference(f, &self.usual)),
                 curvature: snap,
             },
             Strain {
-                any_pair: any_pair(acceleration, rate_vibration),
+                any_pair: any_pair(acceleration),
+                vibration: rate_vibration,
                 place: T::zero(),
                 reading: w2,
                 curvature: angular_jerk,

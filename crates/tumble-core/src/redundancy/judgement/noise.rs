@@ -77,7 +77,8 @@ pub fn is_quiet<T: Real>(sensor: Sensor, scatter: T) -> bool {
 /// what does not matter; a unit may be as loud as the others where all shake (docs/theory/judgement.md, eq. 11).
 pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T, T)>, times: T) -> Option<T> {
     let expected = others
-        .filter(|(_, usual)| *usual > T::zero())
+        // One that repeats itself is no standard of noise.
+        .filter(|(scatter, usual)| *scatter > T::zero() && *usual > T::zero())
         .map(|(scatter, usual_of_other)| scatter * larger(T::one(), usual / usual_of_other))
         .reduce(larger)?;
     Some(larger(tabulated(*sensor.of(&QUIET)), expected * times)) // eq. 11

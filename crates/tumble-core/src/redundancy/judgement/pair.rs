@@ -21,6 +21,8 @@ struct ScaleConstants {
     shown_at_first: f32,
     /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
     shown: [f32; 2],
+    /// Share of the variance of vibration in a window that is left in the mean.
+    shaken: f32,
     /// Independent pairs whose mean the residual of a calibration counts in: beyond a second it goes with the attitude.
     averaged: f32,
 }
@@ -32,6 +34,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 5.0,
         shown_at_first: 1.0,
         shown: [0.05, 9.0],
+        shaken: 0.75,
         averaged: 2.0,
     },
     ScaleConstants {
@@ -40,6 +43,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 5.0,
         shown_at_first: 0.5,
         shown: [0.03, 2.0],
+        shaken: 0.075,
         averaged: 10.0,
     },
     ScaleConstants {
@@ -48,6 +52,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 4.5,
         shown_at_first: 0.1,
         shown: [0.005, 0.15],
+        shaken: 0.0075,
         averaged: 22.5,
     },
     ScaleConstants {
@@ -56,6 +61,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 4.0,
         shown_at_first: 0.03,
         shown: [0.002, 0.05],
+        shaken: 0.00125,
         averaged: 22.5,
     },
 ];
@@ -102,7 +108,7 @@ impl<T: Real> ShownOverScale<T> {
         }
         let share = squares.share;
         let most = share * strain * real(2.0) + noise;
-        let square = smaller(most, larger(T::zero(), squares.apart - noise));
+        let square = smaller(most, larger(T::zero(), squares.apart - noise - squares.shaken));
         if self.strain == T::zero() {
             (self.square, self.strain) = (share * strain, strain);
         }
@@ -208,6 +214,8 @@ struct Squares<T: Real> {
     strain: T,
     /// Share of that which the pair shows.
     share: T,
+    /// What vibration leaves in it.
+    shaken: T,
 }
 
 /// How two sensors compare over the scales that both have filled, the shortest first.
@@ -226,6 +234,7 @@ impl<T: Real> Comparison<T> {
             ratio: T::zero(),
             strain: T::zero(),
             share: T::zero(),
+            shaken: T::zero(),
         };
         Self {
             scales: 0,
@@ -286,13 +295,15 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
 }
 
 /// What is known of two units before they are compared.
-pub struct Knowledge<T: Real> {
+pub struct Knowledge<'a, T: Real> {
     /// How far apart they may be in what makes them differ in motion.
     pub tolerance: Tolerance<T>,
     /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
     pub residual: T,
     /// Square of what a calibration could find of a stranger among them.
     pub unfound: T,
+    /// What vibration leaves in a window of the two together, of the most that it may.
+    pub shaken: &'a dyn Fn(T) -> T,
 }
 
 /// Means of two units over scales, the shortest first.
@@ -306,7 +317,7 @@ impl<T: Real> Comparison<T> {
         tolerated: T,
         (first, second): TwoMeans<'_, T>,
         strains: &[Strain<T>; SCALES],
-        known: &Knowledge<T>,
+        known: &Knowledge<'_, T>,
         shown: &Shown<T>,
     ) {
         let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
@@ -314,9 +325,12 @@ impl<T: Real> Comparison<T> {
         for ((squares, (first, second)), ((of, strain), shown)) in places {
             let drift = tolerated * tabulated(of.tolerated);
             let tail = tabulated::<T>(of.tail);
+            let vibration = strain.vibration;
+            let shaken = (known.shaken)(vibration) * tabulated::<T>(of.shaken);
+            let shaken = smaller(vibration, shaken + shaken); // judgement.md, eq. 24
             let strain = known.tolerance.variance(strain);
             let share = shown.share(of);
-            let explained = of.noise_variance::<T>(sensor) + share * strain;
+            let explained = of.noise_variance::<T>(sensor) + share * strain + shaken;
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
             let threshold = drift * drift + tail * tail * explained + residuals + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
@@ -326,6 +340,7 @@ impl<T: Real> Comparison<T> {
                 ratio,
                 strain,
                 share,
+                shaken,
             };
             self.worst = larger(self.worst, ratio);
             self.scales += 1;

@@ -44,6 +44,9 @@ const STEP_WITHIN: f64 = 0.6;
 /// What the accelerometer of a unit that was never calibrated may say beyond gravity carried by its own gyroscope, m/s^2.
 const STRANGE: f64 = 1.0;
 
+/// The scale over which units that begin in motion have to agree.
+const LONG: usize = 2;
+
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
 
@@ -231,6 +234,32 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.clear(unit);
     }
 
+    pub fn disown(&mut self, unit: usize) {
+        self.accepted.remove(unit);
+        self.acquit(unit);
+    }
+
+    pub fn acquit(&mut self, unit: usize) {
+        self.clear(unit);
+        // What the set says is what others say from now on.
+        for deviation in &mut self.deviations {
+            deviation.restart();
+        }
+    }
+
+    pub fn trim(&mut self, sensor: Sensor, unit: usize, offset: &Vector3<T>) {
+        if let Some(deviation) = self.deviations.get_mut(unit) {
+            deviation.begin_with(sensor, offset);
+        }
+        self.streaks = [Streak::NONE; SCALES];
+    }
+
+    /// How far two units are apart over the third scale.
+    pub fn apart_for_long(&self, i: usize, j: usize) -> Option<T> {
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(LONG);
+        Some(difference(mean(i)?, mean(j)?).length())
+    }
+
     fn clear(&mut self, unit: usize) {
         self.evidence = Evidence::none();
         self.guilty.remove(unit);
@@ -286,7 +315,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.strains.push(strain, shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
             if let Some(unit) = unit.as_ref().filter(|unit| *sensor.of(&unit.votes)) {
-                deviation.push(&difference(sensor.of(&unit.reading), said), &mut shares);
+                let apart = difference(sensor.of(&unit.reading), said);
+                deviation.push(sensor, &apart, strain.vibration, &mut shares);
+            } else {
+                deviation.skip();
             }
         }
     }
@@ -361,13 +393,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             let means = self.deviations.get(unit)?.means();
             Some(means.get(..compared).unwrap_or(means))
         };
+        let shaken = |unit: usize, most: T| self.deviations.get(unit).map_or(most, |unit| unit.shaken(most));
         if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
             comparison.fill(
                 sensor,
                 case.window.tolerated.of(sensor),
                 (first, second),
                 self.strains.scales(),
-                &known(sensor, units),
+                &known(sensor, units, &|most| shaken(i, most) + shaken(j, most)),
                 shown,
             );
         }
@@ -393,6 +426,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 continue;
             };
             let Some(limit) = limit(sensor, usual, others, case.window.noise_ratio) else {
+                self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
                 continue;
             };
             let noisy = self
@@ -759,7 +793,11 @@ fn seconds_of<T: Real>(scale: usize) -> T {
 }
 
 /// What is known of two units (docs/theory/judgement.md, table 1).
-fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> {
+fn known<'a, T: Real>(
+    sensor: Sensor,
+    [a, b]: [&UnitReading<T>; 2],
+    shaken: &'a dyn Fn(T) -> T,
+) -> Knowledge<'a, T> {
     let [matrix_unknown, matrix_known] = MATRIX.map(tabulated::<T>);
     let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
     let matrix = if shown { matrix_known } else { matrix_unknown };
@@ -775,6 +813,7 @@ fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> 
         },
         residual: *sensor.of(&a.residual) + *sensor.of(&b.residual),
         unfound: *sensor.of(&a.unfound) + *sensor.of(&b.unfound),
+        shaken,
     }
 }
 

@@ -59,6 +59,7 @@ fn fly<const N: usize>(
             length: H,
             gravity: 9.8,
             noise_ratio: 9.0,
+            means_only: false,
             tolerated: crate::redundancy::settings::ForceAndRate {
                 specific_force: 0.05,
                 angular_rate: 0.005,

@@ -6,11 +6,13 @@ use crate::products::{Length, cross, squared, zeros};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, sum};
 use crate::redundancy::judgement::scales::{LatestShares, SCALES, filled};
+use crate::redundancy::judgement::shaking::Shaking;
 use crate::redundancy::sensor::Sensor;
 
-/// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all.
-const SLEW: [f32; 2] = [1e-4, 3e-5];
-const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
+/// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all. Consumer units
+/// warm no faster (docs/theory/judgement.md, table 1); what is left beyond it is held against them.
+const SLEW: [f32; 2] = [2e-4, 7e-5];
+pub(crate) const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
 
 /// One sensor of a unit against the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +21,7 @@ pub struct SensorDeviation<T: Real> {
     means: [Vector3<T>; SCALES],
     /// Slow offset: drift within specification, which is no calibration.
     offset: Vector3<T>,
+    shaking: Shaking<T>,
     /// Windows taken in.
     windows: u16,
     /// Scales that they fill, the shortest first.
@@ -31,19 +34,37 @@ impl<T: Real> SensorDeviation<T> {
         Self {
             means: [zeros(); SCALES],
             offset: zeros(),
+            shaking: Shaking::new(),
             windows: 0,
             filled: 0,
         }
     }
 
-    /// Takes in how far it is from the set over the next window.
-    pub fn push(&mut self, deviation: &Vector3<T>, shares: &mut LatestShares<T>) {
+    /// Takes in how far it is from the set over the next window, and the most that vibration leaves in it.
+    pub fn push(
+        &mut self,
+        sensor: Sensor,
+        deviation: &Vector3<T>,
+        vibration: T,
+        shares: &mut LatestShares<T>,
+    ) {
+        self.shaking.push(sensor, deviation, vibration, shares.window());
         self.windows = self.windows.saturating_add(1);
         self.filled = filled(self.filled, shares.window(), self.windows);
         let value = difference(deviation, &self.offset);
         for (mean, share) in self.means.iter_mut().zip(shares.after(self.windows)) {
             follow(mean, &value, *share); // judgement.md, eq. 2
         }
+    }
+
+    /// It says nothing over the next window.
+    pub fn skip(&mut self) {
+        self.shaking.interrupt();
+    }
+
+    /// What vibration leaves in a window where it leaves so much at most.
+    pub fn shaken(&self, most: T) -> T {
+        self.shaking.variance(most)
     }
 
     /// Lets the offset follow, as it may while nothing is wrong.
@@ -63,8 +84,10 @@ impl<T: Real> SensorDeviation<T> {
 
     /// Forgets means; the slow offset stays.
     pub fn restart(&mut self) {
+        self.shaking.interrupt();
         *self = Self {
             offset: self.offset,
+            shaking: self.shaking,
             ..Self::new()
         };
     }
@@ -73,14 +96,20 @@ impl<T: Real> SensorDeviation<T> {
     pub fn accept(&mut self, sensor: Sensor) {
         let [_, second, ..] = self.means;
         let offset = self.offset + second;
+        self.begin_with(sensor, &offset);
+    }
+
+    /// Begins anew with a slow offset, or as much of it as there may be.
+    pub fn begin_with(&mut self, sensor: Sensor, offset: &Vector3<T>) {
         let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
         let size = offset.length();
         *self = Self {
             offset: if size > most {
                 offset * (most / size)
             } else {
-                offset
+                *offset
             },
+            shaking: self.shaking,
             ..Self::new()
         };
     }

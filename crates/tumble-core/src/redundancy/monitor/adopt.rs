@@ -15,7 +15,7 @@ use crate::redundancy::monitor::trial::{FitOutcome, TrialEnd};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::Record;
-use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::RedundancySettings;
 
 /// Share of an axis that has to lie in the directions shown for its figures to count as shown.
@@ -73,9 +73,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let number = calibration.secondary();
         let unit = platform.units().get(number)?;
         let (stored, health) = (self.stored.get_mut(number)?, self.health.get_mut(number)?);
-        let found_wrong = SENSORS.map(|sensor| health.is_contradicted(sensor));
+        let [accelerometer, gyroscope] = &*stored;
+        let found_wrong = [accelerometer.freed, gyroscope.freed];
         let mut found = Fit::none();
-        let (sensor, outcome) = calibration.fit_on(unit, stored, found_wrong, settings, &mut found)?;
+        let (sensor, outcome) = calibration.fit_on(
+            (platform.primary_axes(), unit),
+            stored,
+            found_wrong,
+            settings,
+            &mut found,
+        )?;
         let mut tell = |kind| {
             report(Event {
                 time,
@@ -84,7 +91,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             });
         };
         // The next rest shows whether it was right.
-        match conclude(sensor, &outcome, unit, sensor.of_mut(stored), settings, &mut tell) {
+        let mounted = (unit, *platform.comparable(unit).of(sensor));
+        match conclude(
+            sensor,
+            &outcome,
+            mounted,
+            sensor.of_mut(stored),
+            settings,
+            &mut tell,
+        ) {
             Conclusion::NothingNew => {}
             Conclusion::Replaced => {
                 self.rest.adopted();
@@ -109,7 +124,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
 fn conclude<T: Real>(
     sensor: Sensor,
     outcome: &TrialEnd<'_, T>,
-    unit: &MountedUnit<T>,
+    (unit, axes): (&MountedUnit<T>, [bool; 3]),
     stored: &mut StoredCalibration<T>,
     settings: &RedundancySettings<T>,
     tell: &mut dyn FnMut(EventKind<T>),
@@ -132,7 +147,7 @@ fn conclude<T: Real>(
         }
         Ok(outcome) => {
             let sequence = stored.sequence.saturating_add(1);
-            let record = record(sensor, unit, outcome, sequence);
+            let record = record(sensor, unit, axes, outcome, sequence);
             let (error, residual) = (outcome.fit.error, outcome.residuals.after);
             let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
             stored.replace(error, residual, sequence, factory);
@@ -149,6 +164,7 @@ fn conclude<T: Real>(
 fn record<T: Real>(
     sensor: Sensor,
     unit: &MountedUnit<T>,
+    axes: [bool; 3],
     outcome: &FitOutcome<'_, T>,
     sequence: u32,
 ) -> Record<T> {
@@ -159,7 +175,9 @@ fn record<T: Real>(
         sensor,
         model: fit.error.model(&unit.sensor_from_primary),
         matrix_sigma: matrix_sigma(fit, &unit.sensor_from_primary),
-        bias_sigma: fit.bias_sigma,
+        bias_sigma: fit.bias_sigma.zip_map(&Vector3::from(axes), |sigma, fitted| {
+            if fitted { sigma } else { real(f64::INFINITY) }
+        }),
         lever_arm: unit
             .lever_arm
             .filter(|_| arm_known)

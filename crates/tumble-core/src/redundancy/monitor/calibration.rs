@@ -15,7 +15,7 @@ use crate::redundancy::monitor::trial::{Trial, TrialData, TrialEnd};
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
-use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::{CollectionSettings, RedundancySettings};
 use crate::sample::CHANNELS;
 
@@ -320,7 +320,7 @@ impl<T: Real> CalibrationRun<T> {
     #[inline(never)]
     pub fn fit_on<'f>(
         &mut self,
-        unit: &MountedUnit<T>,
+        (primary, unit): (Axes, &MountedUnit<T>),
         stored: &[StoredCalibration<T>; 2],
         found_wrong: [bool; 2],
         settings: &RedundancySettings<T>,
@@ -342,6 +342,7 @@ impl<T: Real> CalibrationRun<T> {
         let data = TrialData {
             sensor,
             unit,
+            primary,
             stored: &stored.error,
             followed: follows.then_some(stored.followed),
             shared: *sensor.of(&self.shared),

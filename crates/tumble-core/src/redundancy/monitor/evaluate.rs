@@ -49,16 +49,20 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     /// tell of them and to calibrate.
     #[inline(never)]
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
-        let under_way = self.calibrations.iter().flatten().map(CalibrationRun::secondary);
-        let purpose = self
-            .rest
-            .purpose(time, under_way, &platform.settings().evaluation);
+        let purpose = self.purpose(platform, time);
         let calibrating = self.calibrations.iter().any(Option::is_some);
         let told = calibrating || purpose > Purpose::Health;
         let deviations = self.evaluate_primary(platform, fewest, time, told, report);
         self.hold_rest_against_primary(platform, &deviations);
+        let reopened = self.apply_physics(platform, fewest, &deviations);
         let valid = deviations.map(|deviation| deviation.is_some_and(|deviation| !deviation.exceeds()));
         self.abandon_if_primary_invalid(platform, valid, time, report);
+        // What became stale here is calibrated from this rest on, unless its primary has to be proven again.
+        let purpose = if reopened {
+            Purpose::Health
+        } else {
+            self.purpose(platform, time).max(purpose)
+        };
         if purpose > Purpose::Health {
             self.rest.evaluated(time);
         }
@@ -67,6 +71,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         }
         self.prove(platform, valid);
         self.take_rest(platform, fewest, valid, time);
+    }
+
+    fn purpose(&mut self, platform: &Platform<T, UNITS>, time: u64) -> Purpose {
+        let under_way = self.calibrations.iter().flatten().map(CalibrationRun::secondary);
+        self.rest
+            .purpose(time, under_way, &platform.settings().evaluation)
     }
 
     /// Hands the means of this rest to the calibrations under way.
@@ -120,9 +130,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let stored = sensor.of(self.stored.get(number)?);
             let complete = platform.units().get(number)?.axes.complete(sensor);
             let sound = self.health.get(number).is_some_and(Health::is_sound);
-            let primary = primary.filter(|_| number != 0 && stored.calibrated && complete && sound)?;
-            let apart = said(number)? - primary;
-            Some(match (sensor.of(&valid), sensor) {
+            let known = stored.calibrated && !stored.stale;
+            let primary = primary.filter(|_| number != 0 && known && complete && sound)?;
+            let of_primary = platform.primary_axes();
+            let apart = of_primary.present(sensor, &(said(number)? - primary));
+            // Axes of which one is missing prove nothing of the others.
+            let proven = *sensor.of(&valid) && of_primary.complete(sensor);
+            Some(match (proven, sensor) {
                 (false, _) => apart,
                 (true, Sensor::Accelerometer) => across(&apart, &primary),
                 (true, Sensor::Gyroscope) => zeros(),
@@ -135,7 +149,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let primary = self.rest_means.first()?.mean();
         for (unit, stored) in platform.units().iter().zip(&mut self.stored) {
             let both = SENSORS.into_iter().zip(stored).zip(valid);
-            for ((sensor, stored), _) in both.filter(|(_, valid)| *valid) {
+            let complete = |sensor: Sensor| platform.primary_axes().complete(sensor);
+            for ((sensor, stored), _) in both.filter(|((sensor, _), valid)| *valid && complete(*sensor)) {
                 stored.prove(
                     sensor,
                     &product(&unit.sensor_from_primary, &sensor.triad(primary)),
@@ -224,7 +239,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let [force_valid, _] = primary_valid;
         let force = Sensor::Accelerometer;
         let up = platform.calibration().correct(force, &force.triad(&primary));
-        let up = unit_beyond(&up, T::default_epsilon()).filter(|_| force_valid && primary_healthy);
+        let points = force_valid && primary_healthy && platform.primary_axes().complete(force);
+        let up = unit_beyond(&up, T::default_epsilon()).filter(|_| points);
+        let comparable = platform.comparable(unit);
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
@@ -237,10 +254,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 mean: sensor.triad(at_rest.mean()),
                 stored: sensor.of(stored),
                 calibration: platform.calibration(),
+                comparable: &comparable,
                 up,
             };
+            // What the primary cannot show is not mended by a calibration against it.
+            let shown = unit.axes.within(&comparable, sensor) || !settings.evaluation.vector_check;
+            let shown = shown && comparable.any(sensor);
             let mut tell = |check, deviation: &Deviation<T>| {
-                *exceeded |= deviation.exceeds();
+                *exceeded |= deviation.exceeds() && (shown || check == Check::Vector);
                 if purpose == Purpose::Health {
                     return;
                 }
@@ -259,7 +280,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             if let Some(deviation) = secondary.norm(&settings.evaluation) {
                 tell(Check::Norm, &deviation);
             }
-            if settings.evaluation.vector_check && valid && primary_healthy {
+            if settings.evaluation.vector_check && valid && primary_healthy && comparable.any(sensor) {
                 let deviation = secondary.vector(&sensor.triad(&primary), &settings.evaluation);
                 tell(Check::Vector, &deviation);
                 *sensor.of_mut(&mut apart) = Some(deviation);
@@ -326,7 +347,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let sensors = match platform.settings().collection.scope {
             Scope::TriggeringSensor => triggers,
             Scope::AllSensors => SENSORS.map(|sensor| {
-                unit.axes.any(sensor) && evaluation.gate.trusts(findings.primary_valid, sensor)
+                platform.comparable(unit).any(sensor)
+                    && evaluation.gate.trusts(findings.primary_valid, sensor)
             }),
         };
         let (primary, secondary) = (self.rest_means.first()?, self.rest_means.get(number)?);

@@ -59,16 +59,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             length,
             gravity: settings.evaluation.gravity,
             noise_ratio: settings.health.noise_ratio,
+            means_only: self.rest.is_awaited()
+                && self.stored.iter().flatten().any(|stored| stored.calibrated),
             tolerated: settings.health.tolerated,
         };
-        let health = &mut self.health;
+        let (health, stored) = (&mut self.health, &mut self.stored);
         let testimony = self
             .hearing
             .first_mut()
             .and_then(|hearing| hearing.testimony.as_mut());
         self.judge.look(&set, testimony, &mut |sensor, judgement| {
-            let mut contradict = |unit: usize, fault| {
-                if let Some(health) = health.get_mut(unit) {
+            let mut contradict = |unit: usize, fault: HealthFault<T>| {
+                if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
+                    sensor.of_mut(stored).freed = fault.frees();
                     health.contradict(sensor, fault);
                 }
             };
@@ -111,7 +114,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                     },
                 ),
                 Judgement::Redeemed { unit } => {
-                    if let Some(health) = health.get_mut(unit) {
+                    if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
+                        sensor.of_mut(stored).freed = false;
                         health.absolve(sensor);
                     }
                 }
@@ -155,7 +159,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let mut said = UnitSet::default();
         for (number, (reading, rates)) in readings.iter_mut().zip(&mut rates).enumerate() {
             *reading = self.reading(platform, number, window, &set, rates);
-            if reading.is_some() {
+            let turns = platform
+                .units()
+                .get(number)
+                .is_some_and(|unit| unit.axes.complete(Sensor::Gyroscope));
+            if reading.is_some() && turns {
                 said.insert(number);
             }
         }
@@ -190,7 +198,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let [force] = force;
         let votes = |sensor: Sensor| {
             let usable = *sensor.of(&before.usable) && *sensor.of(&means.usable);
-            usable && set.live.contains(number) && unit.axes.complete(sensor)
+            let live = set.live.contains(number) && !sensor.of(stored).stale;
+            usable && live && unit.axes.complete(sensor)
         };
         let unfound = |sensor: Sensor| {
             if sensor.of(&set.known).contains(number) {
@@ -297,21 +306,40 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let Some(deviation) = deviation.filter(Deviation::exceeds) else {
                 continue;
             };
-            let better = (1..UNITS).any(|number| {
+            let better = UnitSet::of::<UNITS>(|number| {
                 let stored = self
                     .stored
                     .get(number)
                     .is_some_and(|stored| sensor.of(stored).calibrated);
-                let healthy = self.health.get(number).is_some_and(Health::is_sound);
+                let fault = self.health.get(number).map(Health::fault);
+                // A blame on the unit's own evidence is reopened by physics.
+                let healthy = fault.is_some_and(|fault| fault.is_none_or(|fault| fault.is_likelihood()));
                 let off = self
                     .at_rest(platform, number)
                     .map(|at_rest| sensor.of(&at_rest).abs());
                 let within = off
                     .is_some_and(|off| off < deviation.threshold && off < deviation.value * real(MUCH_LESS));
-                stored && healthy && within
+                number != 0 && stored && healthy && within
             });
-            if let Some(health) = self.health.first_mut().filter(|_| better) {
+            if better.count() == 0 {
+                continue;
+            }
+            if let Some(health) = self.health.first_mut() {
                 health.at_rest(sensor, deviation.value, deviation.threshold);
+            }
+            for number in better.units() {
+                self.acquit(sensor, number);
+            }
+        }
+    }
+
+    /// Takes back what others found of a sensor of a unit.
+    pub(super) fn acquit(&mut self, sensor: Sensor, number: usize) {
+        if self.judge.is_guilty(sensor, number) {
+            self.judge.acquit(sensor, number);
+            if let Some((health, stored)) = self.health.get_mut(number).zip(self.stored.get_mut(number)) {
+                health.absolve(sensor);
+                sensor.of_mut(stored).freed = false;
             }
         }
     }
@@ -361,7 +389,7 @@ fn known<T: Real, const UNITS: usize>(
     let calibrated = |number: usize| {
         stored
             .get(number)
-            .is_some_and(|stored| sensor.of(stored).calibrated)
+            .is_some_and(|stored| sensor.of(stored).calibrated && !sensor.of(stored).stale)
     };
     let calibrated = UnitSet::of::<UNITS>(|number| number != 0 && calibrated(number));
     let known = judge.accepted(sensor).or(UnitSet::PRIMARY);

@@ -5,6 +5,7 @@ pub mod calibration;
 mod evaluate;
 pub mod event;
 mod judge;
+mod physics;
 mod process_window;
 pub mod rest_state;
 mod restore;
@@ -27,7 +28,7 @@ use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
 use crate::redundancy::samples::history::{RestMean, WindowHistory};
 use crate::redundancy::samples::pair::products;
 use crate::redundancy::samples::steps::UnitSteps;
-use crate::redundancy::selection::{Selection, SourceCandidate};
+use crate::redundancy::selection::{Condition, Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::sample::{CHANNELS, Sample};
@@ -163,7 +164,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let time = unit.common_time(sample.time);
         let mut sample = Sample { time, ..*sample };
         unit.axes.blank(&mut sample);
-        let accepted = match self.clock.push(number, time, &ClockSettings::DEFAULT) {
+        let before = self.clock.now().unwrap_or(time);
+        let verdict = self.clock.push(number, time, &ClockSettings::DEFAULT);
+        let accepted = match verdict {
             Verdict::Accept => true,
             Verdict::Drop => false,
             Verdict::Astray => {
@@ -178,18 +181,36 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             }
         };
         let now = self.clock.now().unwrap_or(time);
-        let mut usable = [false; 2];
+        if verdict == Verdict::Accept
+            && now.saturating_sub(before) > self.health.get(number)?.patience(settings)
+        {
+            self.stalled(now, now - before, report);
+        }
+        let (mut usable, mut speaks) = ([false; 2], false);
         if accepted {
-            usable = self
-                .health
-                .get_mut(number)?
-                .push(&sample, &unit.axes, &unit.range, settings);
+            let health = self.health.get_mut(number)?;
+            health.expect_every(match self.clock.interval(number) {
+                // After its first sample nobody knows yet: it may be a slow one.
+                0 => u32::try_from(settings.late).unwrap_or(u32::MAX),
+                interval => interval,
+            });
+            usable = health.push(&sample, &unit.axes, &unit.range, settings);
+            speaks = health.speaks();
             self.integrate(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
         self.select(platform, now, report);
-        let fit = accepted && usable == [true; 2] && self.source() == Some(number);
-        fit.then(|| self.output(platform, number, &sample)).flatten()
+        if !speaks || self.source() != Some(number) {
+            return None;
+        }
+        let mut output = self.output(platform, number, &sample)?;
+        output.degraded |= !unit.axes.covered_by(usable) || !platform.replaces_primary(unit);
+        if unit.axes != Axes::ALL {
+            let axes = platform.output_axes(unit);
+            output.specific_force = axes.shown(Sensor::Accelerometer, &output.specific_force);
+            output.angular_rate = axes.shown(Sensor::Gyroscope, &output.angular_rate);
+        }
+        Some(output)
     }
 
     #[inline(never)]
@@ -235,6 +256,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     fn all_have(&self, window: u64) -> bool {
         let mut newest = self.histories.iter().filter_map(WindowHistory::newest);
         newest.all(|newest| newest >= window || newest.saturating_add(1) < window)
+    }
+
+    /// All units were silent at once, microseconds: that is the platform's, and none is to be named for it.
+    #[cold]
+    #[inline(never)]
+    fn stalled(&mut self, time: u64, pause: u64, report: Report<'_, T>) {
+        for health in &mut self.health {
+            health.platform_stalled(time);
+        }
+        let by = i64::try_from(pause).unwrap_or(i64::MAX);
+        report(Event {
+            time,
+            unit: 0,
+            kind: EventKind::TimeJumped { by },
+        });
     }
 
     fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
@@ -304,26 +340,48 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     #[inline(never)]
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
         let (units, health, all_stored, judge) = (platform.units(), &self.health, &self.stored, &self.judge);
+        let is_complete = |unit: usize| {
+            units
+                .get(unit)
+                .is_some_and(|unit| platform.replaces_primary(unit))
+        };
+        let is_strange = |unit: usize| judge::is_strange(judge, all_stored, unit);
         let is_fit = |unit: usize| {
             let healthy = health
                 .get(unit)
                 .is_some_and(|unit| unit.healthy_since().is_some());
-            let complete = units.get(unit).is_some_and(|unit| unit.axes == Axes::ALL);
-            healthy && complete && !judge::is_strange(judge, all_stored, unit)
+            healthy && is_complete(unit) && !is_strange(unit) && !is_stale(all_stored, unit)
+        };
+        let condition = |unit: usize, health: &Health<T>| {
+            let condition = health.condition(now, &platform.settings().health);
+            let most = if !is_complete(unit) {
+                Condition::Lacking
+            } else if is_strange(unit) {
+                Condition::Refuted
+            } else {
+                Condition::Doubtful
+            };
+            condition.min(most)
         };
         if self.selection.source() == Some(0) && is_fit(0) {
             self.selection.keep_primary();
             return;
         }
         let candidate = |unit: usize| {
-            let healthy_since = health.get(unit)?.healthy_since();
+            let health = health.get(unit)?;
             let stored = all_stored.get(unit)?;
+            let healthy_since = health.healthy_since();
+            let is_primary = unit == 0;
             Some(SourceCandidate {
                 healthy: is_fit(unit),
-                condition: health.get(unit)?.condition(),
+                condition: condition(unit, health),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
-                calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
-                residual: Sensor::Accelerometer.of(stored).error_left(),
+                calibrated: is_primary || is_calibrated(&platform.comparable(units.get(unit)?), stored),
+                residual: if is_primary {
+                    T::zero()
+                } else {
+                    Sensor::Accelerometer.of(stored).error_left()
+                },
             })
         };
         let Some(change) = self
@@ -385,7 +443,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
 
     /// Whether a unit is known to be wrong, or contradicts another and nobody knows which is right.
     fn is_degraded(&self, number: usize) -> bool {
-        let sound = self.health.get(number).is_some_and(Health::is_sound);
+        let sound = self.health.get(number).is_some_and(Health::is_sound) && !is_stale(&self.stored, number);
         !sound || SENSORS.into_iter().any(|sensor| self.judge.is_disputed(sensor))
     }
 
@@ -417,6 +475,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         }
         Some(output)
     }
+}
+
+/// Whether physics found a unit off, and nothing was adopted since.
+fn is_stale<T: Real, const UNITS: usize>(stored: &[[StoredCalibration<T>; 2]; UNITS], unit: usize) -> bool {
+    let stored = stored.get(unit);
+    stored.is_some_and(|stored| stored.iter().any(|stored| stored.stale))
+}
+
+/// Whether a unit was calibrated against the primary, or agreed with it, on all sensors that can be told from the primary's.
+fn is_calibrated<T: Real>(comparable: &Axes, stored: &[StoredCalibration<T>; 2]) -> bool {
+    let both = SENSORS.into_iter().zip(stored);
+    both.into_iter()
+        .all(|(sensor, stored)| stored.calibrated || stored.agrees || !comparable.any(sensor))
 }
 
 /// Ends a calibration without a fit, where there is one.

@@ -48,6 +48,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 self.rest_means.iter_mut().for_each(RestMean::end);
             }
         }
+        if self.rest.never_rested() {
+            self.accept_in_motion(platform);
+        }
         if !self.rest.is_resting() {
             self.follow(platform, window, time, report);
         }
@@ -111,8 +114,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let settings = platform.settings();
         let readings = self.histories.first()?.pair(window)?;
         let products = self.products.pair(window);
-        let primary = products
-            .map(|products| PrimaryMeans::of(platform.calibration(), readings, products, settings.window));
+        let axes = platform.primary_axes();
+        let primary = products.map(|products| {
+            PrimaryMeans::of(&axes, platform.calibration(), readings, products, settings.window)
+        });
         let usable = both(readings.0.usable, readings.1.usable);
         // The later window may lie in the next second, of which the pair would then be a part as well.
         let second = |window: u64| whole_spans(window * settings.window, SECOND).0;
@@ -122,7 +127,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let number = calibration.secondary();
             if calibration.waits_for_motion() {
                 let mean = &readings.1.mean;
-                if usable == [true; 2] && calibration.watch(time, mean, &settings.collection) {
+                if axes.covered_by(usable) && calibration.watch(time, mean, &settings.collection) {
                     report(Event {
                         time,
                         unit: number,

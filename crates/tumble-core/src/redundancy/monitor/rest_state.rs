@@ -15,7 +15,16 @@ pub struct RestState {
     owed: u32,
     /// Whether this rest was evaluated for what is owed.
     tried: bool,
+    /// Windows in succession without a rest, and all there were, before the first rest was evaluated.
+    moved: u16,
+    passed: u16,
+    /// Whether a rest was evaluated.
+    met: bool,
 }
+
+/// Windows in succession without a rest after which none is waited for, and windows of any kind.
+const MOVES: u16 = 20;
+const WAITED: u16 = 200;
 
 /// What the means of a rest are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -58,11 +67,36 @@ impl RestState {
             adopted: false,
             owed: 0,
             tried: false,
+            moved: 0,
+            passed: 0,
+            met: false,
         }
+    }
+
+    /// Whether the first rest may still come at which physics speaks before anybody else does.
+    pub fn is_awaited(&self) -> bool {
+        !self.met && self.moved < MOVES && self.passed < WAITED
+    }
+
+    /// Whether the platform has moved for ten times as long and was never evaluated at rest.
+    pub fn never_rested(&self) -> bool {
+        !self.met && self.moved >= WAITED
+    }
+
+    /// A rest was evaluated; says whether it was the first.
+    pub fn meet(&mut self) -> bool {
+        !core::mem::replace(&mut self.met, true)
     }
 
     /// The platform was still over one more window, or was not.
     pub fn push(&mut self, still: bool, settle_windows: u64) -> RestTransition {
+        self.passed = self.passed.saturating_add(1);
+        // Single windows of motion may look still. Once it has moved for long enough, that stays so.
+        if !self.announced {
+            self.moved = self.moved.saturating_add(1);
+        } else if self.moved < MOVES {
+            self.moved = 0;
+        }
         if !still {
             self.windows = 0;
             return if core::mem::take(&mut self.announced) {

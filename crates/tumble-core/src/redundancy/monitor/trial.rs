@@ -10,7 +10,7 @@ use crate::redundancy::fit::rests::{RestWeighing, RestWeights, Rests, WeighedRes
 use crate::redundancy::fit::{ErrorVariances, Fit, FitProblem, LadderState, PrimaryNoise, disagreement};
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::relative_error::RelativeError;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{Axes, Sensor};
 use crate::redundancy::settings::RedundancySettings;
 
 /// All that a sensor is fitted to and judged by.
@@ -19,6 +19,8 @@ pub struct TrialData<'a, T: Real> {
     pub sensor: Sensor,
     /// Of which unit.
     pub unit: &'a MountedUnit<T>,
+    /// Axes of the primary.
+    pub primary: Axes,
     /// What is stored.
     pub stored: &'a RelativeError<T>,
     /// How far it has followed the primary; `None` where that does not count.
@@ -229,7 +231,8 @@ impl<T: Real> TrialData<'_, T> {
         weights: Option<&'b RestWeights<T>>,
     ) -> FitProblem<'b, T> {
         let settings = &self.settings.fit;
-        let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none();
+        let turns = self.primary.complete(Sensor::Gyroscope);
+        let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none() && turns;
         FitProblem {
             pairs,
             rests: weights.map(|weights| WeighedRests {
@@ -237,7 +240,8 @@ impl<T: Real> TrialData<'_, T> {
                 weights,
             }),
             layout: self.layout,
-            axes: *self.unit.axes.of(self.sensor),
+            axes: self.axes(),
+            complete: self.unit.axes.complete(self.sensor),
             noise: &self.noise,
             stored: self.stored,
             highest: settings.highest_rung,
@@ -248,8 +252,16 @@ impl<T: Real> TrialData<'_, T> {
 
     /// What a fit to the pairs of every other second leaves of those of the other seconds.
     fn residuals(&self, half: &RelativeError<T>) -> Residuals<T> {
-        let axes = *self.unit.axes.of(self.sensor);
-        Residuals::of(half, self.stored, self.held_out, &self.layout, axes)
+        Residuals::of(half, self.stored, self.held_out, &self.layout, self.axes())
+    }
+
+    /// Axes of the sensor that can be told from those of the primary.
+    fn axes(&self) -> [bool; 3] {
+        let comparable = self
+            .unit
+            .axes
+            .comparable(&self.primary, &self.unit.sensor_from_primary);
+        *comparable.of(self.sensor)
     }
 
     #[inline(never)]
@@ -262,7 +274,7 @@ impl<T: Real> TrialData<'_, T> {
         let following = self.following(whole);
         let candidate = FitCandidate {
             sensor: self.sensor,
-            axes: *self.unit.axes.of(self.sensor),
+            axes: self.axes(),
             layout: self.layout,
             motion,
             whole: &whole.error,
@@ -288,7 +300,11 @@ impl<T: Real> TrialData<'_, T> {
         let u = Vector3::from_fn(|j, _| self.all.mean_of(j));
         let shift = fit.error.predict(&u) - self.stored.predict(&u); // eq. 20
         Following {
-            followed: self.rests.unsupported(self.sensor, &(before + shift)),
+            followed: if self.primary.complete(self.sensor) {
+                self.rests.unsupported(self.sensor, &(before + shift))
+            } else {
+                before + shift
+            },
             shared: self.shared,
         }
     }

@@ -156,6 +156,23 @@ impl UnitTimestamps {
         *self = Self::since(time, interval);
     }
 
+    /// Interval of its samples once its suspects are believed. Where these do not show it, it is what it was before a pause;
+    /// a slow unit whose first interval looked like one would else have none for ever, and lose every other sample.
+    fn followed_interval(&self, pause: bool) -> u32 {
+        let steps = u32::from(self.agreeing).saturating_sub(1);
+        let shown = self.undisputed / steps.max(1);
+        if shown > 0 || !pause {
+            return shown;
+        }
+        if self.interval > 0 {
+            return self.interval;
+        }
+        let passed = self
+            .latest()
+            .map_or(0, |latest| self.suspect.saturating_sub(latest));
+        u32::try_from(passed).unwrap_or(u32::MAX)
+    }
+
     /// Whether it keeps to the time of the set.
     fn keeps(&self, now: u64, settings: &ClockSettings) -> bool {
         let is_near = |latest: u64| latest.abs_diff(now) <= settings.largest_jump;
@@ -195,6 +212,11 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     /// Latest time believed, microseconds; `None` before the first sample.
     pub fn now(&self) -> Option<u64> {
         self.now
+    }
+
+    /// From one sample of a unit to the next, microseconds; zero before the second.
+    pub fn interval(&self, unit: usize) -> u32 {
+        self.tracks.get(unit).map_or(0, |track| track.interval)
     }
 
     /// Judges the time stamp of a unit's next sample, microseconds of the common clock.
@@ -295,8 +317,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         let before = self.now.replace(time).unwrap_or(time);
         for track in &mut self.tracks {
             if track.agreeing > 0 && track.suspect.abs_diff(time) <= tolerance {
-                let steps = u32::from(track.agreeing).saturating_sub(1);
-                *track = UnitTimestamps::since(track.suspect, track.undisputed / steps.max(1));
+                *track = UnitTimestamps::since(track.suspect, track.followed_interval(pause));
             } else if !pause {
                 *track = UnitTimestamps::default();
             }

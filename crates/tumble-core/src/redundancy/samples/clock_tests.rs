@@ -395,3 +395,35 @@ fn one_fast_clock_that_leaps_beside_a_slow_one_takes_it_nowhere() {
         }
     }
 }
+
+#[test]
+fn of_units_that_sample_ten_times_a_second_no_sample_is_lost() {
+    for phase in [300, 20_000, 45_000] {
+        let mut clock = CommonClock::<3>::new();
+        let settings = ClockSettings::default();
+        for sample in 0..50_u64 {
+            for unit in 0..3 {
+                let time = 3_000_000_000 + sample * 100_000 + unit * phase;
+                let verdict = clock.push(usize::try_from(unit).unwrap(), time, &settings);
+                // The first samples show how far apart they are; until then one may seem to leap.
+                assert!(
+                    verdict == Verdict::Accept || sample < 3,
+                    "sample {sample} of unit {unit}, phase {phase}: {verdict:?}"
+                );
+            }
+        }
+        for unit in 0..3 {
+            assert_eq!(clock.interval(unit), 100_000);
+        }
+    }
+}
+
+#[test]
+fn a_pause_leaves_what_is_known_of_how_far_samples_are_apart() {
+    let mut set = Set::<2>::running();
+    set.true_time += 400_000;
+    set.run(100_000, [0; 2]);
+    for unit in 0..2 {
+        assert_eq!(u64::from(set.clock.interval(unit)), PERIOD);
+    }
+}

@@ -7,7 +7,7 @@ use crate::real::{Real, seconds};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::window::Means;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{Axes, Sensor};
 use crate::sample::CHANNELS;
 
 /// Channels of a pair of accelerometers: primary 3, lever 9, time, secondary 3.
@@ -37,8 +37,10 @@ pub struct PrimaryMeans<T: Real> {
 }
 
 impl<T: Real> PrimaryMeans<T> {
-    /// Of its readings and of the products of its rates (docs/theory/redundancy.md, eq. 2 to 4).
+    /// Of the readings of these axes and of the products of its rates (docs/theory/redundancy.md, eq. 2 to 4). Where it has no
+    /// accelerometer along an axis, a lever arm adds nothing to what is not read.
     pub fn of(
+        axes: &Axes,
         calibration: &PrimaryCalibration<T>,
         readings: TwoWindows<'_, T>,
         products: TwoWindows<'_, T>,
@@ -52,11 +54,16 @@ impl<T: Real> PrimaryMeans<T> {
         let [fx, fy, fz, wx, wy, wz] = readings.0.triangle(readings.1);
         let [xx, yy, zz, xy, yz, zx] = products.0.triangle(products.1);
         let centripetal = Matrix3::new(-yy - zz, xy, zx, xy, -zz - xx, yz, zx, yz, -xx - yy);
-        let matrix = &calibration.model(Sensor::Accelerometer).matrix;
+        let mut matrix = calibration.model(Sensor::Accelerometer).matrix;
+        for (mut row, has) in matrix.row_iter_mut().zip(axes.of(Sensor::Accelerometer)) {
+            if !has {
+                row.fill(T::zero());
+            }
+        }
         Self {
             specific_force: Vector3::new(fx, fy, fz),
             angular_rate: Vector3::new(wx, wy, wz),
-            lever: matrix_product(matrix, &(acceleration.cross_matrix() + centripetal)), // eq. 4: W
+            lever: matrix_product(&matrix, &(acceleration.cross_matrix() + centripetal)), // eq. 4: W
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Settings that cannot be meant, alone or together. Bounds, and what has to be more than another, are made from the
 //! table of settings; here stands what is particular.
 
-use crate::real::{Real, SECOND, whole_spans};
+use crate::real::{Real, SECOND, tabulated, whole_spans};
+use crate::redundancy::judgement::SLOW_OFFSET;
 use crate::redundancy::leaky::LONGEST;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::Threshold;
@@ -72,20 +73,28 @@ impl<T: Real> RedundancySettings<T> {
             let primary = i >= 2 && self.evaluation.data == Data::Compensated;
             require(!(refers && primary), setting, SettingError::NoLastError)?;
         }
-        for (sensor, bias, threshold) in [
+        for (sensor, bias, tolerated, setting) in [
             (
                 Sensor::Accelerometer,
                 "largest_specific_force_bias",
+                "tolerated_specific_force",
                 "secondary_accelerometer_threshold",
             ),
             (
                 Sensor::Gyroscope,
                 "largest_angular_rate_bias",
+                "tolerated_angular_rate",
                 "secondary_gyroscope_threshold",
             ),
         ] {
-            let calibrates = self.may_be_exceeded(sensor, thresholds.secondary.of(sensor));
-            require(calibrates, bias, SettingError::SmallerThan(threshold))?;
+            let threshold = thresholds.secondary.of(sensor);
+            let calibrates = self.may_be_exceeded(sensor, threshold);
+            require(calibrates, bias, SettingError::SmallerThan(setting))?;
+            // A secondary between the two would be disputed for ever, and never be calibrated.
+            let most = self.health.tolerated.of(sensor) + tabulated(*sensor.of(&SLOW_OFFSET));
+            let raw = self.evaluation.data == Data::Raw;
+            let triggers = raw || threshold.least() <= most;
+            require(triggers, tolerated, SettingError::SmallerThan(setting))?;
         }
         Ok(())
     }

@@ -130,6 +130,13 @@ impl<T: Real> Covariance<T> {
         *self = Self::packed(&square);
     }
 
+    /// Adds variances of what has nothing to do with the errors so far.
+    pub fn widen(&mut self, variances: &Errors<T>) {
+        let mut square = self.square();
+        add_to_diagonal(&mut square, variances);
+        *self = Self::packed(&square);
+    }
+
     /// Variances of the errors.
     pub fn variances(&self) -> Errors<T> {
         let square = self.square();

@@ -32,6 +32,14 @@ pub enum Witness<T: Real> {
         /// Standard deviation of each axis, m/s.
         sigma: Vector3<T>,
     },
+    /// Heading of the primary, as of a magnetometer or of two antennas: the angle about the vertical of its x axis, counter-clockwise
+    /// seen from above, from any direction that stays.
+    Heading {
+        /// rad.
+        value: T,
+        /// Standard deviation, rad.
+        sigma: T,
+    },
     /// How badly an estimator that runs on one unit fits its other sensors.
     Score {
         /// Number of the unit.
@@ -49,6 +57,8 @@ crate::vocabulary! {
         Velocity = "velocity",
         /// `Witness::BodyVelocity`.
         BodyVelocity = "body velocity",
+        /// `Witness::Heading`.
+        Heading = "heading",
         /// `Witness::Score`.
         Score = "score",
     }
@@ -77,11 +87,16 @@ crate::vocabulary! {
 mod tests;
 
 impl<T: Real> Witness<T> {
-    /// What one of a kind says: of a velocity `value` and `sigma`, of a score of `unit` the first of `value`.
+    /// What one of a kind says: of a velocity `value` and `sigma`, of a heading the first of both, of a score of `unit` the first of
+    /// `value`.
     pub fn of_kind(kind: WitnessKind, unit: usize, value: Vector3<T>, sigma: Vector3<T>) -> Self {
         match kind {
             WitnessKind::Velocity => Self::Velocity { value, sigma },
             WitnessKind::BodyVelocity => Self::BodyVelocity { value, sigma },
+            WitnessKind::Heading => Self::Heading {
+                value: value.x,
+                sigma: sigma.x,
+            },
             WitnessKind::Score => Self::Score { unit, value: value.x },
         }
     }
@@ -90,25 +105,31 @@ impl<T: Real> Witness<T> {
     pub(crate) fn check(&self, units: usize) -> Result<(), WitnessRejection> {
         match self {
             Self::Velocity { value, sigma } | Self::BodyVelocity { value, sigma } => {
-                let axes = || value.iter().zip(sigma.iter());
-                let not_finite = |(value, sigma): (&T, &T)| {
-                    let no_number = sigma.partial_cmp(&T::zero()).is_none();
-                    no_number || (sigma.is_finite() && !value.is_finite())
-                };
-                if axes().any(not_finite) {
-                    Err(WitnessRejection::NotFinite)
-                } else if axes().any(|(_, sigma)| *sigma <= T::zero())
-                    || !axes().any(|(_, sigma)| sigma.is_finite())
-                {
-                    Err(WitnessRejection::NoSigma)
-                } else {
-                    Ok(())
-                }
+                check_measured(value.as_slice(), sigma.as_slice())
+            }
+            Self::Heading { value, sigma } => {
+                check_measured(core::slice::from_ref(value), core::slice::from_ref(sigma))
             }
             Self::Score { unit, .. } if *unit >= units => Err(WitnessRejection::NoSuchUnit),
             Self::Score { value, .. } if !value.is_finite() => Err(WitnessRejection::NotFinite),
             Self::Score { value, .. } if *value < T::zero() => Err(WitnessRejection::NegativeScore),
             Self::Score { .. } => Ok(()),
         }
+    }
+}
+
+/// Whether values and their sigmas, infinite where one is not measured, can be used.
+fn check_measured<T: Real>(values: &[T], sigmas: &[T]) -> Result<(), WitnessRejection> {
+    let axes = || values.iter().zip(sigmas);
+    let not_finite = |(value, sigma): (&T, &T)| {
+        let no_number = sigma.partial_cmp(&T::zero()).is_none();
+        no_number || (sigma.is_finite() && !value.is_finite())
+    };
+    if axes().any(not_finite) {
+        Err(WitnessRejection::NotFinite)
+    } else if axes().any(|(_, sigma)| *sigma <= T::zero()) || !axes().any(|(_, sigma)| sigma.is_finite()) {
+        Err(WitnessRejection::NoSigma)
+    } else {
+        Ok(())
     }
 }

@@ -6,7 +6,7 @@
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use crate::products::Length;
-use crate::real::{Real, real, tabulated};
+use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::witness::errors::{Covariance, Errors, Moves};
@@ -35,6 +35,22 @@ const ACCELERATES: [f32; 2] = [3.0, 0.05];
 const CHANGED: f64 = 8.0;
 const WITHIN: f64 = 10.0;
 const ALIKE: f64 = 3.0;
+
+/// Headings whose mean tells the direction from which a witness counts them, and over how many it is followed later, s.
+const HEADINGS: u16 = 20;
+const NORTH_OVER: f64 = 600.0;
+
+/// Least horizontal part of the primary's x axis for a heading to be one.
+const LEAST_HORIZONTAL: f64 = 0.5;
+
+/// Direction from which a witness counts headings, in the level frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct North<T: Real> {
+    /// rad, what headings of the level frame lack.
+    offset: T,
+    /// Headings that it is the mean of, up to `HEADINGS`.
+    headings: u16,
+}
 
 /// Where the horizontal velocity of the witness points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +116,17 @@ pub(super) struct Witnessed<T: Real> {
     pub length: T,
 }
 
+/// A heading as witnessed.
+#[derive(Clone, Copy)]
+pub(super) struct WitnessedHeading<T: Real> {
+    /// rad.
+    pub value: T,
+    /// rad.
+    pub sigma: T,
+    /// How many windows ago, below zero if yet to come.
+    pub windows: T,
+}
+
 impl<T: Real> Witnessed<T> {
     fn is_level(&self) -> bool {
         self.sigma.x.is_finite() && self.sigma.y.is_finite()
@@ -122,6 +149,8 @@ pub(super) struct Navigation<T: Real, const UNITS: usize> {
     turn: Vector3<T>,
     track: Track<T>,
     heading: Heading<T>,
+    /// Once a heading was taken in.
+    north: Option<North<T>>,
     /// Whether any velocity was taken in, and whether any along the primary's axes.
     begun: bool,
     along_primary: bool,
@@ -159,6 +188,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             turn: Vector3::zeros(),
             track: Track::new(),
             heading: Heading::sought_from(Vector2::zeros(), Vector2::zeros()),
+            north: None,
             begun: false,
             along_primary: false,
         }
@@ -325,6 +355,48 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         Some(self.measured(row, value - level.dot(&velocity), sigma * sigma))
     }
 
+    /// A heading, once it is known from which direction it counts; `calm` where that may be followed.
+    pub fn along_heading(&mut self, witnessed: &WitnessedHeading<T>, calm: bool) -> Option<Innovation<T>> {
+        let turned = self.level_from_primary * rotation_of(&(self.turn * -witnessed.windows));
+        let ahead: Vector3<T> = turned * Vector3::x();
+        let horizontal = ahead.xy().length();
+        if horizontal < real(LEAST_HORIZONTAL) {
+            return None;
+        }
+        let of_level = witnessed.value - ahead.y.atan2(ahead.x);
+        let north = self.north.get_or_insert(North {
+            offset: of_level,
+            headings: 0,
+        });
+        let beyond = within_half_a_turn(of_level - north.offset);
+        if north.headings < HEADINGS {
+            north.headings += 1;
+            north.offset += beyond / count(north.headings.into());
+            if north.headings == HEADINGS {
+                let variance = witnessed.sigma * witnessed.sigma / count(HEADINGS.into());
+                self.covariance.widen(&Errors {
+                    attitude: Vector3::z() * variance,
+                    ..Errors::none()
+                });
+            }
+            return None;
+        }
+        if calm {
+            north.offset += beyond / real(NORTH_OVER);
+        }
+        let tilted = -ahead.z / (horizontal * horizontal);
+        let row = Errors {
+            attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // judgement.md, eq. 21
+            ..Errors::none()
+        };
+        Some(self.measured(row, beyond, witnessed.sigma * witnessed.sigma))
+    }
+
+    /// Forgets from which direction headings count.
+    pub fn forget_north(&mut self) {
+        self.north = None;
+    }
+
     /// Begins with a velocity in the primary's axes, and otherwise leaves it alone.
     pub fn begin_along_primary(&mut self, witnessed: &Witnessed<T>) {
         if !self.along_primary {
@@ -406,6 +478,9 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             deviation.velocity = turn * deviation.velocity;
         }
         self.heading = Heading::Known;
+        if let Some(north) = &mut self.north {
+            north.offset -= angle;
+        }
         // What is known of level directions turns along; both horizontal ones are known alike.
         let own = self.covariance.variances();
         let level = own.attitude.x.max(own.attitude.y);
@@ -458,6 +533,12 @@ fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Er
         rate: Vector3::repeat(wanders(RATE_WANDERS)),
         vertical: wanders(FORCE_WANDERS),
     }
+}
+
+/// An angle, rad, less whole turns.
+fn within_half_a_turn<T: Real>(angle: T) -> T {
+    let turn = real::<T>(core::f64::consts::TAU);
+    angle - (angle / turn).round() * turn
 }
 
 /// The one of three numbers along an axis, if it is finite: others may be anything.

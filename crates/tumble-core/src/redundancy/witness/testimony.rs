@@ -7,7 +7,9 @@ use crate::redundancy::judgement::UnitReading;
 use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
-use crate::redundancy::witness::navigation::{Innovation, Navigation, Step, Witnessed, candidates};
+use crate::redundancy::witness::navigation::{
+    Innovation, Navigation, Step, Witnessed, WitnessedHeading, candidates,
+};
 use crate::redundancy::witness::track::{EARLY, LATE};
 use crate::redundancy::witness::{Witness, WitnessRejection};
 
@@ -46,6 +48,10 @@ const SCORE_COUNTS: f64 = 1.5;
 const SCORE_SPAN: f64 = 5.0;
 const SCORE_MOST: f64 = 1.5;
 
+/// Numbers that witnesses measure: the axes of a velocity, and a heading.
+const MEASURED: usize = 4;
+const HEADING: usize = 3;
+
 /// Whether a witness is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trust<T: Real> {
@@ -82,8 +88,82 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
 struct Testified<T: Real> {
     /// Logarithm of the ratio of likelihoods that it is wrong, against that the set is.
     evidence: T,
-    /// Mean misfit with it in place of the set's, along each axis, sigmas.
-    misfit: Vector3<T>,
+    /// Mean misfit with it in place of the set's, of each number that is measured, sigmas.
+    misfit: [T; MEASURED],
+}
+
+/// Whether what witnesses of one kind say can be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Confidence<T: Real> {
+    /// Mean square misfit of the best, sigmas squared: usually, and lately in units of that.
+    usual: T,
+    lately: T,
+    trusted: bool,
+    /// Whether the latest measurement left it fit to be, and how many in succession did or did not.
+    fit: bool,
+    streak: u16,
+    /// Whether it was said that there is none.
+    told: bool,
+}
+
+impl<T: Real> Confidence<T> {
+    fn new() -> Self {
+        Self {
+            usual: T::one(),
+            lately: T::one(),
+            trusted: false,
+            fit: false,
+            streak: 0,
+            told: false,
+        }
+    }
+
+    /// Learns what misfits usually are.
+    fn learn(&mut self, best: T) {
+        let square = best * best * self.usual;
+        self.usual += (square - self.usual) / real(USUAL_OVER);
+        self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
+    }
+
+    /// Whether witnesses are believed, after a misfit of the best, sigmas.
+    fn trust(&mut self, best: T) -> Option<Trust<T>> {
+        let most = real::<T>(FITS_NOBODY + 1.0);
+        let square = best.min(most) * best.min(most);
+        self.lately += (square - self.lately) / real(AVERAGED);
+        let limit = tabulated::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
+        let fits = self.lately <= limit;
+        self.streak = if fits == self.fit {
+            self.streak.saturating_add(1)
+        } else {
+            1
+        };
+        self.fit = fits;
+        let misfit = self.lately;
+        match (self.trusted, fits) {
+            (true, true) => None,
+            // One that was never believed is told of as well.
+            (false, false) if self.streak < ANEW_AFTER || self.told => None,
+            (false, true) if self.streak < TRUSTED_AFTER => None,
+            (_, false) => {
+                self.trusted = false;
+                self.told = true;
+                Some(Trust::Lost { misfit, limit })
+            }
+            (false, true) => {
+                self.trusted = true;
+                core::mem::take(&mut self.told).then_some(Trust::Regained)
+            }
+        }
+    }
+
+    /// Whether all begins anew, after so long without trust; it is then sought from the start.
+    fn begins_anew(&mut self) -> bool {
+        let lost = !self.trusted && !self.fit && self.streak >= ANEW_AFTER;
+        if lost {
+            self.streak = 0;
+        }
+        lost
+    }
 }
 
 /// What witnesses have said.
@@ -99,22 +179,16 @@ pub(crate) struct Testimony<T: Real, const UNITS: usize> {
     /// Since the latest velocity, s.
     silent: T,
     calm: bool,
-    /// Mean square misfit of the best, sigmas squared: usually, and lately in units of that.
-    usual: T,
-    lately: T,
-    trusted: bool,
-    /// Whether the latest measurement left it fit to be, and how many in succession did or did not.
-    fit: bool,
-    streak: u16,
-    /// Whether it was said that there is none.
-    told: bool,
+    /// Those of velocity, and of heading.
+    of_velocity: Confidence<T>,
+    of_heading: Confidence<T>,
 }
 
 impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
     pub fn new() -> Self {
         let nothing = Testified {
             evidence: T::zero(),
-            misfit: Vector3::zeros(),
+            misfit: [T::zero(); MEASURED],
         };
         Self {
             navigation: None,
@@ -124,12 +198,8 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
             scores: [None; UNITS],
             silent: real(f64::INFINITY),
             calm: false,
-            usual: T::one(),
-            lately: T::one(),
-            trusted: false,
-            fit: false,
-            streak: 0,
-            told: false,
+            of_velocity: Confidence::new(),
+            of_heading: Confidence::new(),
         }
     }
 
@@ -202,7 +272,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
                 continue;
             }
             let beyond = (*value - T::one()) * real(0.5);
-            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 21
+            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
             for against in against {
                 against.evidence = (against.evidence + said).min(real(MOST));
             }
@@ -219,32 +289,76 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
                 Ok(None)
             }
             Witness::Velocity { value, sigma } | Witness::BodyVelocity { value, sigma } => {
-                let Some(mut navigation) = self.navigation else {
-                    self.silent = T::zero();
-                    return Ok(None);
-                };
-                let witnessed = Witnessed {
+                let level = matches!(witness, Witness::Velocity { .. });
+                self.measure(time, |testimony, navigation, windows| {
+                    let witnessed = Witnessed {
+                        value: *value,
+                        sigma: *sigma,
+                        windows,
+                        length: seconds(testimony.span),
+                    };
+                    testimony.take_velocity(navigation, &witnessed, level)
+                })
+            }
+            Witness::Heading { value, sigma } => self.measure(time, |testimony, navigation, windows| {
+                let witnessed = WitnessedHeading {
                     value: *value,
                     sigma: *sigma,
-                    windows: self.windows_ago(time)?,
-                    length: seconds(self.span),
+                    windows,
                 };
-                self.silent = T::zero();
-                let level = matches!(witness, Witness::Velocity { .. });
-                if level {
-                    navigation.begin_along_level(&witnessed);
-                } else {
-                    navigation.begin_along_primary(&witnessed);
-                }
-                let change = self.listen(&mut navigation, &witnessed, level);
-                let lost = !self.trusted && !self.fit && self.streak >= ANEW_AFTER;
-                self.navigation = Some(navigation).filter(|navigation| navigation.is_finite() && !lost);
-                if lost {
-                    self.streak = 0;
-                }
-                Ok(change)
-            }
+                testimony.take_heading(navigation, &witnessed)
+            }),
         }
+    }
+
+    /// Takes in a measurement of a time; the one that is heard first begins the integration.
+    fn measure(
+        &mut self,
+        time: u64,
+        take: impl FnOnce(&mut Self, &mut Navigation<T, UNITS>, T) -> Option<Trust<T>>,
+    ) -> Result<Option<Trust<T>>, WitnessRejection> {
+        let Some(mut navigation) = self.navigation else {
+            self.silent = T::zero();
+            return Ok(None);
+        };
+        let windows = self.windows_ago(time)?;
+        self.silent = T::zero();
+        let change = take(self, &mut navigation, windows);
+        let lost = self.of_velocity.begins_anew();
+        self.navigation = Some(navigation).filter(|navigation| navigation.is_finite() && !lost);
+        Ok(change)
+    }
+
+    fn take_velocity(
+        &mut self,
+        navigation: &mut Navigation<T, UNITS>,
+        witnessed: &Witnessed<T>,
+        level: bool,
+    ) -> Option<Trust<T>> {
+        if level {
+            navigation.begin_along_level(witnessed);
+        } else {
+            navigation.begin_along_primary(witnessed);
+        }
+        let worst = self.listen(navigation, witnessed, level)?;
+        self.trust(Sensor::Accelerometer, worst)
+    }
+
+    fn take_heading(
+        &mut self,
+        navigation: &mut Navigation<T, UNITS>,
+        witnessed: &WitnessedHeading<T>,
+    ) -> Option<Trust<T>> {
+        let innovation = navigation.along_heading(witnessed, self.calm)?;
+        let best = self.weigh(navigation, &innovation, HEADING);
+        if best.abs() < real(FITS_NOBODY) {
+            navigation.update(&innovation);
+        }
+        let change = self.trust(Sensor::Gyroscope, best.abs());
+        if self.of_heading.begins_anew() {
+            navigation.forget_north();
+        }
+        change
     }
 
     /// How many windows ago a time was.
@@ -264,38 +378,40 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         }
     }
 
-    /// Holds a velocity against what each unit makes of it, axis by axis.
+    /// Holds a velocity against what each unit makes of it, axis by axis; gives the largest misfit of the best, sigmas.
     fn listen(
         &mut self,
         navigation: &mut Navigation<T, UNITS>,
         witnessed: &Witnessed<T>,
         level: bool,
-    ) -> Option<Trust<T>> {
+    ) -> Option<T> {
         let mut worst = None;
-        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+        for (place, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
             let innovation = if level {
                 navigation.along_level(&axis, witnessed)
             } else {
                 navigation.along_primary(&axis, witnessed)
             };
             let Some(innovation) = innovation else { continue };
-            let best = self.weigh(navigation, &innovation, &axis);
+            let best = self.weigh(navigation, &innovation, place);
             if best.abs() < real(FITS_NOBODY) {
                 navigation.update(&innovation);
             }
             worst = Some(best.abs().max(worst.unwrap_or(T::zero())));
         }
-        self.trust(worst?)
+        worst
     }
 
-    /// Takes in one axis, and gives the misfit of the best, sigmas.
-    fn weigh(
-        &mut self,
-        navigation: &Navigation<T, UNITS>,
-        innovation: &Innovation<T>,
-        axis: &Vector3<T>,
-    ) -> T {
-        let sigma = (innovation.variance * self.usual).square_root();
+    /// Takes in one number that was measured, and gives the misfit of the best, sigmas.
+    fn weigh(&mut self, navigation: &Navigation<T, UNITS>, innovation: &Innovation<T>, place: usize) -> T {
+        // What gyroscopes of two units share, drift and the error of the filter's own bias, moves a velocity as much as what they
+        // differ by; what accelerometers say moves no heading.
+        let (confidence, speaks_of) = if place == HEADING {
+            (&mut self.of_heading, Sensor::Gyroscope)
+        } else {
+            (&mut self.of_velocity, Sensor::Accelerometer)
+        };
+        let sigma = (innovation.variance * confidence.usual).square_root();
         let of_set = innovation.of_set / sigma;
         let mut best = of_set;
         let misfits: [[T; 2]; UNITS] = core::array::from_fn(|unit| {
@@ -314,70 +430,41 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
                 continue;
             };
             let own_within = own.max(-most).min(most);
-            let before = against.misfit.dot(axis);
-            against.misfit += axis * ((own_within - before) / real(AVERAGED));
-            // What gyroscopes of two units share, drift and the error of the filter's own bias, is as large as what they differ by.
-            if fits_somebody && self.trusted && sensor == Sensor::Accelerometer {
+            if let Some(misfit) = against.misfit.get_mut(place) {
+                *misfit += (own_within - *misfit) / real(AVERAGED);
+            }
+            if fits_somebody && confidence.trusted && sensor == speaks_of {
                 let set_within = of_set.max(-most).min(most);
                 let said = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
                 against.evidence = (against.evidence + said).max(real(-MOST)).min(real(MOST));
             }
         }
-        if self.calm && self.trusted && fits_somebody {
-            let square = best * best * self.usual;
-            self.usual += (square - self.usual) / real(USUAL_OVER);
-            self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
+        if self.calm && confidence.trusted && fits_somebody {
+            confidence.learn(best);
         }
         best
     }
 
-    /// Whether the witness is believed, after a misfit of the best, sigmas.
-    fn trust(&mut self, best: T) -> Option<Trust<T>> {
-        let most = real::<T>(FITS_NOBODY + 1.0);
-        let square = best.min(most) * best.min(most);
-        self.lately += (square - self.lately) / real(AVERAGED);
-        let limit = tabulated::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
-        let fits = self.lately <= limit;
-        self.streak = if fits == self.fit {
-            self.streak.saturating_add(1)
-        } else {
-            1
-        };
-        self.fit = fits;
-        match (self.trusted, fits) {
-            (true, true) => None,
-            // One that was never believed is told of as well.
-            (false, false) if self.streak < ANEW_AFTER || self.told => None,
-            (false, false) => {
-                self.told = true;
-                Some(Trust::Lost {
-                    misfit: self.lately,
-                    limit,
-                })
-            }
-            (true, false) => {
-                self.trusted = false;
-                self.told = true;
-                self.acquit();
-                Some(Trust::Lost {
-                    misfit: self.lately,
-                    limit,
-                })
-            }
-            (false, true) => {
-                if self.streak < TRUSTED_AFTER {
-                    return None;
-                }
-                self.trusted = true;
-                core::mem::take(&mut self.told).then_some(Trust::Regained)
-            }
+    /// What is known of the measurements that speak of a sensor: velocities of accelerometers, headings of gyroscopes.
+    fn confidence(&mut self, sensor: Sensor) -> &mut Confidence<T> {
+        match sensor {
+            Sensor::Accelerometer => &mut self.of_velocity,
+            Sensor::Gyroscope => &mut self.of_heading,
         }
     }
 
-    fn acquit(&mut self) {
-        for against in self.against.iter_mut().flatten() {
-            against.evidence = T::zero();
+    /// Trusts measurements that speak of a sensor by the misfit of the best, sigmas; what they said is dropped where trust is
+    /// lost.
+    fn trust(&mut self, sensor: Sensor, misfit: T) -> Option<Trust<T>> {
+        let confidence = self.confidence(sensor);
+        let before = confidence.trusted;
+        let change = confidence.trust(misfit);
+        if before && !confidence.trusted {
+            for against in &mut self.against {
+                sensor.of_mut(against).evidence = T::zero();
+            }
         }
+        change
     }
 
     fn against(&self, sensor: Sensor, unit: usize) -> Option<&Testified<T>> {

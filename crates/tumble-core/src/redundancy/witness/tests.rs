@@ -138,6 +138,7 @@ fn look<const N: usize>(
         length: H,
         gravity: GRAVITY,
         noise_ratio: 9.0,
+        means_only: false,
         tolerated: ForceAndRate {
             specific_force: 0.05,
             angular_rate: 0.0075,
@@ -315,6 +316,74 @@ fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
     }
 }
 
+const HEADING_SIGMA: f64 = 0.05;
+
+/// Heading of the primary, with noise as that of a velocity, and so much besides.
+fn heading(t: f64, v: Vector3<f64>, beyond: f64) -> Witness<f64> {
+    let ahead = motion(t).0 * Vector3::x();
+    let noise = (v - motion(t).1).x / SIGMA * HEADING_SIGMA;
+    Witness::Heading {
+        // Counted from a direction of its own.
+        value: ahead.y.atan2(ahead.x) + 2.5 + noise + beyond,
+        sigma: HEADING_SIGMA,
+    }
+}
+
+/// A gyroscope drifts about the vertical, which neither rest nor gravity shows in motion.
+fn yaw_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
+    let size = if unit == 1 {
+        0.0015 * (t - 100.0).max(0.0)
+    } else {
+        0.0
+    };
+    [Vector3::zeros(), motion(t).0.inverse() * Vector3::z() * size]
+}
+
+#[test]
+fn a_heading_says_which_of_two_gyroscopes_drifts_about_the_vertical() {
+    for seed in 0..8 {
+        let flown = |says: Says| {
+            Flight::<2> {
+                fault: yaw_drifts,
+                says,
+                ..flight(seed)
+            }
+            .fly()
+        };
+        let (with, without) = (flown(|t, v| heading(t, v, 0.0)), flown(truthful));
+        assert_eq!(
+            blamed(&with).first(),
+            Some(&(1, Sensor::Gyroscope)),
+            "seed {seed}: {with:?}"
+        );
+        assert_eq!(blamed(&without), [], "seed {seed}: {without:?}");
+    }
+}
+
+#[test]
+fn a_heading_that_is_disturbed_condemns_no_sound_unit() {
+    // Iron that passes by, that comes ever nearer, and a needle that sticks; alone and beside a fault that they do not resemble.
+    let disturbances: [Says; 3] = [
+        |t, v| heading(t, v, if t > 90.0 && t % 20.0 < 6.0 { 0.6 } else { 0.0 }),
+        |t, v| heading(t, v, if t > 100.0 { -0.02 * (t - 100.0) } else { 0.0 }),
+        |t, v| heading(t.min(95.0), v - motion(t).1 + motion(t.min(95.0)).1, 0.0),
+    ];
+    for seed in 0..4 {
+        for (number, says) in disturbances.into_iter().enumerate() {
+            let alone = Flight::<2> { says, ..flight(seed) }.fly();
+            assert_eq!(blamed(&alone), [], "seed {seed}, disturbance {number}: {alone:?}");
+            let beside = Flight::<2> {
+                says,
+                fault: yaw_drifts,
+                ..flight(seed)
+            }
+            .fly();
+            let wrong = blamed(&beside).contains(&(0, Sensor::Gyroscope));
+            assert!(!wrong, "seed {seed}, disturbance {number}: {beside:?}");
+        }
+    }
+}
+
 /// Ways to lie, from 60 s on, and whether nobody fits them for long.
 const LIES: [(Says, bool); 6] = [
     // The velocity drifts away, fast and slowly.
@@ -417,6 +486,11 @@ fn what_a_witness_cannot_mean_is_left_out() {
         of(zero, Vector3::repeat(f64::INFINITY)),
         Err(WitnessRejection::NoSigma)
     );
+    let heading = |value, sigma| Witness::Heading { value, sigma }.check(2);
+    assert_eq!(heading(7.0, 0.1), Ok(()));
+    assert_eq!(heading(f64::NAN, 0.1), Err(WitnessRejection::NotFinite));
+    assert_eq!(heading(0.0, 0.0), Err(WitnessRejection::NoSigma));
+    assert_eq!(heading(0.0, f64::INFINITY), Err(WitnessRejection::NoSigma));
     let score = |unit, value| Witness::Score { unit, value }.check(2);
     assert_eq!(score(1, 0.0), Ok(()));
     assert_eq!(score(2, 1.0), Err(WitnessRejection::NoSuchUnit));

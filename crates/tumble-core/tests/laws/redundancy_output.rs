@@ -1,0 +1,186 @@
+//! There is an output as long as any unit sends numbers that change: whatever befalls the others, at any rate.
+
+use proptest::prelude::*;
+use tumble_core::redundancy::platform::Range;
+use tumble_core::sample::Sample;
+
+use crate::common::cases;
+use crate::redundancy_mission::{Mission, Part, Phase, fly, platform, seconds, settings, units};
+
+/// What befalls a unit, from a time on, s, for as long or for good.
+#[derive(Clone, Copy, Debug)]
+struct Ailment {
+    kind: Kind,
+    begins: f64,
+    lasts: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// Nothing.
+    None,
+    /// Its readings repeat.
+    Frozen,
+    /// No sample comes.
+    Silent,
+    /// A reading is no number, every so many samples.
+    NotANumber(u64),
+    /// Its readings scatter.
+    Noisy(f64),
+    /// It is off by so much, m/s^2 and a tenth of it in rad/s.
+    Off(f64),
+    /// An axis repeats.
+    Stuck,
+    /// It is at the end of its range.
+    Saturated,
+    /// It says the opposite.
+    TurnedOver,
+    /// Its stamps stand.
+    ClockStands,
+}
+
+const RANGE: f64 = 160.0;
+
+fn ailment() -> impl Strategy<Value = Ailment> {
+    let kind = prop_oneof![
+        1 => Just(Kind::None),
+        3 => Just(Kind::Frozen),
+        2 => Just(Kind::Silent),
+        2 => (1..4_u64).prop_map(Kind::NotANumber),
+        2 => (0.5..20.0_f64).prop_map(Kind::Noisy),
+        2 => (0.1..20.0_f64).prop_map(Kind::Off),
+        1 => Just(Kind::Stuck),
+        1 => Just(Kind::Saturated),
+        1 => Just(Kind::TurnedOver),
+        1 => Just(Kind::ClockStands),
+    ];
+    let lasts = prop_oneof![2 => Just(f64::INFINITY), 1 => 0.05..3.0_f64];
+    let begins = prop_oneof![1 => Just(0.0), 4 => 0.0..9.0_f64];
+    (kind, begins, lasts).prop_map(|(kind, begins, lasts)| Ailment { kind, begins, lasts })
+}
+
+impl Ailment {
+    /// Changes a sample of a unit of a period, microseconds, s after the start; says whether it arrives.
+    fn spoil(&self, time: f64, period: u64, sample: &mut Sample<f64>) -> bool {
+        let since = time - self.begins;
+        if !(0.0..self.lasts).contains(&since) {
+            return true;
+        }
+        let number = (since * 1e6) as u64 / period;
+        match self.kind {
+            Kind::None => {}
+            Kind::Silent => return false,
+            Kind::Frozen => {
+                sample.specific_force = [0.1, 0.2, 9.7].into();
+                sample.angular_rate = [0.01, 0.02, 0.03].into();
+            }
+            Kind::NotANumber(every) => {
+                if number.is_multiple_of(every) {
+                    sample.specific_force.y = f64::NAN;
+                }
+            }
+            Kind::Noisy(size) => {
+                let wild = (number as f64 * 0.7).sin() + (number as f64 * 2.3).sin();
+                sample.specific_force.x += size * wild;
+                sample.angular_rate.x += 0.1 * size * wild;
+            }
+            Kind::Off(by) => {
+                sample.specific_force.x += by;
+                sample.angular_rate.x += 0.1 * by;
+            }
+            Kind::Stuck => sample.specific_force.x = 0.5,
+            Kind::Saturated => sample.specific_force.x = RANGE,
+            Kind::TurnedOver => {
+                sample.specific_force = -sample.specific_force;
+                sample.angular_rate = -sample.angular_rate;
+            }
+            Kind::ClockStands => sample.time -= (since * 1e6) as u64,
+        }
+        true
+    }
+}
+
+/// Periods of units, microseconds, from 10 to 1000 Hz.
+fn period() -> impl Strategy<Value = u64> {
+    (1.0..3.0_f64).prop_map(|power| (1e6 / 10.0_f64.powf(power)) as u64)
+}
+
+/// Longest time without an output, s, and how long that may be: none of what condemns a source takes longer than eight samples
+/// during which nothing comes of it.
+fn longest_gap<const N: usize>(
+    ailments: [Ailment; N],
+    periods: [u64; N],
+    sound: usize,
+    seed: u64,
+) -> (f64, f64, String) {
+    let mut parts = [Part::exact(); N];
+    for (number, part) in parts.iter_mut().enumerate() {
+        part.period = periods[number];
+        part.phase = number as u64 * 130;
+    }
+    let mission = Mission::new(seed, &parts)
+        .phases(&[(3.0, Phase::Rest), (6.0, Phase::Free(1.0)), (3.0, Phase::Shaken)])
+        .spoilt(move |number, time, sample| {
+            number == sound || ailments[number].spoil(time, periods[number], sample)
+        });
+    let ranged = units::<f32, N>(&parts).map(|mut unit| {
+        unit.range = Range {
+            specific_force: Some(RANGE as f32),
+            angular_rate: None,
+        };
+        unit
+    });
+    let flight = fly(&platform(settings(), ranged), &mission);
+    let slowest = periods.iter().max().map_or(0.0, |period| seconds(*period));
+    let mut before = mission.start;
+    let mut longest = 0.0_f64;
+    let ends = mission.start + 12_000_000;
+    for time in flight.outputs.iter().map(|output| output.time).chain([ends]) {
+        longest = longest.max(seconds(time.saturating_sub(before)));
+        before = time;
+    }
+    (longest, 0.2 + 8.0 * slowest, flight.story())
+}
+
+fn speaks<const N: usize>(
+    ailments: [Ailment; N],
+    periods: [u64; N],
+    sound: usize,
+    seed: u64,
+) -> Result<(), TestCaseError> {
+    let (longest, most, story) = longest_gap(ailments, periods, sound % N, seed);
+    prop_assert!(
+        longest <= most,
+        "no output for {longest} s, sound {}\n{story}",
+        sound % N
+    );
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(cases(24))]
+
+    #[test]
+    fn of_two_units_one_is_heard_whatever_befalls_the_other(
+        ailments in prop::array::uniform2(ailment()), periods in prop::array::uniform2(period()),
+        sound in 0..2_usize, seed in any::<u64>()
+    ) {
+        speaks(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_three_units_one_is_heard_whatever_befalls_the_others(
+        ailments in prop::array::uniform3(ailment()), periods in prop::array::uniform3(period()),
+        sound in 0..3_usize, seed in any::<u64>()
+    ) {
+        speaks(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_four_units_one_is_heard_whatever_befalls_the_others(
+        ailments in prop::array::uniform4(ailment()), periods in prop::array::uniform4(period()),
+        sound in 0..4_usize, seed in any::<u64>()
+    ) {
+        speaks(ailments, periods, sound, seed)?;
+    }
+}

@@ -1,0 +1,207 @@
+//! Physics at rest has the first word, and takes back what was said in motion; what meets all units at once is no unit's fault.
+
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::judgement::attribution::Ground;
+use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::{SENSORS, Sensor};
+use tumble_core::redundancy::settings::Rung;
+
+use crate::common::Draws;
+use crate::redundancy_mission::{
+    Flight, Mission, Part, Phase, SECOND, START, assert_told, fly, platform, seconds, settings, units,
+};
+
+/// What a sensor was stored as that had no error then.
+fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
+    Record {
+        identity,
+        sensor,
+        model: ErrorModel::identity(),
+        matrix_sigma: Matrix3::repeat(1e-3),
+        bias_sigma: Vector3::repeat(1e-3),
+        lever_arm: Vector3::zeros(),
+        lever_arm_sigma: Vector3::zeros(),
+        rung: Rung::Affine,
+        directions: 3,
+        residual: 0.01,
+        residual_before: 0.1,
+        pairs: 400,
+        sequence: 1,
+        followed: Vector3::zeros(),
+    }
+}
+
+/// Units that were calibrated, and have these biases since.
+fn since<const N: usize>(mission: &Mission) -> Flight<f32, N> {
+    let parts: [Part; N] = core::array::from_fn(|number| mission.parts[number]);
+    let platform = platform(settings(), units(&parts));
+    let mut flight = Flight::new(mission.seed);
+    for number in 1..N as u64 {
+        for sensor in SENSORS {
+            flight.restore(&platform, &without_error(11 + number, sensor));
+        }
+    }
+    flight.take(&platform, &mission.samples());
+    flight
+}
+
+fn off(specific_force: [f64; 3]) -> Part {
+    Part::exact().biased(specific_force, [0.0; 3])
+}
+
+#[test]
+fn secondaries_that_aged_each_its_own_way_are_calibrated_anew_and_nobody_disagrees() {
+    for seed in 0..12 {
+        let mut draws = Draws::new(seed);
+        let mut aged = || (draws.normals::<3>().normalize() * 0.15).into();
+        let parts = [Part::exact(), off(aged()), off(aged())];
+        let flight = since::<3>(&Mission::new(seed, &parts));
+        for unit in 0..3 {
+            assert_told!(flight, unit, 0 x EventKind::Disagree { .. });
+            assert_told!(flight, unit, 0 x EventKind::Unhealthy { .. });
+        }
+        for unit in 1..3 {
+            assert_eq!(
+                flight.adopted(unit, Sensor::Accelerometer).len(),
+                1,
+                "{}",
+                flight.story()
+            );
+        }
+    }
+}
+
+#[test]
+fn two_secondaries_that_say_the_same_of_a_primary_at_the_first_rest_are_not_stale() {
+    let parts = [off([0.3, 0.0, 0.0]), Part::exact(), Part::exact()];
+    let flight = since::<3>(&Mission::new(1, &parts));
+    for unit in 1..3 {
+        assert!(
+            flight.adopted(unit, Sensor::Accelerometer).is_empty(),
+            "{}",
+            flight.story()
+        );
+    }
+    assert_told!(flight, 0, EventKind::Unhealthy { .. });
+}
+
+#[test]
+fn of_two_units_physics_opens_the_cap_and_the_primary_alone_does_not() {
+    let along = since::<2>(&Mission::new(2, &[Part::exact(), off([0.0, 0.0, 0.3])]));
+    assert_eq!(
+        along.adopted(1, Sensor::Accelerometer).len(),
+        1,
+        "{}",
+        along.story()
+    );
+    let across = since::<2>(&Mission::new(2, &[Part::exact(), off([0.3, 0.0, 0.0])]));
+    assert!(
+        across.adopted(1, Sensor::Accelerometer).is_empty(),
+        "{}",
+        across.story()
+    );
+    assert_told!(
+        across,
+        1,
+        EventKind::Refused {
+            why: AdoptionRefusal::Exceeds(RefusalReason::BeyondSupport, _),
+            ..
+        }
+    );
+}
+
+#[test]
+fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest_and_the_primary_is_the_source_again() {
+    for seed in 0..4 {
+        let parts = [Part::exact(); 3];
+        let mission = Mission::new(seed, &parts)
+            .phases(&[(3.0, Phase::Rest), (15.0, Phase::Free(1.0)), (6.0, Phase::Rest)])
+            .spoilt(|number, time, sample| {
+                if number > 0 && time >= 10.0 {
+                    sample.specific_force += Vector3::new(0.35, 0.0, 0.35);
+                }
+                true
+            });
+        let flight = since::<3>(&mission);
+        assert_told!(
+            flight,
+            0,
+            EventKind::Unhealthy {
+                fault: HealthFault::OutOfFamily { .. }
+            }
+        );
+        for unit in 1..3 {
+            assert_told!(
+                flight,
+                unit,
+                EventKind::Unhealthy {
+                    fault: HealthFault::Blamed {
+                        ground: Ground::Rest,
+                        ..
+                    }
+                }
+            );
+        }
+        assert_eq!(flight.monitor.source(), Some(0), "{}", flight.story());
+    }
+}
+
+#[test]
+fn a_stall_of_all_units_costs_a_sample_and_the_primary_goes_on() {
+    for stall in [0.11, 0.3, 0.6, 0.99] {
+        for seed in 0..3 {
+            let mut parts = [Part::exact(); 3];
+            for (part, phase) in parts.iter_mut().zip([7_000, 0, 3_000]) {
+                part.phase = phase;
+            }
+            let mission =
+                Mission::new(seed, &parts).spoilt(move |_, time, _| !(8.0..8.0 + stall).contains(&time));
+            let flight = since::<3>(&mission);
+            for unit in 0..3 {
+                assert_told!(flight, unit, 0 x EventKind::Unhealthy { .. });
+            }
+            assert_told!(flight, 0, 1 x EventKind::TimeJumped { .. });
+            let after = START + 8 * SECOND;
+            let first = flight.outputs.iter().find(|output| output.time > after);
+            let waited = first.map(|output| seconds(output.time - after) - stall);
+            assert!(waited.is_some_and(|waited| waited < 0.025), "{waited:?}");
+            assert!(
+                flight.outputs.iter().all(|output| output.source == 0),
+                "{}",
+                flight.story()
+            );
+        }
+    }
+}
+
+#[test]
+fn begun_in_motion_a_gyroscope_that_jumps_is_named() {
+    for seed in 0..3 {
+        let parts = [Part::exact(); 3];
+        let mission = Mission::new(seed, &parts)
+            .phases(&[(70.0, Phase::Free(0.5))])
+            .spoilt(|number, time, sample| {
+                if time < 1.0 {
+                    return false;
+                }
+                if number == 0 && time >= 60.0 {
+                    sample.angular_rate.y += 0.05;
+                }
+                true
+            });
+        let flight = fly::<f32, 3>(&platform(settings(), units(&parts)), &mission);
+        let found = flight
+            .events
+            .iter()
+            .find(|event| matches!(event.kind, EventKind::Unhealthy { .. }));
+        assert!(
+            found.is_some_and(|event| event.unit == 0 && (60.0..62.0).contains(&seconds(event.time - START))),
+            "{}",
+            flight.story()
+        );
+    }
+}

@@ -1,0 +1,76 @@
+//! What vibration leaves in windows is learnt from windows: no fault hides in what vibration could do but does not.
+
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::sensor::Sensor;
+
+use crate::redundancy_mission::{
+    Flight, Mission, Part, Phase, assert_told, fly, platform, seconds, settings, units,
+};
+
+/// s after the start at which a unit jumps, ten after the vibration began.
+const JUMPS: f64 = 30.0;
+
+/// Three units, the secondaries calibrated before a vibration begins of so many m/s^2, of which one jumps by so much.
+fn shaken(seed: u64, vibration: f64, faulty: usize, jump: f64) -> Flight<f32, 3> {
+    let period = [5000, 5000, 4000];
+    let mut parts = [Part::exact(), Part::aged(), Part::aged()];
+    for (part, period) in parts.iter_mut().zip(period) {
+        part.period = period;
+    }
+    let mission = Mission::new(seed, &parts)
+        .phases(&[
+            (3.0, Phase::Rest),
+            (14.0, Phase::Free(1.0)),
+            (3.0, Phase::Rest),
+            (15.0, Phase::Vibrating(vibration)),
+        ])
+        .spoilt(move |number, time, sample| {
+            if number == faulty && time >= JUMPS {
+                sample.specific_force.x += jump;
+            }
+            true
+        });
+    fly(&platform(settings(), units(&parts)), &mission)
+}
+
+#[test]
+fn a_jump_of_a_tenth_of_the_vibration_is_named_in_half_a_second_beyond_what_drift_may_be() {
+    for (vibration, within) in [(1.0, 2.0), (3.0, 0.5), (10.0, 0.5), (30.0, 0.5)] {
+        for seed in 0..3 {
+            let faulty = seed as usize % 3;
+            let flight = shaken(seed, vibration, faulty, 0.1 * vibration);
+            let named = |kind: &EventKind<f32>| {
+                matches!(
+                    kind,
+                    EventKind::Unhealthy {
+                        fault: HealthFault::OutOfFamily {
+                            sensor: Sensor::Accelerometer,
+                            ..
+                        }
+                    }
+                )
+            };
+            let found = flight.events.iter().find(|event| named(&event.kind));
+            let since = found.map(|event| seconds(event.time - 40_000_000) - JUMPS);
+            assert!(
+                found.is_some_and(|event| event.unit == faulty)
+                    && since.is_some_and(|since| (0.0..within).contains(&since)),
+                "vibration {vibration}, {since:?}\n{}",
+                flight.story()
+            );
+        }
+    }
+}
+
+#[test]
+fn nobody_is_named_where_a_vibration_begins_and_goes_on() {
+    for vibration in [1.0, 3.0, 10.0, 30.0] {
+        for seed in 10..13 {
+            let flight = shaken(seed, vibration, 0, 0.0);
+            for unit in 0..3 {
+                assert_told!(flight, unit, 0 x EventKind::Unhealthy { .. });
+            }
+        }
+    }
+}
