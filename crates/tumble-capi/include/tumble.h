@@ -52,7 +52,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((480 + (177 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((498 + (180 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
@@ -60,7 +60,7 @@
 #define TUMBLE_NO_SOURCE UINT32_MAX
 
 /**
- * Flag of an output: its source is known to be wrong, and nobody is there in its place.
+ * Flag of an output: its source is known to be wrong, or says nothing of an axis of the primary, and nobody is there in its place.
  */
 #define TUMBLE_OUTPUT_DEGRADED 1
 
@@ -72,7 +72,7 @@
 /**
  * Words of 8 bytes in the storage of a spin.
  */
-#define TUMBLE_SPIN_WORDS 591
+#define TUMBLE_SPIN_WORDS 600
 
 /**
  * Words of 8 bytes in the storage of a store.
@@ -151,7 +151,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_LEFT_HANDED,
     /**
-     * The primary has to have all six axes, and its rotation has to be the identity.
+     * The primary has to have an axis, and its rotation has to be the identity.
      */
     TUMBLE_ERROR_PRIMARY,
     /**
@@ -810,6 +810,10 @@ enum tumble_witness_kind
      */
     TUMBLE_WITNESS_KIND_BODY_VELOCITY,
     /**
+     * Heading of the primary, as of a magnetometer: `heading`, of which the first of `sigma` is the standard deviation.
+     */
+    TUMBLE_WITNESS_KIND_HEADING,
+    /**
      * How badly an estimator that runs on `unit` fits its other sensors: `score`.
      */
     TUMBLE_WITNESS_KIND_SCORE,
@@ -844,6 +848,39 @@ enum tumble_command
 typedef enum tumble_command tumble_command;
 #else
 typedef uint32_t tumble_command;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * How good an inertial measurement unit is, best last.
+ */
+enum tumble_grade
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * A chip for phones and hobby drones, as InvenSense MPU-6050: bias instability of 0.53 mm/s^2 and 34 urad/s.
+     */
+    TUMBLE_GRADE_CONSUMER,
+    /**
+     * A factory-calibrated module, as Analog Devices ADIS16470: 0.19 mm/s^2 and 58 urad/s.
+     */
+    TUMBLE_GRADE_INDUSTRIAL,
+    /**
+     * A unit for guidance, as Analog Devices ADIS16495-1: 0.047 mm/s^2 and 5.8 urad/s.
+     */
+    TUMBLE_GRADE_TACTICAL,
+    /**
+     * Navigation class, as Honeywell HG9900 and QA-2000: 0.015 mm/s^2 and 0.026 urad/s.
+     */
+    TUMBLE_GRADE_REFERENCE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_grade tumble_grade;
+#else
+typedef uint32_t tumble_grade;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1654,11 +1691,11 @@ typedef struct tumble_output {
      */
     uint64_t time;
     /**
-     * m/s^2.
+     * m/s^2; not a number along axes of which the source says nothing.
      */
     float specific_force[3];
     /**
-     * rad/s.
+     * rad/s; not a number about axes of which the source says nothing.
      */
     float angular_rate[3];
     /**
@@ -1688,13 +1725,17 @@ typedef struct tumble_witness {
      */
     float velocity[3];
     /**
-     * Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured.
+     * Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured. The first is that of a heading, rad.
      */
     float sigma[3];
     /**
      * Innovation squared over its variance, a degree of freedom: 1 in health.
      */
     float score;
+    /**
+     * Angle about the vertical of the primary's x axis, rad, counter-clockwise seen from above, from any direction that stays.
+     */
+    float heading;
 } tumble_witness;
 
 /**
@@ -1751,17 +1792,8 @@ typedef struct tumble_store {
 } tumble_store;
 
 /**
- * Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
- */
-typedef struct tumble_spin {
-    /**
-     * Not to be touched.
-     */
-    uint64_t words[TUMBLE_SPIN_WORDS];
-} tumble_spin;
-
-/**
- * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be
+ * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with
+ * tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to be
  * different.
  */
 typedef struct tumble_spin_settings {
@@ -1812,11 +1844,13 @@ typedef struct tumble_spin_settings {
      */
     float scale_sigma;
     /**
-     * Bias instability of the accelerometer; 0 where it is not known or does not matter. Default: 0 m/s^2.
+     * Bias instability of the accelerometer; that of a consumer grade where nobody says. Default:
+     * 0.0005314598 m/s^2.
      */
     float specific_force_instability;
     /**
-     * Bias instability of the gyroscope; 0 where it is not known or does not matter. Default: 0 rad/s.
+     * Bias instability of the gyroscope; that of a consumer grade where nobody says. Default: 3.357221e-05
+     * rad/s.
      */
     float angular_rate_instability;
     /**
@@ -1889,6 +1923,16 @@ typedef struct tumble_spin_settings {
      */
     bool level_floor;
 } tumble_spin_settings;
+
+/**
+ * Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
+ */
+typedef struct tumble_spin {
+    /**
+     * Not to be touched.
+     */
+    uint64_t words[TUMBLE_SPIN_WORDS];
+} tumble_spin;
 
 /**
  * Why a spin cannot be used, with the figures.
@@ -2371,6 +2415,15 @@ tumble_status tumble_redundancy_restore_from(struct tumble_redundancy *redundanc
  */
 tumble_status tumble_unit_defaults(struct tumble_unit *unit,
                                    uint64_t identity);
+
+/**
+ * Fills settings with their defaults for a unit of this grade: with the bias instability of its accelerometers and
+ * gyroscopes, which a spin is too short to show.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE.
+ */
+tumble_status tumble_spin_defaults_for_grade(struct tumble_spin_settings *settings,
+                                             tumble_grade grade);
 
 /**
  * Makes storage a spin that has not started. `size` is `sizeof(tumble_spin)`.

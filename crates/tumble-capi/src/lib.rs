@@ -24,6 +24,8 @@ mod code;
 pub mod flash;
 #[cfg(feature = "freestanding")]
 mod freestanding;
+#[cfg(feature = "spin")]
+pub mod grade;
 pub mod model;
 mod pointer;
 pub mod record;

@@ -36,7 +36,7 @@ pub enum Status {
     TumbleErrorSingular,
     /// The axes of a triad form a left-handed set, which no mounting explains.
     TumbleErrorLeftHanded,
-    /// The primary has to have all six axes, and its rotation has to be the identity.
+    /// The primary has to have an axis, and its rotation has to be the identity.
     TumbleErrorPrimary,
     /// The matrix of a unit's mounting is no rotation.
     TumbleErrorMounting,

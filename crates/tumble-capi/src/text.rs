@@ -35,7 +35,7 @@ fn words(status: Status) -> &'static CStr {
         Status::TumbleErrorContradiction => c"settings contradict each other",
         Status::TumbleErrorSingular => c"a matrix has no inverse",
         Status::TumbleErrorLeftHanded => c"the axes of a triad form a left-handed set",
-        Status::TumbleErrorPrimary => c"the primary lacks an axis, or is turned against itself",
+        Status::TumbleErrorPrimary => c"the primary has no axis, or is turned against itself",
         Status::TumbleErrorMounting => c"the matrix of a mounting is no rotation",
         Status::TumbleErrorSameIdentity => c"two units have the same identity",
         Status::TumbleErrorBegun => c"the primary's own calibration is taken before the first sample only",

@@ -2,9 +2,11 @@
 
 use core::mem::MaybeUninit;
 
+use tumble_capi::grade::Grade;
 use tumble_capi::redundancy::{RedundancySettings, tumble_redundancy_defaults};
-use tumble_capi::spin::{SpinSettings, tumble_spin_defaults};
+use tumble_capi::spin::{SpinSettings, tumble_spin_defaults, tumble_spin_defaults_for_grade};
 use tumble_capi::status::Status;
+use tumble_core::grade::Grade as CoreGrade;
 use tumble_core::redundancy::settings::RedundancySettings as CoreRedundancySettings;
 use tumble_core::spin::settings::SpinSettings as CoreSpinSettings;
 
@@ -19,6 +21,33 @@ fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
     // SAFETY: the call before has filled it.
     let settings = unsafe { settings.assume_init() };
     assert_eq!(settings.in_core(), Ok(CoreSpinSettings::default()));
+}
+
+#[test]
+fn defaults_for_a_spin_of_each_grade_are_those_of_the_core_and_consumer_where_none_is_stated() {
+    let grades = [
+        (Grade::Consumer, CoreGrade::Consumer),
+        (Grade::Industrial, CoreGrade::Industrial),
+        (Grade::Tactical, CoreGrade::Tactical),
+        (Grade::Reference, CoreGrade::Reference),
+    ];
+    for (grade, of_core) in grades {
+        let mut settings = MaybeUninit::<SpinSettings>::uninit();
+        // SAFETY: it points to settings that may be written.
+        let status =
+            unsafe { tumble_spin_defaults_for_grade(settings.as_mut_ptr(), MaybeUninit::new(grade)) };
+        assert_eq!(status, Status::TumbleOk);
+        // SAFETY: the call before has filled it.
+        let settings = unsafe { settings.assume_init() };
+        assert_eq!(settings.in_core(), Ok(CoreSpinSettings::for_grade(of_core)));
+        let instability = of_core.bias_instability::<f32>();
+        assert_eq!(settings.angular_rate_instability, instability.angular_rate);
+        assert_eq!(settings.specific_force_instability, instability.specific_force);
+    }
+    assert_eq!(
+        CoreSpinSettings::<f32>::default(),
+        CoreSpinSettings::for_grade(CoreGrade::Consumer)
+    );
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! 1. [`model`]: the error model, its inverse, and `M = K L Q`, scale, non-orthogonality and mounting.
 //! 2. [`real`], the two kinds of number, and [`single`], functions of the smaller one; [`sample`] and [`moments`]: one sample, and what is kept of many.
 //! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them; [`pauses`] where samples are missing.
-//! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
+//! 4. [`noise`]: white noise and bias instability, and what they do to a mean; [`grade`]: how large they are where nobody knows.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
 //! 6. [`gravity`]: what the Earth adds; [`temperature`]: what it does to bias and scale.
 //! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot;
@@ -17,6 +17,7 @@
 #![no_std]
 
 pub mod eigen;
+pub mod grade;
 pub mod gravity;
 pub mod model;
 pub mod moments;

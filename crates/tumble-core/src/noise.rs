@@ -9,6 +9,9 @@
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 
+/// Allan deviation of flicker noise of B = 1: `sqrt(2 ln 2 / pi)`.
+pub const ALLAN_FLOOR: f64 = 0.6642824702679601; // eq. 5
+
 /// `2 ln 2 / pi`: Allan variance of flicker noise of B = 1.
 const FLICKER_FLOOR: f64 = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI; // eq. 5
 

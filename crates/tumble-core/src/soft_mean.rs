@@ -51,6 +51,16 @@ impl<T: Real> SoftSum<T> {
     }
 }
 
+/// Rises from 0 to 1 with an even slope at both ends, `x` from 0 to 1: a soft edge.
+pub fn rise<T: Real>(x: T) -> T {
+    x * x * (real::<T>(3.0) - x - x) // eq. 14
+}
+
+/// Derivative of [`rise`] by `x`.
+pub fn slope_of_rise<T: Real>(x: T) -> T {
+    x * (T::one() - x) * real(6.0) // eq. 14
+}
+
 /// One less twice the mean square of the rise `x^2 (3 - 2 x)`, which is 13/35.
 const EDGES: f64 = 1.0 - 2.0 * 13.0 / 35.0;
 
@@ -101,13 +111,13 @@ impl<T: Real> SoftMeans<T> {
             self.blocks += 1;
         }
         let x = (count::<T>(self.place) + real(0.5)) / count(self.blocks);
-        let rise = x * x * (real::<T>(3.0) - x - x); // eq. 14
+        let weight = rise(x);
         // Steps from block to block would let through what the blocks alias.
-        let slope = x * (T::one() - x) * real(6.0) / (duration * count(self.blocks)); // eq. 14
+        let slope = slope_of_rise(x) / (duration * count(self.blocks));
         for (i, (&mean, &lever)) in mean.iter().zip(lever).enumerate() {
             let within = slope * (lever / duration - mean * duration * real(0.5));
-            self.rising[i] += rise * mean + within;
-            self.falling[i] += (T::one() - rise) * mean - within;
+            self.rising[i] += weight * mean + within;
+            self.falling[i] += (T::one() - weight) * mean - within;
         }
         self.elapsed += duration;
         self.place += 1;

@@ -113,8 +113,9 @@ static void push(const tumble_redundancy *before)
     if (left(status, output, sizeof *output, before) && place == output) {
         const bool given = output->source != TUMBLE_NO_SOURCE;
         CHECK(!given || output->source == unit, "an output of another unit than said it");
-        CHECK(!given || (all_finite(output->specific_force, 3) && all_finite(output->angular_rate, 3)),
-              "an output that is not finite");
+        /* It has no number on axes of which its source says nothing. */
+        CHECK(!given || (none_infinite(output->specific_force, 3) && none_infinite(output->angular_rate, 3)),
+              "an output that is infinite");
         tell(output, offsetof(tumble_output, source) + sizeof output->source);
     }
 }

@@ -91,6 +91,16 @@ bool done(tumble_status status, const void *object, size_t size)
     return status == TUMBLE_OK;
 }
 
+bool none_infinite(const float *numbers, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (isinf(numbers[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool all_finite(const float *numbers, size_t count)
 {
     for (size_t i = 0; i < count; i++) {

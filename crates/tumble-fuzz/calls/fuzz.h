@@ -71,6 +71,9 @@ void unwritten(void *object, size_t size);
 bool done(tumble_status status, const void *object, size_t size);
 bool all_finite(const float *numbers, size_t count);
 
+/** Whether none of so many numbers is infinite. */
+bool none_infinite(const float *numbers, size_t count);
+
 /* flash.c */
 
 enum { FLASH_BYTES = 8192, FLASH_START = 4096 };

@@ -11,6 +11,7 @@ use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::platform::Platform;
+use tumble_core::redundancy::sensor::Axes;
 use tumble_core::sample::Sample;
 use tumble_store::record::{MAX_ENCODED, StoredRecord, encode};
 
@@ -158,7 +159,7 @@ impl Run {
                     .monitor
                     .push(&self.platform, number, &sample, &mut |event| log.hear(&event));
                 if let Some(output) = said {
-                    log.take(&output)?;
+                    log.take(&self.platform, &output)?;
                     last = Some(step);
                 }
             }
@@ -196,7 +197,7 @@ impl Run {
             if (output.source, Some(output.time)) != (number, time) {
                 return Err(format!("not of the sample that was pushed: {output:?}"));
             }
-            log.take(&output)?;
+            log.take(platform, &output)?;
         }
         let source = self.monitor.source();
         if source.is_some_and(|source| source >= UNITS) {
@@ -309,15 +310,25 @@ impl RunLog {
         }
     }
 
-    fn take(&mut self, output: &Output<f32>) -> RunOutcome {
+    /// A number on each axis of which the source says something, and no number on the others.
+    fn take(&mut self, platform: &Platform<f32, UNITS>, output: &Output<f32>) -> RunOutcome {
         let numbers = output.specific_force.iter().chain(&output.angular_rate);
         for number in numbers.clone() {
             self.digest.write_u32(number.to_bits());
         }
-        if numbers.clone().all(|number| number.is_finite()) {
+        let unit = platform.units().get(output.source).ok_or("of no unit")?;
+        let Axes(shown) = platform.output_axes(unit);
+        let as_shown = |(number, shown): (&f32, bool)| {
+            if shown {
+                number.is_finite()
+            } else {
+                number.is_nan()
+            }
+        };
+        if numbers.zip(shown).all(as_shown) {
             Ok(())
         } else {
-            Err(format!("not finite: {output:?}"))
+            Err(format!("not finite, or finite where nothing is said: {output:?}"))
         }
     }
 }

@@ -47,12 +47,12 @@ use crate::status::{Status, StatusResult, status};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 480 + 177 * UNITS + 4 * UNITS * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 498 + 180 * UNITS + 4 * UNITS * UNITS;
 
 /// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
 
-/// Flag of an output: its source is known to be wrong, and nobody is there in its place.
+/// Flag of an output: its source is known to be wrong, or says nothing of an axis of the primary, and nobody is there in its place.
 pub const TUMBLE_OUTPUT_DEGRADED: u32 = 1;
 
 /// Storage of a monitor. The caller owns it and may put it anywhere; what is in it is the library's.
@@ -89,9 +89,9 @@ pub enum Command {
 pub struct Output {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// m/s^2.
+    /// m/s^2; not a number along axes of which the source says nothing.
     pub specific_force: [f32; 3],
-    /// rad/s.
+    /// rad/s; not a number about axes of which the source says nothing.
     pub angular_rate: [f32; 3],
     /// The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
     pub source: u32,
@@ -405,7 +405,7 @@ impl Knowledge {
             bias: model.bias.into(),
             lever_arm: [0.0; 3],
             residual: calibration.residual(sensor),
-            factory: primary_factory_error(sensor, calibration, settings),
+            factory: primary_factory_error(sensor, &watched.platform.primary_axes(), calibration, settings),
             apart: 0.0,
             sequence: 0,
             calibrated: *model != CoreModel::identity(),

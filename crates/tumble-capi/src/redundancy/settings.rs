@@ -166,7 +166,7 @@ pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySet
 }
 
 impl RedundancySettings {
-    fn of(core: &Core<f32>) -> Self {
+    pub(super) fn of(core: &Core<f32>) -> Self {
         Self {
             window: core.window,
             rest_settle: core.evaluation.rest_settle,

@@ -17,6 +17,8 @@ pub enum WitnessKind {
     Velocity,
     /// Velocity of the primary's place in the primary's axes, as of wheels.
     BodyVelocity,
+    /// Heading of the primary, as of a magnetometer: `heading`, of which the first of `sigma` is the standard deviation.
+    Heading,
     /// How badly an estimator that runs on `unit` fits its other sensors: `score`.
     Score,
 }
@@ -31,15 +33,17 @@ pub struct Witness {
     pub unit: u32,
     /// Velocity, m/s.
     pub velocity: [f32; 3],
-    /// Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured.
+    /// Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured. The first is that of a heading, rad.
     pub sigma: [f32; 3],
     /// Innovation squared over its variance, a degree of freedom: 1 in health.
     pub score: f32,
+    /// Angle about the vertical of the primary's x axis, rad, counter-clockwise seen from above, from any direction that stays.
+    pub heading: f32,
 }
 
 // SAFETY: repr(u32), numbered from 0.
 unsafe impl Code for WitnessKind {
-    const COUNT: u32 = 3;
+    const COUNT: u32 = 4;
 }
 
 // A kind that the core gets needs its number here.
@@ -52,6 +56,10 @@ impl Witness {
         Ok(match code(self.kind)? {
             WitnessKind::Velocity => Core::Velocity { value, sigma },
             WitnessKind::BodyVelocity => Core::BodyVelocity { value, sigma },
+            WitnessKind::Heading => Core::Heading {
+                value: self.heading,
+                sigma: sigma.x,
+            },
             WitnessKind::Score => Core::Score {
                 unit: number(self.unit)?,
                 value: self.score,

@@ -9,7 +9,8 @@ use crate::code::{truth, unless_zero};
 use crate::pointer::{Place, answer};
 use crate::status::{Status, StatusResult};
 
-/// How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be
+/// How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with
+/// tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to be
 /// different.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -38,9 +39,11 @@ pub struct SpinSettings {
     /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
     /// Default: 0.01.
     pub scale_sigma: f32,
-    /// Bias instability of the accelerometer; 0 where it is not known or does not matter. Default: 0 m/s^2.
+    /// Bias instability of the accelerometer; that of a consumer grade where nobody says. Default:
+    /// 0.0005314598 m/s^2.
     pub specific_force_instability: f32,
-    /// Bias instability of the gyroscope; 0 where it is not known or does not matter. Default: 0 rad/s.
+    /// Bias instability of the gyroscope; that of a consumer grade where nobody says. Default: 3.357221e-05
+    /// rad/s.
     pub angular_rate_instability: f32,
     /// End of the accelerometer's range. Default: 0 m/s^2, not known.
     pub specific_force_range: f32,
@@ -90,7 +93,7 @@ pub unsafe extern "C" fn tumble_spin_defaults(settings: *mut SpinSettings) -> St
 }
 
 impl SpinSettings {
-    fn of(core: &Core<f32>) -> Self {
+    pub(super) fn of(core: &Core<f32>) -> Self {
         Self {
             still: core.still,
             still_timeout: core.still_timeout,

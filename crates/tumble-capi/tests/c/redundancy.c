@@ -321,7 +321,7 @@ static void a_witness_that_cannot_be_used_is_told_of_once(void)
     tumble_redundancy *monitor = new_monitor(&settings);
     int told[2] = {0, 0};
     const tumble_witness good = {
-        TUMBLE_WITNESS_KIND_VELOCITY, 0, {0.0F, 0.1F, NAN}, {0.3F, 0.3F, INFINITY}, 0.0F};
+        TUMBLE_WITNESS_KIND_VELOCITY, 0, {0.0F, 0.1F, NAN}, {0.3F, 0.3F, INFINITY}, 0.0F, 0.0F};
     tumble_witness no_number = good;
     no_number.velocity[1] = NAN;
     tumble_witness no_sigma = good;
@@ -333,11 +333,13 @@ static void a_witness_that_cannot_be_used_is_told_of_once(void)
         ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, time, &no_sigma, NULL, NULL));
     }
     CHECK(told[0] == 1 && told[1] == 1);
-    tumble_witness score = {TUMBLE_WITNESS_KIND_SCORE, 1, {0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.0F}, 1.2F};
+    tumble_witness score = {TUMBLE_WITNESS_KIND_SCORE, 1, {0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.0F}, 1.2F, 0.0F};
     ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
     score.unit = TUMBLE_UNITS;
     ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
-    score.kind = (tumble_witness_kind)3;
+    tumble_witness heading = {TUMBLE_WITNESS_KIND_HEADING, 0, {0.0F, 0.0F, 0.0F}, {0.1F, 0.0F, 0.0F}, 0.0F, 1.0F};
+    ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, 0, &heading, on_left_out, told));
+    score.kind = (tumble_witness_kind)4;
     ANSWERS(TUMBLE_ERROR_CODE, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
     free(monitor);
 }

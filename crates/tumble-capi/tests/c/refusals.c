@@ -38,7 +38,7 @@ static void null_is_refused_everywhere(void)
     ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
     tumble_sample sample = SAMPLE;
     tumble_record record = example_record();
-    const tumble_witness witness = {TUMBLE_WITNESS_KIND_SCORE, 0, {0.0F, 0.0F, 0.0F}, {1.0F, 1.0F, 1.0F}, 1.0F};
+    const tumble_witness witness = {TUMBLE_WITNESS_KIND_SCORE, 0, {0.0F, 0.0F, 0.0F}, {1.0F, 1.0F, 1.0F}, 1.0F, 0.0F};
     tumble_unit unit;
     tumble_decomposition parts;
     tumble_spin_state state;
@@ -70,6 +70,7 @@ static void null_is_refused_everywhere(void)
         tumble_error_model_decompose(NULL, &parts),
         tumble_error_model_decompose(&model, NULL),
         tumble_spin_defaults(NULL),
+        tumble_spin_defaults_for_grade(NULL, TUMBLE_GRADE_CONSUMER),
         tumble_spin_init(NULL, sizeof *spin, &spin_settings),
         tumble_spin_init(spin, sizeof *spin, NULL),
         tumble_spin_start(NULL),

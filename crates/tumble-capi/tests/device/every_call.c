@@ -51,6 +51,7 @@ static void turn(void)
     tumble_spin_progress progress;
     tumble_spin_estimate estimate;
     answers += tumble_spin_defaults(&settings);
+    answers += tumble_spin_defaults_for_grade(&settings, TUMBLE_GRADE_INDUSTRIAL);
     answers += tumble_spin_init(&spin, sizeof spin, &settings);
     answers += tumble_spin_start(&spin);
     answers += tumble_spin_push(&spin, &sample, TUMBLE_WHEELS_UNKNOWN, NULL);

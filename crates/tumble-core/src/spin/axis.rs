@@ -108,6 +108,8 @@ pub struct TurningRates<T: Real> {
     pub frame: Matrix3<T>,
     /// rad/s, case frame.
     pub counted_bias: Vector3<T>,
+    /// Variance that rounding adds to the mean over a block, as if it were white, (rad/s)^2.
+    pub rounding: T,
 }
 
 /// Fits the line, beginning with a guess of the axis that points upwards.
@@ -151,7 +153,7 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
         along: mean.z * points,
         along_squared: about_rest(spread.m33, mean.z),
     };
-    let block_variance = floored(scatter(&spread, &sums), LEAST);
+    let block_variance = floored(scatter(&spread, &sums), LEAST) + turning.rounding; // eq. 23
     let across = |mean: T, with_rate: T, rest_variance: T| {
         line(&sums, mean * points, with_rate, block_variance, rest_variance)
     };

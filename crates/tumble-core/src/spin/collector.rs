@@ -76,6 +76,7 @@ impl<T: Real> Collector<T> {
         if let Some(before) = before {
             self.check_step(sample, before)?;
         }
+        self.estimator.watch_reading(&sample.angular_rate);
         Ok(self.blocks.push(sample))
     }
 

@@ -12,6 +12,7 @@ use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
 use crate::spin::block::{Block, HeadingReference};
 use crate::spin::failure::SpinFailure;
 use crate::spin::harmonics::{HarmonicRow, Harmonics, RowWhitener};
+use crate::spin::resolution::{self, EvenReadings, Resolution};
 use crate::spin::rests::{Rests, Stop};
 use crate::spin::settings::SpinSettings;
 
@@ -113,6 +114,8 @@ pub struct SpinEstimator<T: Real> {
     noise: Moments<T, CHANNELS>,
     turning_samples: u32,
     turned: TurnTotals<T>,
+    resolution: Resolution<T>,
+    even: EvenReadings<T>,
     lost: T,
     first: Option<PendingBlock<T>>,
     middle: Option<PendingBlock<T>>,
@@ -145,6 +148,8 @@ impl<T: Real> SpinEstimator<T> {
             noise: Moments::new(),
             turning_samples: 0,
             turned: TurnTotals::none(),
+            resolution: Resolution::new(),
+            even: EvenReadings::new(),
             lost: T::zero(),
             first: None,
             middle: None,
@@ -163,6 +168,7 @@ impl<T: Real> SpinEstimator<T> {
         self.noise = Moments::new();
         self.turning_samples = 0;
         self.turned = TurnTotals::none();
+        self.even = EvenReadings::new();
         self.lost = T::zero();
         self.first = None;
         self.middle = None;
@@ -226,6 +232,35 @@ impl<T: Real> SpinEstimator<T> {
         axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 13: N^2
     }
 
+    /// Takes in an angular rate as the gyroscope gives it, rad/s: what its readings have in common is its resolution.
+    pub fn watch_reading(&mut self, angular_rate: &Vector3<T>) {
+        self.resolution.push((*angular_rate).into());
+    }
+
+    /// Variance of each axis, (rad/s)^2, that rounding leaves on a mean over readings that repeat.
+    pub(super) fn rounding(&self, rests: &Rests<T>) -> Vector3<T> {
+        resolution::rounding(self.resolution.step(), rests.sample_variance(3).into()).into()
+    }
+
+    /// Variance of the mean rate over the turn that rounding leaves, (rad/s)^2.
+    pub(super) fn turning_rounding(&self, rests: &Rests<T>) -> T {
+        self.even.variance_of_mean(self.rounding(rests).into())
+    }
+
+    /// The same as a share of the rate: a scale error that only this turn has.
+    pub(super) fn rounding_as_scale(&self) -> T {
+        let of_mean = self
+            .rests
+            .as_ref()
+            .map_or(T::zero(), |rests| self.turning_rounding(rests));
+        let squared = self.turned.squared;
+        if squared > T::zero() {
+            of_mean * self.turned.duration() / squared
+        } else {
+            T::zero()
+        }
+    }
+
     /// Bias instability, m/s^2 and rad/s, from here on: it counts when all is solved, not before.
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.settings.specific_force_instability = specific_force;
@@ -280,7 +315,9 @@ impl<T: Real> SpinEstimator<T> {
                 self.rests = Some(Rests::new(&stop));
             }
             Some(rests) => {
-                if stop.duration() >= self.settings.shortest_stop && rests.agrees(&stop) {
+                let rounding =
+                    resolution::rounding(self.resolution.step(), rests.sample_variance(3).into()).into();
+                if stop.duration() >= self.settings.shortest_stop && rests.agrees(&stop, &rounding) {
                     rests.push(&stop);
                 }
             }
@@ -296,6 +333,7 @@ impl<T: Real> SpinEstimator<T> {
             ));
             self.noise.push(&block.moments.variance());
         }
+        self.even.push(block, &self.resolution);
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();
         self.turned.push(block, &(block.angular_rate() - reference.bias));

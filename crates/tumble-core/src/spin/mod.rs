@@ -26,6 +26,7 @@ pub mod level_floor;
 pub mod level_free;
 pub mod machine;
 mod outputs;
+pub mod resolution;
 pub mod rests;
 mod scale;
 pub mod settings;

@@ -48,7 +48,7 @@ pub(super) fn from_fit<T: Real>(
         floor_tilt: floor_tilt(priors, fit),
         uphill_bearing: uphill_bearing(fit, attitude.forward_sigma),
         lever_arm: lever_arm(fit, &spread),
-        scale: scale(fit, priors, &spread),
+        scale: scale(spin, fit, priors, &spread),
         scale_clockwise: scales.clockwise,
         scale_counter_clockwise: scales.counter_clockwise,
         slow_turn,
@@ -84,9 +84,14 @@ impl<'a, T: Real> Spread<'a, T> {
         self.of(i, i).square_root()
     }
 
+    /// Covariance of two neighbours from `first` with two from `second`.
+    fn pair(&self, first: usize, second: usize) -> Matrix2<T> {
+        Matrix2::from_fn(|i, j| self.of(first + i, second + j))
+    }
+
     /// 1-sigma of `a . (x_first, x_first+1)`.
     fn along(&self, first: usize, a: &Vector2<T>) -> T {
-        let covariance = Matrix2::from_fn(|i, j| self.of(first + i, first + j));
+        let covariance = self.pair(first, first);
         a.dot(&(covariance * a)).max(T::zero()).square_root()
     }
 }
@@ -249,7 +254,7 @@ fn level_floor_inputs<T: Real>(
         settings.angular_rate_instability,
     );
     LevelFloorInputs {
-        rest: rests.rate(of_rate),
+        rest: rests.rate(of_rate, &spin.rounding(rests)),
         specific_force: rests.first_force(),
         specific_force_variance: rests.first_force_variance(of_force),
         turned: turned.vector,
@@ -308,23 +313,47 @@ fn uphill_bearing<T: Real>(fit: &LevelFree<T>, forward_sigma: T) -> ScalarEstima
 
 fn lever_arm<T: Real>(fit: &LevelFree<T>, spread: &Spread<'_, T>) -> VectorEstimate<T> {
     let x = &fit.solution.x;
-    let [forward, left, _] = columns(&fit.floor);
-    let plane = forward.zip_map(&left, Vector2::new);
+    let [forward, left, up] = columns(&fit.floor);
+    let in_plane = Vector2::new(x[LEVER_ARM], x[LEVER_ARM + 1]);
+    let (by_arm, by_tilt) = (spread.pair(LEVER_ARM, LEVER_ARM), spread.pair(AXIS, AXIS));
+    let by_both = spread.pair(LEVER_ARM, AXIS);
+    // The arm lies across the axis, and tilts with it.
+    let sigma = |axis: usize| {
+        let plane = Vector2::new(forward[axis], left[axis]); // eq. 24
+        let tilt = in_plane * -up[axis]; // eq. 24
+        let variance = plane.dot(&(by_arm * plane))
+            + tilt.dot(&(by_tilt * tilt))
+            + plane.dot(&(by_both * tilt)) * real(2.0);
+        variance.max(T::zero()).square_root()
+    };
+    let tilted = in_plane.dot(&Vector2::new(x[AXIS], x[AXIS + 1]));
     VectorEstimate {
-        value: forward * x[LEVER_ARM] + left * x[LEVER_ARM + 1],
-        sigma: plane.map(|axis| spread.along(LEVER_ARM, &axis)),
+        value: forward * in_plane.x + left * in_plane.y - up * tilted, // eq. 24
+        sigma: Vector3::new(sigma(0), sigma(1), sigma(2)),
         observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
     }
 }
 
 /// Scale error about the axis, if harmonics or a true angle took most of the ignorance away.
-fn scale<T: Real>(fit: &LevelFree<T>, priors: &SpinPriors<T>, spread: &Spread<'_, T>) -> ScalarEstimate<T> {
+fn scale<T: Real>(
+    spin: &SpinEstimator<T>,
+    fit: &LevelFree<T>,
+    priors: &SpinPriors<T>,
+    spread: &Spread<'_, T>,
+) -> ScalarEstimate<T> {
     let given = priors.scale.0 != T::zero();
     if !given && !fit.solution.observed(SCALE) {
         return ScalarEstimate::unknown();
     }
     ScalarEstimate {
         value: fit.solution.x[SCALE],
-        sigma: spread.sigma(SCALE),
+        // Heading shows the scale error together with rounding, of which a true angle has its share already.
+        sigma: if given {
+            spread.sigma(SCALE)
+        } else {
+            spread
+                .sigma(SCALE)
+                .hypotenuse(spin.rounding_as_scale().square_root())
+        },
     }
 }

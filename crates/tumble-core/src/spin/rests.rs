@@ -155,13 +155,14 @@ impl<T: Real> Rests<T> {
         self.harmonics.push(&stop.row(&self.first_force));
     }
 
-    /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes.
-    pub fn agrees(&self, stop: &Stop<T>) -> bool {
+    /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes, given the
+    /// variance that rounding leaves on each of both.
+    pub fn agrees(&self, stop: &Stop<T>, rounding: &Vector3<T>) -> bool {
         const DRIFT: f64 = 5e-4;
         let variance = total(&self.block_variance(3));
         let shares = T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
         (stop.angular_rate() - self.rate).length()
-            <= real::<T>(DRIFT) + (variance * shares).square_root() * real(5.0)
+            <= real::<T>(DRIFT) + (variance * shares + total(rounding) * real(2.0)).square_root() * real(5.0)
     }
 
     /// Time stood still, s.
@@ -174,14 +175,16 @@ impl<T: Real> Rests<T> {
         self.samples
     }
 
-    /// Mean angular rate over all stops, and the variance of that mean, given the bias instability, rad/s.
+    /// Mean angular rate over all stops, and the variance of that mean, given the bias instability, rad/s, and the variance
+    /// that rounding leaves: readings at rest repeat from stop to stop, and so does its error.
     ///
     /// The mean over a stop of some seconds differs from that over the spin by about B (docs/theory/spin.md, eq. 16).
-    pub fn rate(&self, instability: T) -> RestingRate<T> {
+    pub fn rate(&self, instability: T, rounding: &Vector3<T>) -> RestingRate<T> {
         let wandering = instability * instability / count(self.stops.max(1)); // eq. 16
         RestingRate {
             mean: self.rate,
-            variance: (self.block_variance(3) / count::<T>(self.blocks.max(1))).add_scalar(wandering),
+            variance: (self.block_variance(3) / count::<T>(self.blocks.max(1))).add_scalar(wandering)
+                + rounding,
         }
     }
 

@@ -1,5 +1,6 @@
 //! How to spin, and how to judge it.
 
+use crate::grade::{BiasInstability, Grade};
 use crate::gravity;
 use crate::real::{Real, real};
 use crate::stillness::StillnessSettings;
@@ -21,8 +22,7 @@ pub struct SpinSettings<T: Real> {
     pub largest_floor_tilt: T,
     /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
     pub scale_sigma: T,
-    /// Bias instability B (docs/theory/noise.md) of the accelerometer, m/s^2; zero where it is not known or does not
-    /// matter.
+    /// Bias instability B (docs/theory/noise.md) of the accelerometer, m/s^2; zero where it does not matter.
     pub specific_force_instability: T,
     /// Bias instability of the gyroscope, rad/s; zero as above.
     pub angular_rate_instability: T,
@@ -62,7 +62,19 @@ pub struct SpinSettings<T: Real> {
 }
 
 impl<T: Real> Default for SpinSettings<T> {
+    /// For a unit of consumer grade.
     fn default() -> Self {
+        Self::for_grade(Grade::Consumer)
+    }
+}
+
+impl<T: Real> SpinSettings<T> {
+    /// For a unit of this grade: a spin is too short to show the bias instability, which goes into every sigma.
+    pub fn for_grade(grade: Grade) -> Self {
+        let BiasInstability {
+            specific_force,
+            angular_rate,
+        } = grade.bias_instability();
         Self {
             gravity: real(gravity::STANDARD),
             still: 5_000_000,
@@ -71,8 +83,8 @@ impl<T: Real> Default for SpinSettings<T> {
             level_floor: false,
             largest_floor_tilt: real(10.0_f64.to_radians()),
             scale_sigma: real(0.01),
-            specific_force_instability: T::zero(),
-            angular_rate_instability: T::zero(),
+            specific_force_instability: specific_force,
+            angular_rate_instability: angular_rate,
             specific_force_range: None,
             angular_rate_range: None,
             still_timeout: 60_000_000,

@@ -6,7 +6,7 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::products::zeros;
-use crate::real::{Real, real};
+use crate::real::{Real, count, real};
 use crate::regression::{Unsolvable, reduced};
 use crate::spin::axis::{self, AxisFit, TurningRates, floored};
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle};
@@ -292,9 +292,14 @@ fn prepare<T: Real>(
         moments: *spin.rate_moments(),
         frame: *spin.frame(),
         counted_bias: reference.bias,
+        rounding: spin.turning_rounding(rests) * count(spin.rate_moments().points()), // eq. 23
     };
     let instability = spin.settings().angular_rate_instability;
-    let axis = axis::fit(&rates, &rests.rate(instability), &reference.up);
+    let axis = axis::fit(
+        &rates,
+        &rests.rate(instability, &spin.rounding(rests)),
+        &reference.up,
+    );
     let walk = spin.heading_walk(&axis);
     let scales = scales(&axis, &reference.bias, turned, true_angle, walk);
     let priors = priors(spin, rests, &axis, &reference.bias, walk, &scales);
@@ -325,7 +330,7 @@ fn priors<T: Real>(
         origin: rests.first_force(),
         axis: *axis,
         counted_bias: *counted_bias,
-        scale: common_scale(scales, spin.settings().scale_sigma),
+        scale: common_scale(scales, prior_scale_sigma(spin)),
         bias_variance: axis.covariance[(2, 2)],
         walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 13
         rest_variance: rests
@@ -337,6 +342,13 @@ fn priors<T: Real>(
             .unwrap_or(as_at_rest)
             .map(|v| floored(v, LEAST)),
     }
+}
+
+/// Sigma of the scale error that the heading shows: that of the gyroscope, and rounding over this turn.
+fn prior_scale_sigma<T: Real>(spin: &SpinEstimator<T>) -> T {
+    spin.settings()
+        .scale_sigma
+        .hypotenuse(spin.rounding_as_scale().square_root())
 }
 
 /// Smallest variance of a specific force that is divided by, (m/s^2)^2.
