@@ -1,4 +1,4 @@
-//! Tails and quantiles that tests of fit and intervals need: of chi-square and of Student's t.
+//! Tails and quantiles that tests of fit and intervals need: of chi-square and of Student's t; the median of a sample.
 //!
 //! "DLMF" is the NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>. Relative errors are below
 //! 1e-12 from one degree of freedom to a million; for quantiles of Student's t beyond 3 they are
@@ -17,6 +17,12 @@ const MOST_STEPS: u32 = 200;
 const CENTRAL: f64 = 3.0;
 /// From here on the series of Stirling is exact to rounding.
 const STIRLING: f64 = 10.0;
+
+/// Median, the upper of the two in the middle, by which `values` change their order; `None` of none.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// Chance that a chi-square of `freedom` degrees of freedom is larger than `x`; NaN where `freedom` is not above zero.
 pub fn chi_square_tail(x: f64, freedom: f64) -> f64 {
@@ -249,6 +255,15 @@ mod tests {
     use super::*;
 
     const TOLERANCE: f64 = 1e-12;
+
+    proptest! {
+        #[test]
+        fn the_median_is_the_upper_of_the_sorted_middle(mut values in prop::collection::vec(-1e9_f64..1e9, 0..40)) {
+            let mut sorted = values.clone();
+            sorted.sort_by(f64::total_cmp);
+            prop_assert_eq!(median(&mut values), sorted.get(sorted.len() / 2).copied());
+        }
+    }
 
     fn assert_near(found: f64, expected: f64) {
         let off = ((found - expected) / expected).abs();

@@ -65,13 +65,13 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             specific_force_instability,
             "m/s^2",
             NotNegative,
-            "Bias instability of the accelerometer; 0 where it is not known or does not matter."
+            "Bias instability of the accelerometer; that of a consumer grade where nobody says."
         ),
         row!(
             angular_rate_instability,
             "rad/s",
             NotNegative,
-            "Bias instability of the gyroscope; 0 where it is not known or does not matter."
+            "Bias instability of the gyroscope; that of a consumer grade where nobody says."
         ),
         row!(
             specific_force_range,

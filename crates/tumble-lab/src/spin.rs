@@ -64,7 +64,9 @@ pub fn fit<T: Real>(
     if let Some(known) = bias_instability {
         return fit_once(samples, rests, &with(known), true_angle);
     }
-    let first = fit_once(samples.clone(), rests, settings, true_angle)?;
+    // The first fit is there to show the instability, and takes none for granted.
+    let none = (T::zero(), T::zero());
+    let first = fit_once(samples.clone(), rests, &with(none), true_angle)?;
     fit_once(
         samples,
         rests,

@@ -12,7 +12,7 @@ use tumble_lab::multipose::ferraris::FerrarisTriad;
 use tumble_lab::multipose::next_turn::NextTurn;
 use tumble_lab::multipose::{
     FEWEST_DIRECTIONS, FULL_TURN_SIGMA, Faces, Gyroscope, KnownNoise, Multipose, MultiposeError,
-    MultiposeSettings, Pose, Section, SectionLabel, UnitSamples, grouped, multipose,
+    MultiposeSettings, Pose, Section, SectionLabel, UnitSamples, grouped, held_spans, multipose,
 };
 use tumble_lab::turntable::TriadCalibration;
 
@@ -62,16 +62,7 @@ fn multipose_of<'py>(
         faces,
         sections: sections?,
     };
-    let samples = UnitSamples {
-        time: time.as_slice()?,
-        force: rows(&force, "accelerometer")?,
-        rate: rows(&rate, "gyroscope")?,
-    };
-    if samples.time.len() != samples.force.len() || samples.time.len() != samples.rate.len() {
-        return Err(PyValueError::new_err(
-            "time, accelerometer and gyroscope must have the same length",
-        ));
-    }
+    let samples = unit_samples(&time, &force, &rate)?;
     let found = py.detach(|| multipose(&samples, &settings));
     let found = found.map_err(|error| refusal(py, &error))?;
     figures(py, found)
@@ -82,6 +73,39 @@ fn stated(numbers: Option<[f64; CHANNELS]>, place: usize) -> Option<f64> {
     numbers
         .map(|numbers| numbers[place])
         .filter(|number| number.is_finite())
+}
+
+/// First and last sample of each stretch, `shortest` s or longer, in which a unit kept its mean orientation, whether or not it
+/// trembled, as `multipose_of` finds them; arguments as those of `multipose_of`.
+#[pyfunction]
+fn held_rests(
+    py: Python<'_>,
+    time: PyReadonlyArray1<'_, f64>,
+    force: PyReadonlyArray2<'_, f64>,
+    rate: PyReadonlyArray2<'_, f64>,
+    shortest: f64,
+) -> PyResult<Vec<(usize, usize)>> {
+    let samples = unit_samples(&time, &force, &rate)?;
+    let spans = py.detach(|| held_spans(&samples, shortest));
+    Ok(spans.into_iter().map(|(first, end)| (first, end - 1)).collect())
+}
+
+fn unit_samples<'a>(
+    time: &'a PyReadonlyArray1<'_, f64>,
+    force: &'a PyReadonlyArray2<'_, f64>,
+    rate: &'a PyReadonlyArray2<'_, f64>,
+) -> PyResult<UnitSamples<'a>> {
+    let samples = UnitSamples {
+        time: time.as_slice()?,
+        force: rows(force, "accelerometer")?,
+        rate: rows(rate, "gyroscope")?,
+    };
+    if samples.time.len() != samples.force.len() || samples.time.len() != samples.rate.len() {
+        return Err(PyValueError::new_err(
+            "time, accelerometer and gyroscope must have the same length",
+        ));
+    }
+    Ok(samples)
 }
 
 /// Numbers the directions that rests show, by their mean specific force (k, 3): near ones are one.
@@ -289,5 +313,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("FULL_TURN_SIGMA", FULL_TURN_SIGMA)?;
     module.add("FEWEST_DIRECTIONS", FEWEST_DIRECTIONS)?;
     module.add_function(wrap_pyfunction!(multipose_of, module)?)?;
+    module.add_function(wrap_pyfunction!(held_rests, module)?)?;
     module.add_function(wrap_pyfunction!(multipose_directions, module)?)
 }

@@ -10,6 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
+use tumble_core::grade::Grade as CoreGrade;
 use tumble_lab::simulate::fault::RecordedSamples;
 use tumble_lab::simulate::grade::Grade;
 use tumble_lab::simulate::sensor::TriadErrors;
@@ -132,7 +133,7 @@ fn triad<'py>(py: Python<'py>, triad: &TriadErrors, drift: &Vector3<f64>) -> PyR
 /// Names of the grades there are.
 #[pyfunction]
 fn sensor_grades() -> Vec<&'static str> {
-    Grade::NAMES.to_vec()
+    CoreGrade::NAMES.to_vec()
 }
 
 /// Figures of a grade by its name, in JSON, SI units and rad.

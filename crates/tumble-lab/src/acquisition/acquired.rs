@@ -35,7 +35,7 @@ pub struct Part {
     pub name: String,
 }
 
-/// How a unit trembles.
+/// Trembling of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tremor {
     /// Amplitude of the angular rate about an axis, rad/s.
@@ -47,7 +47,7 @@ pub struct Tremor {
 /// A rest in which the unit kept its mean orientation and trembled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Restlessness {
-    /// How it trembles.
+    /// Trembling of the unit.
     pub tremor: Tremor,
     /// Variance of the means of the six channels beyond that of noise.
     pub variance: [f64; CHANNELS],
@@ -66,7 +66,7 @@ pub struct Acquired {
     pub parts: Vec<Part>,
     /// Stretches at rest.
     pub rests: Vec<Segment<f64>>,
-    /// Of each rest in which the unit trembled; empty where nobody looked.
+    /// Trembling of each rest in which the unit trembled; empty where nobody looked.
     pub restlessness: Vec<Option<Restlessness>>,
     /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
     pub turns: Vec<Segment<f64>>,
@@ -74,9 +74,9 @@ pub struct Acquired {
     pub rejected: Vec<(Segment<f64>, RestRejection)>,
     /// Segments of constant rate, rests among them, where they were looked for.
     pub plateaus: Vec<Plateau>,
-    /// What any span is integrated over, where constant rates were looked for.
+    /// Motion from which any span is integrated, where constant rates were looked for.
     pub motion: Motion,
-    /// What each rest showed of noise, where constant rates were looked for.
+    /// Noise that each rest showed, where constant rates were looked for.
     pub(crate) rest_noise: Vec<RestLadders>,
     /// Noise of the six channels.
     pub noise: [Noise<f64>; CHANNELS],
@@ -84,7 +84,7 @@ pub struct Acquired {
     pub abrupt_rate_noise: [Noise<f64>; 3],
     /// Edges of the rests, towards the turns beside them.
     pub edges: Vec<SoftEdge>,
-    /// Whether vibration has to be averaged out of the turns by soft edges.
+    /// True where vibration has to be averaged out of the turns by soft edges.
     pub soft_turns: bool,
     /// The recording at a glance.
     pub trace: Trace,
@@ -115,7 +115,7 @@ impl Acquired {
         [self.noise[3], self.noise[4], self.noise[5]]
     }
 
-    /// How rest `k` trembled; `None` where it lay still.
+    /// Trembling of rest `k`; `None` where it lay still.
     pub fn restlessness(&self, k: usize) -> Option<&Restlessness> {
         self.restlessness.get(k)?.as_ref()
     }
@@ -133,7 +133,7 @@ impl Acquired {
         self.plateaus.iter().filter(turned)
     }
 
-    /// Whether it is known of every constant rate whether it is a rest.
+    /// True where it is known of every constant rate whether it is a rest.
     pub fn knows_rests(&self) -> bool {
         self.plateaus
             .iter()
@@ -185,6 +185,35 @@ impl Acquired {
         }
         Some(rest)
     }
+
+    /// Rest `i` within a span of time, s since the origin, as if it had begun and ended with it; `None` where the span is no
+    /// part of it, or samples are missing that nothing stands for.
+    pub fn cut(&self, i: usize, span: &Interval<f64>) -> Option<Segment<f64>> {
+        let mut rest = *self.rests.get(i)?;
+        let whole = interval(&rest);
+        let inside = Interval {
+            start: span.start.max(whole.start),
+            end: span.end.min(whole.end),
+        };
+        if inside.start >= inside.end {
+            return None;
+        }
+        let passage = self.motion.over(&inside)?;
+        (rest.start, rest.end) = (microseconds(inside.start), microseconds(inside.end));
+        rest.integral[..3].copy_from_slice(passage.velocity.as_slice());
+        rest.integral[3..].copy_from_slice(passage.angle.as_slice());
+        let duration = inside.duration();
+        rest.moments = rest
+            .moments
+            .about(&rest.integral.map(|integral| integral / duration));
+        Some(rest)
+    }
+}
+
+/// Microseconds of a time since the origin, s.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub(crate) fn microseconds(time: f64) -> u64 {
+    (time * 1e6).round().max(0.0) as u64
 }
 
 /// When a segment took place, s since the origin.

@@ -25,14 +25,14 @@ pub struct ChannelFault {
 }
 
 impl ChannelFault {
-    /// Whether the channel was at the end of its range within these times, s since the origin.
+    /// True where the channel was at the end of its range within these times, s since the origin.
     pub fn touches(&self, span: &Interval<f64>) -> bool {
         self.runs
             .iter()
             .any(|(first, last)| *first < span.end && span.start <= *last)
     }
 
-    /// Whether it leaves a turn of the gyroscope unknown: what an accelerometer reads in a turn is not integrated.
+    /// True where it leaves a turn of the gyroscope unknown: what an accelerometer reads in a turn is not integrated.
     pub fn interrupts(&self, turn: &Interval<f64>) -> bool {
         self.kind == ChannelFaultKind::SaturatedInMotion && self.channel >= CHANNELS / 2 && self.touches(turn)
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::acquired::Acquired;
+use crate::distributions::median;
 
 /// What the gyroscope seems to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +54,17 @@ pub fn judge_rate(unit: &Acquired) -> RateVerdict {
     if turns.len() < 3 {
         return RateVerdict::Unknown;
     }
-    let plain: Vec<f64> = turns.iter().map(GravityTurn::misfit).collect();
+    let mut plain: Vec<f64> = turns.iter().map(GravityTurn::misfit).collect();
     let others = hypotheses().map(|(matrix, verdict)| {
-        let misfits: Vec<f64> = turns.iter().map(|turn| turn.misfit_with(&matrix)).collect();
-        (explained(&misfits), median(misfits), verdict)
+        let mut misfits: Vec<f64> = turns.iter().map(|turn| turn.misfit_with(&matrix)).collect();
+        (explained(&misfits), median(&mut misfits).unwrap_or(0.0), verdict)
     });
     let best = others.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     let most = |count: usize| 2 * count > turns.len();
     match best {
         Some((count, _, verdict)) if most(count) && count >= explained(&plain) + CLEARLY_MORE => verdict,
         _ if most(explained(&plain)) => RateVerdict::Consistent,
-        _ => RateVerdict::Inconsistent(median(plain).to_degrees()),
+        _ => RateVerdict::Inconsistent(median(&mut plain).unwrap_or(0.0).to_degrees()),
     }
 }
 
@@ -109,9 +110,4 @@ fn hypotheses() -> impl Iterator<Item = (Matrix3<f64>, RateVerdict)> {
         })
     });
     scales.chain(permutations)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

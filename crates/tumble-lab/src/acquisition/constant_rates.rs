@@ -33,9 +33,9 @@ pub(super) struct RateFinder {
     gate: RateGate,
     motion: Motion,
     differences: SecondDifferences,
-    /// What all rests of the part at hand showed of noise.
+    /// Noise that all rests of the part at hand showed.
     so_far: Option<RestLadders>,
-    /// What each rest showed of noise.
+    /// Noise that each rest showed.
     of_rests: Vec<RestLadders>,
 }
 
@@ -104,7 +104,7 @@ impl RateFinder {
 /// Noise of a gyroscope that shows none, rad/s a sample.
 const LEAST_NOISE: f64 = 1e-5;
 
-/// Whether most of a rest lies within one of some spans.
+/// True where most of a rest lies within one of some spans.
 fn is_within(rest: &Interval<f64>, spans: &[Interval<f64>]) -> bool {
     let common = |span: &Interval<f64>| rest.end.min(span.end) - rest.start.max(span.start);
     spans.iter().any(|span| common(span) > 0.5 * rest.duration())

@@ -18,6 +18,7 @@ pub mod soft_edge;
 pub mod trace;
 mod vibration;
 
+pub(crate) use acquired::microseconds;
 pub use acquired::{Acquired, Part, RestRejection, Restlessness, Tremor, interval};
 pub use constant_rates::without_turning;
 pub use plateaus::{Plateau, PlateauKind, RateGate};

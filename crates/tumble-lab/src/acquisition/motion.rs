@@ -32,7 +32,7 @@ pub struct Piece {
     pub interpolation: Interpolation<f64>,
     /// False where the samples pause for too long.
     pub complete: bool,
-    /// Whether it is part of a rest of the segmenter.
+    /// True where it is part of a rest of the segmenter.
     pub resting: bool,
 }
 

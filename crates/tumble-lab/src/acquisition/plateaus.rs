@@ -35,13 +35,13 @@ pub struct Plateau {
     pub force: Vector3<f64>,
     /// Samples taken in.
     pub samples: u32,
-    /// Whether gravity turned in the unit, as it does at no rest.
+    /// True where gravity turned in the unit, as it does at no rest.
     pub gravity_turns: bool,
-    /// Whether it is a rest.
+    /// True where it is a rest.
     pub kind: PlateauKind,
 }
 
-/// How far the rates of rests may be apart.
+/// Limit within which the rates of rests agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RateGate {
     /// Those of a high-precision reference.

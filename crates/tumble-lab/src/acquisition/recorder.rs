@@ -29,7 +29,7 @@ pub struct Acquisition {
     channels: ChannelMonitor,
     recent: RecentBlocks,
     soft_rest: Option<SoftRest>,
-    /// How means with soft edges scatter in the part at hand.
+    /// Scatter of means with soft edges in the part at hand.
     soft_of_part: AllanLadder<f64>,
     allan: AllanLadder<f64>,
     soft_allan: Option<AllanLadder<f64>>,

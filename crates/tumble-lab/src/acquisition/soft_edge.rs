@@ -9,7 +9,7 @@ use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
-use tumble_core::soft_mean::SoftMeans;
+use tumble_core::soft_mean::{SoftMeans, rise, slope_of_rise};
 
 use super::acquired::interval;
 
@@ -190,8 +190,8 @@ fn edge(blocks: &[Segment<f64>], at: u64, direction: f64) -> Option<SoftEdge> {
         let duration = seconds::<f64>(block.end - block.start);
         let past = f64::from(place) - f64::from(trimmed) + 0.5;
         let x = (1.0 - past / f64::from(count)).min(1.0);
-        let weight = x * x * (3.0 - x - x); // noise.md, eq. 14
-        let slope = -direction * x * (1.0 - x) * 6.0 / (duration * f64::from(count)); // noise.md, eq. 14
+        let weight = rise(x);
+        let slope = -direction * slope_of_rise(x) / (duration * f64::from(count));
         for (i, sum) in edge.integral.iter_mut().enumerate() {
             *sum +=
                 weight * block.integral[i] + slope * (block.lever[i] - block.integral[i] * 0.5 * duration);

@@ -133,7 +133,7 @@ fn excess(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) ->
     flat.iter().sum::<f64>() / soft.iter().sum::<f64>()
 }
 
-/// Whether single blocks of a triad, given by its first channel, scatter more than the means with soft edges explain.
+/// True where single blocks of a triad, given by its first channel, scatter more than the means with soft edges explain.
 fn is_shaken(blocks: &AllanLadder<f64>, ladder: &AllanLadder<f64>, first: usize) -> bool {
     let [flat, soft] = densities(blocks, ladder, first);
     let mut axes = flat.iter().zip(soft);

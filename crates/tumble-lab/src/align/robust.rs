@@ -2,6 +2,8 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector, Vector3};
 
+use crate::distributions::median;
+
 /// Residuals of so many sigmas count half: what is worse than noise counts the less the worse it is.
 const HALF_WEIGHT: f64 = 4.0;
 
@@ -37,12 +39,7 @@ pub struct GaussNewtonStep<const N: usize> {
 /// 1-sigma of a component of vectors of which less than half are outliers.
 pub fn scale_of(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
     let mut lengths: Vec<f64> = vectors.map(|vector| vector.norm()).collect();
-    if lengths.is_empty() {
-        return SMALLEST_SCALE;
-    }
-    let middle = lengths.len() / 2;
-    let (_, median, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median / MEDIAN_LENGTH).max(SMALLEST_SCALE)
+    (median(&mut lengths).unwrap_or(0.0) / MEDIAN_LENGTH).max(SMALLEST_SCALE)
 }
 
 /// Weight of a residual of so many sigmas, squared (docs/theory/align.md, eq. 8).

@@ -14,6 +14,7 @@ use super::levenberg_marquardt::{Linearised, minimise};
 use super::observability;
 use super::robust;
 use super::rotation_response::{IntegratedTurn, RateModel, TurnSamples};
+use crate::distributions::median;
 
 /// Nine elements of M and three biases; with g-sensitivity nine more.
 const UNKNOWNS: (usize, usize) = (12, 21);
@@ -281,7 +282,7 @@ impl Rotations {
         };
         let candidates = (-SCALES.0..=SCALES.0).filter_map(|step| {
             let x = scaled(SCALES.1.powi(step));
-            let apart = median(some.angles(&some.turned(&x)?));
+            let apart = median(&mut some.angles(&some.turned(&x)?)).unwrap_or(0.0);
             Some((apart, x))
         });
         let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -537,7 +538,7 @@ impl Rotations {
         angle_before: Vec<f64>,
         excess: Excess,
     ) -> Result<RatesFit, MultiposeError> {
-        let angle = median(self.angles(turned));
+        let angle = median(&mut self.angles(turned)).unwrap_or(0.0);
         if angle > CONTRADICTION {
             return Err(MultiposeError::GyroscopeContradicts {
                 angle: angle.to_degrees(),
@@ -638,9 +639,4 @@ fn unexplained(terms: &[(f64, f64, f64)], unknowns: f64) -> f64 {
 /// Angle between two directions, rad, of which this is the difference.
 fn angle_of(apart: &Vector3<f64>) -> f64 {
     2.0 * (0.5 * apart.norm()).min(1.0).asin()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

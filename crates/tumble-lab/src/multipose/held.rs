@@ -8,10 +8,12 @@ use tumble_core::noise::Noise;
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::SegmenterSettings;
+use tumble_core::soft_mean::rise;
 
 use super::procedure::UnitSamples;
 use super::rest_selection::BY_HAND;
 use crate::acquisition::{Restlessness, Tremor};
+use crate::distributions::median;
 
 /// Half the length of a window, and the length of the edges of a rest, s.
 const EDGE: f64 = 0.4;
@@ -34,7 +36,7 @@ const POOLED: f64 = 4.0;
 /// Lag of the autocorrelation that shows amplitude and frequency of a tremor, s: a sixth of its fastest period.
 const LAG: f64 = 0.015;
 
-/// What white noise leaves of the mean of a window, as the variance of a mean over so many seconds: `(int b)^2 / int b^2`.
+/// Length, s, of a plain mean that white noise varies as much as the mean of a window: `(int b)^2 / int b^2`.
 const WINDOW: f64 = EDGE * 35.0 / 26.0;
 
 /// Channels of a sample.
@@ -43,17 +45,17 @@ fn channels(samples: &UnitSamples<'_>, k: usize) -> [f64; CHANNELS] {
     [fx, fy, fz, wx, wy, wz]
 }
 
-/// Rises from 0 to 1 with an even slope at both ends.
-fn rise(x: f64) -> f64 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x) // eq. 33
+/// Soft edge that is held beyond its ends.
+fn edge(x: f64) -> f64 {
+    rise(x.clamp(0.0, 1.0)) // eq. 33
 }
 
 /// First sample and the one after the last of a stretch in which the unit kept its mean orientation.
-pub(super) type Span = (usize, usize);
+pub type Span = (usize, usize);
 
-/// All stretches, `shortest` s or longer, in which the unit kept its mean orientation.
-pub(super) fn held_spans(samples: &UnitSamples<'_>, shortest: f64) -> Vec<Span> {
+/// All stretches, `shortest` s or longer, in which the unit kept its mean orientation, whether or not it trembled.
+#[must_use]
+pub fn held_spans(samples: &UnitSamples<'_>, shortest: f64) -> Vec<Span> {
     let (Some(first), Some(last)) = (samples.time.first(), samples.time.last()) else {
         return Vec::new();
     };
@@ -128,8 +130,7 @@ fn without_turns(samples: &UnitSamples<'_>, spans: Vec<Span>, noise: &[f64; CHAN
         .collect();
     let usual = Vector3::from_fn(|i, _| {
         let mut values: Vec<f64> = rates.iter().map(|rate| rate[i]).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(0.0)
+        median(&mut values).unwrap_or(0.0)
     });
     let limit = TURNING + noise[3].hypot(noise[4]).hypot(noise[5]);
     let each = spans.into_iter().zip(rates);
@@ -147,12 +148,7 @@ fn sample_noise(samples: &UnitSamples<'_>) -> [f64; CHANNELS] {
             (a - 2.0 * b + c).abs()
         };
         let mut bends: Vec<f64> = (0..n.saturating_sub(2)).map(bend).collect();
-        let middle = bends.len() / 2;
-        if bends.is_empty() {
-            return 0.0;
-        }
-        let (_, median, _) = bends.select_nth_unstable_by(middle, f64::total_cmp);
-        *median / 0.6745 / 6.0_f64.sqrt()
+        median(&mut bends).unwrap_or(0.0) / 0.6745 / 6.0_f64.sqrt()
     })
 }
 
@@ -162,7 +158,7 @@ struct Window {
     first: usize,
     end: usize,
     mean: [f64; CHANNELS],
-    /// How many samples would have a mean as certain.
+    /// Number of samples that would have a mean as certain.
     samples: f64,
     /// Mean square of the angular rate about its mean, (rad/s)^2.
     shaking: f64,
@@ -178,7 +174,7 @@ impl Window {
         }
         let (mut sum, mut squares, mut total, mut weights) = ([0.0; CHANNELS], 0.0, 0.0, 0.0);
         for k in first..end {
-            let weight = rise(1.0 - (samples.time[k] - centre).abs() / EDGE);
+            let weight = edge(1.0 - (samples.time[k] - centre).abs() / EDGE);
             let y = channels(samples, k);
             for (sum, y) in sum.iter_mut().zip(y) {
                 *sum += weight * y;
@@ -217,7 +213,7 @@ fn weights<'a>(samples: &'a UnitSamples<'_>, (first, end): Span) -> impl Iterato
     let (from, to) = (samples.time[first], samples.time[end - 1]);
     samples.time[first..end]
         .iter()
-        .map(move |t| rise((t - from) / EDGE) * rise((to - t) / EDGE)) // eq. 33
+        .map(move |t| edge((t - from) / EDGE) * edge((to - t) / EDGE)) // eq. 33
 }
 
 /// Mean of each channel over a rest with soft edges.
@@ -232,7 +228,7 @@ pub(super) fn soft_mean(samples: &UnitSamples<'_>, span: Span) -> [f64; CHANNELS
     sum.map(|sum| sum / total)
 }
 
-/// How a rest trembles; `None` where it lies still.
+/// Trembling of a rest; `None` where it lies still.
 pub(super) fn tremor(samples: &UnitSamples<'_>, (first, end): Span) -> Option<Tremor> {
     let n = end - first;
     let duration = samples.time[end - 1] - samples.time[first];
@@ -398,7 +394,7 @@ pub(super) fn times(samples: &UnitSamples<'_>, (first, end): Span) -> (f64, f64)
     (samples.time[first], samples.time[end - 1])
 }
 
-/// Whether a span shares time with any rest, s of the recording's own clock.
+/// True where a span shares time with any rest, s of the recording's own clock.
 pub(super) fn is_among(
     span: (f64, f64),
     origin: f64,

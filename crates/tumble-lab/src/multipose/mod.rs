@@ -31,6 +31,7 @@ mod tests;
 
 pub use directions::grouped;
 pub use error::MultiposeError;
+pub use held::{Span, held_spans};
 pub use nominal_scale::NominalScale;
 pub use procedure::{Faces, Gyroscope, LeftOut, Multipose, Pose, UnitSamples, multipose};
 pub use rest_selection::{BY_HAND, rest_settings};

@@ -7,6 +7,7 @@ use tumble_core::model::ErrorModel;
 use super::gyroscope::{RatesFit, Rotations};
 use super::next_orientation::covering;
 use super::rotation_response::{RateModel, TurnSamples};
+use crate::distributions::median;
 
 /// Axes all over the sphere, 12 deg apart.
 const CANDIDATES: u32 = 360;
@@ -34,14 +35,9 @@ pub fn next_turn(data: &Rotations, fit: &RatesFit) -> Option<NextTurn> {
     let sizes = data.sizes();
     let largest = |variances: DVector<f64>| variances.map(f64::sqrt).component_div(&sizes).argmax();
     let (unknown, before) = largest(fit.covariance.diagonal());
-    let variance = median(&fit.turn_variance)?;
-    let duration = median(
-        &data
-            .turns
-            .iter()
-            .map(|turn| turn.samples.duration())
-            .collect::<Vec<_>>(),
-    )?;
+    let variance = median(&mut fit.turn_variance.clone())?;
+    let mut durations: Vec<f64> = data.turns.iter().map(|turn| turn.samples.duration()).collect();
+    let duration = median(&mut durations)?;
     let candidates: Vec<_> = covering(CANDIDATES)
         .flat_map(|axis| starts(axis).map(|up| (axis, up)))
         .collect();
@@ -106,10 +102,4 @@ fn rows(
     let across = starts(end.normalize());
     let basis = DMatrix::from_fn(2, 3, |i, j| across[i][j]);
     Some(basis * derivative)
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -95,7 +95,7 @@ impl Gyroscope {
 pub struct LeftOut {
     /// When, s of the recording's own clock.
     pub span: (f64, f64),
-    /// How it trembled; `None` where it lay still.
+    /// Trembling of the rest; `None` where it lay still.
     pub tremor: Option<Tremor>,
 }
 
@@ -305,7 +305,7 @@ impl<'a> Centred<'a> {
         Ok(found)
     }
 
-    /// Of all stretches in which the unit was held those that are among no rest.
+    /// Stretches in which the unit was held that are among no rest.
     fn left_out(&self, spans: &[Span], chosen: &Acquired) -> Vec<LeftOut> {
         let samples = self.samples();
         let unused = spans

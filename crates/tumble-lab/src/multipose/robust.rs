@@ -1,5 +1,7 @@
 //! A loss that a few spoilt rests or turns do not rule (Huber 1964).
 
+use crate::distributions::median;
+
 /// Where the loss turns from square to linear, in units of the scatter: noise alone loses a hundredth of its efficiency.
 const THRESHOLD: f64 = 2.5;
 
@@ -19,11 +21,10 @@ pub(super) fn weights(normalised: &[f64], unknowns: usize) -> Vec<f64> {
 /// By how much residuals scatter beyond their sigma, never below one.
 fn scatter(normalised: &[f64], unknowns: usize) -> f64 {
     let mut sizes: Vec<f64> = normalised.iter().map(|z| z.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let usual = median(&mut sizes).unwrap_or(0.0);
     #[allow(clippy::cast_precision_loss)]
     let freedom = sizes.len() as f64 / (sizes.len().saturating_sub(unknowns)).max(1) as f64;
-    (median / MEDIAN_OF_NORMAL * freedom.sqrt()).max(1.0)
+    (usual / MEDIAN_OF_NORMAL * freedom.sqrt()).max(1.0)
 }
 
 #[cfg(test)]

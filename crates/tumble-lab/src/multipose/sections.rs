@@ -9,7 +9,8 @@ use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::soft_mean::SoftSum;
 
 use super::procedure::UnitSamples;
-use crate::acquisition::{Acquired, leave_out_saturated};
+use crate::acquisition::{Acquired, leave_out_saturated, microseconds};
+use crate::distributions::median;
 
 tumble_core::vocabulary! {
     /// What a stretch of a log shows, by the names that section lists of six-face sessions bear.
@@ -175,16 +176,8 @@ fn nothing(start: u64, end: u64) -> Segment<f64> {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn microseconds(time: f64) -> u64 {
-    (time * 1e6).round().max(0.0) as u64
-}
-
 fn without_pause(time: &[f64]) -> bool {
     let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    steps
-        .last()
-        .is_some_and(|longest| *longest <= LONGEST_PAUSE * usual)
+    let usual = median(&mut steps).unwrap_or(0.0);
+    !steps.is_empty() && steps.iter().all(|step| *step <= LONGEST_PAUSE * usual)
 }

@@ -35,7 +35,7 @@ const LONGEST_KNOCK: f64 = 10.0;
 pub const MOST: usize = 24;
 
 tumble_core::vocabulary! {
-    /// How a channel is disturbed.
+    /// Kind of a disturbance of a channel.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum DisturbanceKind {
         /// The level changes at once, and stays.
@@ -337,7 +337,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Whether the level beyond the means that show a change is still another than before them.
+    /// True where the level beyond the means that show a change is still another than before them.
     fn stays(&self, at: usize, place: Place) -> bool {
         let width = place.width;
         let beyond = (at + 2 * width).min(self.len());

@@ -7,6 +7,7 @@ use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration, Range};
 use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::redundancy::witness::Witness;
 use tumble_core::sample::Sample;
@@ -174,17 +175,20 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     }
 
     fn means(&self, number: usize) -> Option<WindowMeans> {
-        let turn = self.platform.units().get(number)?.sensor_from_primary.transpose();
+        let unit = self.platform.units().get(number)?;
+        let turn = unit.sensor_from_primary.transpose();
+        let axes = self.platform.output_axes(unit);
         let [fx, fy, fz, wx, wy, wz] = *self.monitor.means(number)?;
         let window = self.monitor.window()?;
         let compensated = self.monitor.at_primary(&self.platform, number, window);
         Some(WindowMeans {
             read: six(
+                &axes,
                 &(turn * Vector3::new(fx, fy, fz)),
                 &(turn * Vector3::new(wx, wy, wz)),
             ),
             compensated: compensated.map_or([f64::NAN; 6], |compensated| {
-                six(&compensated.specific_force, &compensated.angular_rate)
+                six(&axes, &compensated.specific_force, &compensated.angular_rate)
             }),
         })
     }
@@ -194,7 +198,12 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     }
 }
 
-fn six<T: Real>(f: &Vector3<T>, w: &Vector3<T>) -> [f64; 6] {
+/// Both triads, with not-a-number along axes of which a unit says nothing.
+fn six<T: Real>(axes: &Axes, f: &Vector3<T>, w: &Vector3<T>) -> [f64; 6] {
+    let (f, w) = (
+        axes.shown(Sensor::Accelerometer, f),
+        axes.shown(Sensor::Gyroscope, w),
+    );
     [f.x, f.y, f.z, w.x, w.y, w.z].map(wide)
 }
 
@@ -215,6 +224,10 @@ fn narrow_witness<T: Real>(witness: &Witness<f64>) -> Witness<T> {
         Witness::BodyVelocity { value, sigma } => Witness::BodyVelocity {
             value: narrow(value),
             sigma: narrow(sigma),
+        },
+        Witness::Heading { value, sigma } => Witness::Heading {
+            value: real(*value),
+            sigma: real(*sigma),
         },
         Witness::Score { unit, value } => Witness::Score {
             unit: *unit,

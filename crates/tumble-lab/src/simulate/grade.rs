@@ -8,14 +8,14 @@
 //! * A noise spectral density is one-sided; `N` of IEEE Std 952 belongs to the two-sided spectrum and is smaller by
 //!   the square root of two ([`from_spectral_density`]). An angle or velocity random walk is `N` already
 //!   ([`per_root_hour`]).
-//! * An in-run bias stability is the lowest point of the Allan deviation, which for flicker noise is `0.664 B`
-//!   ([`from_allan_floor`]).
+//! * An in-run bias stability is the lowest point of the Allan deviation, which for flicker noise is `0.664 B`; it is
+//!   that of the core's grade of this name, which devices take it from too.
 //! * A tolerance without statistics is taken as three sigma ([`tolerance`]); a figure called typical, rms or 1 sigma is
 //!   taken as it stands.
 
 use serde::{Deserialize, Serialize};
 
-use crate::simulate::noise::ALLAN_FLOOR;
+use tumble_core::grade::{BiasInstability, Grade as CoreGrade};
 
 /// Standard gravity, m/s^2, by which data sheets count.
 const STANDARD_GRAVITY: f64 = tumble_core::gravity::STANDARD;
@@ -64,30 +64,26 @@ pub struct Grade {
 }
 
 impl Grade {
-    /// The names [`Grade::named`] knows, best last.
-    pub const NAMES: [&'static str; 4] = ["consumer", "industrial", "tactical", "reference"];
-
-    /// Looks a grade up by its name.
+    /// Looks a grade up by one of [`CoreGrade::NAMES`].
     pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "consumer" => Some(Self::consumer()),
-            "industrial" => Some(Self::industrial()),
-            "tactical" => Some(Self::tactical()),
-            "reference" => Some(Self::reference()),
-            _ => None,
-        }
+        CoreGrade::named(name).map(|grade| match grade {
+            CoreGrade::Consumer => Self::consumer(),
+            CoreGrade::Industrial => Self::industrial(),
+            CoreGrade::Tactical => Self::tactical(),
+            CoreGrade::Reference => Self::reference(),
+        })
     }
 
     /// A chip for phones and hobby drones, after InvenSense MPU-6050 (PS-MPU-6000A-00 rev. 3.4), ranges 8 g and
     /// 500 deg/s.
     ///
-    /// The sheet is silent on bias instability; 36 ug and 4.6 deg/h are what simulators use for this family.
     /// Cross-axis sensitivity (2 %) is shared between non-orthogonality and alignment in the package.
     pub fn consumer() -> Self {
+        let instability: BiasInstability<f64> = CoreGrade::Consumer.bias_instability();
         Self {
             accelerometer: TriadGrade {
                 noise_density: from_spectral_density(400.0 * MICRO_G),
-                bias_instability: from_allan_floor(36.0 * MICRO_G),
+                bias_instability: instability.specific_force,
                 turn_on_bias: tolerance(50.0 * MILLI_G),
                 scale_error: tolerance(0.03),
                 non_orthogonality: tolerance(0.02),
@@ -99,7 +95,7 @@ impl Grade {
             },
             gyroscope: TriadGrade {
                 noise_density: from_spectral_density(0.005 * DEGREE),
-                bias_instability: from_allan_floor(4.6 * DEGREE / HOUR),
+                bias_instability: instability.angular_rate,
                 turn_on_bias: tolerance(20.0 * DEGREE),
                 scale_error: tolerance(0.03),
                 non_orthogonality: tolerance(0.02),
@@ -117,10 +113,11 @@ impl Grade {
     ///
     /// Scale errors, turn-on biases, temperature and g-sensitivity are typical of the class, not of a sheet.
     pub fn industrial() -> Self {
+        let instability: BiasInstability<f64> = CoreGrade::Industrial.bias_instability();
         Self {
             accelerometer: TriadGrade {
                 noise_density: from_spectral_density(100.0 * MICRO_G),
-                bias_instability: from_allan_floor(13.0 * MICRO_G),
+                bias_instability: instability.specific_force,
                 turn_on_bias: 2.0 * MILLI_G,
                 scale_error: 1e-3,
                 non_orthogonality: 0.1 * DEGREE,
@@ -132,7 +129,7 @@ impl Grade {
             },
             gyroscope: TriadGrade {
                 noise_density: from_spectral_density(0.008 * DEGREE),
-                bias_instability: from_allan_floor(8.0 * DEGREE / HOUR),
+                bias_instability: instability.angular_rate,
                 turn_on_bias: 0.2 * DEGREE,
                 scale_error: 3e-3,
                 non_orthogonality: 0.1 * DEGREE,
@@ -149,10 +146,11 @@ impl Grade {
     /// A unit for guidance: noise, instability, alignment and range after Analog Devices ADIS16495-1; bias, scale,
     /// temperature and g-sensitivity after Sensonor STIM300.
     pub fn tactical() -> Self {
+        let instability: BiasInstability<f64> = CoreGrade::Tactical.bias_instability();
         Self {
             accelerometer: TriadGrade {
                 noise_density: per_root_hour(0.008),
-                bias_instability: from_allan_floor(3.2 * MICRO_G),
+                bias_instability: instability.specific_force,
                 turn_on_bias: 0.75 * MILLI_G,
                 scale_error: 300.0 * PPM,
                 non_orthogonality: 0.05 * DEGREE,
@@ -164,7 +162,7 @@ impl Grade {
             },
             gyroscope: TriadGrade {
                 noise_density: per_root_hour(0.09 * DEGREE),
-                bias_instability: from_allan_floor(0.8 * DEGREE / HOUR),
+                bias_instability: instability.angular_rate,
                 turn_on_bias: tolerance(250.0 * DEGREE / HOUR),
                 scale_error: 500.0 * PPM,
                 non_orthogonality: 0.05 * DEGREE,
@@ -183,10 +181,11 @@ impl Grade {
     ///
     /// The accelerometer scatters by 0.003 m/s^2 a sample at 200 Hz: the floor's tremor, not the sensor.
     pub fn reference() -> Self {
+        let instability: BiasInstability<f64> = CoreGrade::Reference.bias_instability();
         Self {
             accelerometer: TriadGrade {
                 noise_density: 0.003 / core::f64::consts::SQRT_2 / 10.0,
-                bias_instability: from_allan_floor(1.0 * MICRO_G),
+                bias_instability: instability.specific_force,
                 turn_on_bias: 160.0 * MICRO_G,
                 scale_error: 20.0 * PPM,
                 non_orthogonality: 10e-6,
@@ -198,7 +197,7 @@ impl Grade {
             },
             gyroscope: TriadGrade {
                 noise_density: per_root_hour(0.002 * DEGREE),
-                bias_instability: from_allan_floor(0.0035 * DEGREE / HOUR),
+                bias_instability: instability.angular_rate,
                 turn_on_bias: 0.0035 * DEGREE / HOUR,
                 scale_error: 5.0 * PPM,
                 non_orthogonality: 10e-6,
@@ -223,11 +222,6 @@ pub fn per_root_hour(random_walk: f64) -> f64 {
     random_walk / 60.0
 }
 
-/// `B` from the lowest point of the Allan deviation.
-pub fn from_allan_floor(floor: f64) -> f64 {
-    floor / ALLAN_FLOOR
-}
-
 /// One sigma from a tolerance that the sheet gives without statistics.
 pub fn tolerance(limit: f64) -> f64 {
     limit / 3.0
@@ -239,7 +233,12 @@ mod tests {
 
     #[test]
     fn a_better_grade_has_less_bias_and_less_non_orthogonality() {
-        let grades = Grade::NAMES.map(|name| Grade::named(name).unwrap());
+        let grades = [
+            Grade::consumer(),
+            Grade::industrial(),
+            Grade::tactical(),
+            Grade::reference(),
+        ];
         for pair in grades.windows(2) {
             for triad in [|g: &Grade| g.accelerometer, |g: &Grade| g.gyroscope] {
                 assert!(triad(&pair[1]).turn_on_bias < triad(&pair[0]).turn_on_bias);

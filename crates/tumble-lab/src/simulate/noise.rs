@@ -17,9 +17,6 @@ use rand_distr::StandardNormal;
 
 use crate::simulate::stream::RandomStream;
 
-/// Allan deviation of flicker noise over `B`: `sqrt(2 ln 2 / pi)`.
-pub const ALLAN_FLOOR: f64 = 0.6642824702679601;
-
 /// Ratio of neighbouring correlation times.
 const RATIO: f64 = 4.0;
 /// Shortest correlation time, in samples.
@@ -89,6 +86,8 @@ fn correlation_samples(samples: usize) -> impl Iterator<Item = f64> {
 
 #[cfg(test)]
 mod tests {
+    use tumble_core::noise::ALLAN_FLOOR;
+
     use super::*;
     use crate::simulate::stream::{Purpose, stream};
 

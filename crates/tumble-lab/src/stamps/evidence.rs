@@ -7,6 +7,7 @@
 //! taken late.
 
 use super::fit::SampleTimes;
+use crate::distributions::median;
 
 /// Taps that smooth signals have no part in: a fourth difference.
 const FOURTH_DIFFERENCE: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
@@ -80,7 +81,7 @@ impl Evidence {
             return;
         }
         let mut rough: Vec<f64> = inner.clone().map(|k| fourth(&value, k).abs()).collect();
-        let noise = 1.4826 * super::period::median(&mut rough) / POWER.sqrt();
+        let noise = 1.4826 * median(&mut rough).unwrap_or(0.0) / POWER.sqrt();
         if noise.is_nan() || noise <= 0.0 {
             return;
         }

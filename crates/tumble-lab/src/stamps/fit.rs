@@ -48,7 +48,7 @@ impl SampleTimes {
         stretch.origin + since + stretch.walk.at(since) // eq. 13
     }
 
-    /// Whether the sample in a row is the one that was taken a period after the one before.
+    /// True where the sample in a row is the one that was taken a period after the one before.
     #[must_use]
     pub fn follows_the_last(&self, row: usize) -> bool {
         row > 0

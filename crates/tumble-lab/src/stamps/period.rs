@@ -2,6 +2,8 @@
 //!
 //! Equations: docs/theory/clocks.md.
 
+use crate::distributions::median;
+
 /// Scatter of stamps over the period below which they are exact.
 const EXACT: f64 = 0.002;
 /// Fewest stamps that show how they scatter.
@@ -28,26 +30,17 @@ pub struct Period {
     pub burst: f64,
 }
 
-/// Median, by which `values` change their order; NaN of none.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 /// Median, over `span`, of differences over `span` samples, and their scatter over `span`, both s.
 fn differences(stamps: &[f64], span: usize) -> (f64, f64) {
     let stride = (stamps.len() / MOST_DIFFERENCES).max(1);
     let pairs = stamps.iter().zip(&stamps[span..]).step_by(stride);
     #[allow(clippy::cast_precision_loss)]
     let mut steps: Vec<f64> = pairs.map(|(first, last)| (last - first) / span as f64).collect();
-    let middle = median(&mut steps);
+    let middle = median(&mut steps).unwrap_or(f64::NAN);
     for step in &mut steps {
         *step = (*step - middle).abs();
     }
-    (middle, 1.4826 * median(&mut steps))
+    (middle, 1.4826 * median(&mut steps).unwrap_or(f64::NAN))
 }
 
 /// Measures the sampling period: the median of differences over as many samples as scatter least (eq. 9).

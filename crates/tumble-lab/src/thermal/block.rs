@@ -7,6 +7,7 @@ use tumble_core::sample::CHANNELS;
 use super::recorder::Span;
 use super::rest::rests;
 use super::thermometer::{SmoothTemperature, smooth};
+use crate::distributions::median;
 
 /// Blocks of a session: what is fitted has a matrix of their square.
 const BLOCKS: f64 = 150.0;
@@ -199,6 +200,5 @@ fn usual_interval(spans: &[Span]) -> f64 {
         .windows(2)
         .map(|pair| pair[1].time[0] - pair[0].time[0])
         .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    median(&mut steps).unwrap_or(0.0)
 }

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::fit::{AxisFit, KNOTS};
-use crate::distributions::{INTERVAL, chi_square_tail, student_quantile};
+use crate::distributions::{INTERVAL, chi_square_tail, median, student_quantile};
 
 /// Chance of a chi-square below which the difference is no constant.
 const UNLIKELY: f64 = 0.01;
@@ -24,7 +24,7 @@ pub struct Hysteresis {
     pub largest: [f64; 2],
     /// Mean over temperature and its 1-sigma.
     pub mean: [f64; 2],
-    /// Whether it is beyond chance.
+    /// True where it is beyond chance.
     pub is_clear: bool,
 }
 
@@ -58,9 +58,9 @@ impl Hysteresis {
             let share = if knot == 0 || knot == count - 1 { 0.5 } else { 1.0 };
             share / (count - 1) as f64
         });
-        let mut sorted: Vec<f64> = sigmas.iter().copied().collect();
-        sorted.sort_by(f64::total_cmp);
-        let known = |knot: &usize| sigmas[*knot] <= FAR_FROM_DATA * sorted[count / 2];
+        let mut all: Vec<f64> = sigmas.iter().copied().collect();
+        let usual = median(&mut all)?;
+        let known = |knot: &usize| sigmas[*knot] <= FAR_FROM_DATA * usual;
         let largest = (0..count)
             .filter(known)
             .max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()))?;
@@ -83,7 +83,7 @@ impl Hysteresis {
     }
 }
 
-/// Whether a fit with a curve shows that the difference is no constant.
+/// True where a fit with a curve shows that the difference is no constant.
 pub fn is_curve(fit: &AxisFit) -> bool {
     let first = fit.terms.bias + fit.terms.scale;
     let values = DVector::from_column_slice(fit.hysteresis());

@@ -63,12 +63,15 @@ struct Candidates<'a> {
 /// Lag of the thermometer, fitted before hysteresis is: alone, and beside loops of any shape.
 ///
 /// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that remain beside it
-/// are hysteresis. Of one axis and a steady ramp nobody can tell one from the other. None as well where one leg is missing.
+/// are hysteresis. Of one axis and a steady ramp nobody can tell one from the other. Axes whose bias does not depend on
+/// temperature show no lag. None as well where one leg is missing.
 pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Lagging {
+    let design = Design::new(whitening, &data.blocks, reference_of(&data.blocks));
     let channels: Vec<(Vec<f64>, Terms)> = channels
         .iter()
         .filter(|(_, terms)| terms.hysteresis > 0)
         .map(|(channel, terms)| (data.channel(*channel), *terms))
+        .filter(|(means, terms)| has_drift(&design, means, terms))
         .collect();
     let of = Candidates {
         data,
@@ -112,8 +115,7 @@ impl Candidates<'_> {
     /// Of each channel, with that many terms of hysteresis.
     fn likelihoods(&self, lag: f64, hysteresis: usize) -> Vec<f64> {
         let blocks: Vec<Block> = self.data.blocks.iter().map(|block| block.lagged(lag)).collect();
-        let reference = blocks.first().map_or(0.0, |block| block.temperature);
-        let design = Design::new(self.whitening, &blocks, reference);
+        let design = Design::new(self.whitening, &blocks, reference_of(&blocks));
         let of_channel = |(means, terms): &(Vec<f64>, Terms)| {
             let terms = Terms { hysteresis, ..*terms };
             design
@@ -140,6 +142,25 @@ impl Candidates<'_> {
         };
         lag.sigma.is_finite().then_some((lag, at))
     }
+}
+
+fn reference_of(blocks: &[Block]) -> f64 {
+    blocks.first().map_or(0.0, |block| block.temperature)
+}
+
+/// True where the bias of an axis depends on temperature beyond chance, whatever its loop.
+///
+/// A lag moves the legs apart by the slope of the bias. An axis without slope shows none, and its wandering bias would
+/// be explained by any.
+fn has_drift(design: &Design, means: &[f64], most: &Terms) -> bool {
+    (1..=most.bias).any(|bias| {
+        let terms = Terms {
+            bias,
+            scale: 0,
+            hysteresis: KNOTS,
+        };
+        design.fit(means, &terms).is_some_and(|fit| fit.is_certain())
+    })
 }
 
 fn sum(values: &[f64]) -> f64 {

@@ -9,6 +9,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::stillness::{Scatter, Stillness, StillnessSettings};
 
 use super::recorder::Span;
+use crate::distributions::median;
 
 /// Share of the spans that are quieter than the noise floor: a unit that moved for most of the time has one too.
 const QUIETEST: f64 = 0.1;
@@ -75,19 +76,16 @@ impl Drift {
                     )
                 })
         };
+        let usual =
+            |values: &mut dyn Iterator<Item = f64>| median(&mut values.collect::<Vec<_>>()).unwrap_or(0.0);
         Self {
-            change: median(at_rest(1).map(|(change, _)| change).collect()),
-            pace: median(at_rest(SLOWLY).map(|(change, time)| change / time).collect()),
-            interval: median(
-                spans
-                    .windows(2)
-                    .map(|pair| pair[1].middle() - pair[0].middle())
-                    .collect(),
-            ),
+            change: usual(&mut at_rest(1).map(|(change, _)| change)),
+            pace: usual(&mut at_rest(SLOWLY).map(|(change, time)| change / time)),
+            interval: usual(&mut spans.windows(2).map(|pair| pair[1].middle() - pair[0].middle())),
         }
     }
 
-    /// Whether the unit is in another place than it was in an earlier span.
+    /// True where the unit is in another place than it was in an earlier span.
     fn moved(&self, earlier: &Span, later: &Span, follows: bool) -> bool {
         let time = later.middle() - earlier.middle();
         let least = if follows && time < PAUSE * self.interval {
@@ -106,11 +104,6 @@ fn change(a: &Span, b: &Span) -> f64 {
         .map(|axis| (b[axis] - a[axis]).powi(2))
         .sum::<f64>()
         .sqrt()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn quietest(scatters: &[Scatter<f64>]) -> Scatter<f64> {

@@ -1,10 +1,11 @@
 //! Laws of the estimator, on blocks whose truth is known.
 
 use tumble_core::noise::Interval;
+use tumble_core::sample::CHANNELS;
 
-use super::block::Block;
+use super::block::{Block, ThermalBlocks};
 use super::fit::{AxisFit, Design, Terms};
-use super::lag::Lagging;
+use super::lag::{Lagging, thermometer_lag};
 use super::order::Folds;
 use super::procedure::{ThermalDrift, ThermalError, ThermalSettings, thermal};
 use super::recorder::ThermalRecorder;
@@ -219,6 +220,40 @@ fn the_order_found_is_that_of_the_drift() {
         let orders = chosen(truth, runs);
         // 95 % right: fewer than 20 of 24 in one case of a thousand.
         assert!(orders[truth.len()] >= 20, "{truth:?}: {orders:?}");
+    }
+}
+
+/// Blocks of six axes with the same drift and loop, each with noise of its own.
+fn session_of_six(blocks: &[Block], truth: &[f64], hysteresis: f64, run: u64) -> ThermalBlocks {
+    let axes: Vec<Vec<f64>> = (0..CHANNELS as u64)
+        .map(|axis| noisy(blocks, truth, run * CHANNELS as u64 + axis))
+        .collect();
+    let means = |(place, block): (usize, &Block)| {
+        core::array::from_fn(|axis| axes[axis][place] + 0.5 * block.leg * hysteresis)
+    };
+    ThermalBlocks {
+        means: blocks.iter().enumerate().map(means).collect(),
+        blocks: blocks.to_vec(),
+        poses: 1,
+        ..ThermalBlocks::default()
+    }
+}
+
+fn lag_of_six(blocks: &[Block], truth: &[f64], hysteresis: f64, run: u64) -> Lagging {
+    let data = session_of_six(blocks, truth, hysteresis, run);
+    let needs = core::array::from_fn::<_, CHANNELS, _>(|channel| (channel, bias_of(3)));
+    thermometer_lag(&data, &Whitening::new(blocks), &needs)
+}
+
+#[test]
+fn axes_whose_bias_does_not_depend_on_temperature_show_no_lag() {
+    println!("seed {SEED}");
+    let blocks = up_and_down();
+    for hysteresis in [0.0, 5e-4] {
+        for run in 0..6 {
+            let lag = lag_of_six(&blocks, &[], hysteresis, run);
+            assert_eq!(lag, Lagging::None, "loop {hysteresis}, run {run}");
+        }
     }
 }
 

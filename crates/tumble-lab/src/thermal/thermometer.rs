@@ -4,6 +4,7 @@
 //! reading; its slope says whether the unit warms, and how far a slow thermometer is behind.
 
 use super::recorder::Span;
+use crate::distributions::median;
 
 /// Steps of the thermometer in a window, at least.
 const STEPS: f64 = 4.0;
@@ -47,7 +48,8 @@ pub fn smooth(spans: &[Span], step: f64) -> Vec<SmoothTemperature> {
     let slopes: Vec<f64> = (0..times.len())
         .map(|place| line_at(&times, &readings, place, half_of_slope).1)
         .collect();
-    let usual = median(slopes.iter().map(|slope| slope.abs()).collect());
+    let mut sizes: Vec<f64> = slopes.iter().map(|slope| slope.abs()).collect();
+    let usual = median(&mut sizes).unwrap_or(0.0);
     values
         .zip(&slopes)
         .map(|(value, &slope)| SmoothTemperature {
@@ -90,9 +92,4 @@ fn line_at(times: &[f64], readings: &[f64], place: usize, half: f64) -> (f64, f6
     }
     let slope = if squares > 0.0 { products / squares } else { 0.0 };
     (level + slope * (centre - middle), slope)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

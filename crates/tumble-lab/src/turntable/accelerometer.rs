@@ -36,7 +36,15 @@ impl TargetSession<'_> {
         if solved.observed.contains(&false) {
             return Err(TurntableError::DirectionsTooAlike);
         }
-        finish(&solved, &observations, labels, &inputs, self.systematic())
+        let repeats = repeats(&observations);
+        finish(
+            &solved,
+            &observations,
+            labels,
+            &inputs,
+            self.systematic(),
+            &repeats,
+        )
     }
 
     fn forces(&self) -> Result<(Vec<Label>, Vec<ForceObservation<f64>>), TurntableError> {
@@ -88,6 +96,16 @@ impl TargetSession<'_> {
             _ => 0.0,
         }
     }
+}
+
+/// Angle by which a structure that is bumped turns at most, rad.
+const SAME_POSE: f64 = 0.01;
+
+/// Whether each rest shows the pose of the one before.
+fn repeats(observations: &[ForceObservation<f64>]) -> Vec<bool> {
+    let truth = |k: usize| observations[k].regressor.fixed_rows::<3>(0).into_owned();
+    let goes_on = |k: usize| k > 0 && truth(k).angle(&truth(k - 1)) < SAME_POSE;
+    (0..observations.len()).map(goes_on).collect()
 }
 
 /// M without any error: the rotation between truth and readings.

@@ -1,4 +1,4 @@
-//! What is left of a shift between two clocks, as ramps between unequal rates show it.
+//! Remaining shift between two clocks, as ramps between unequal rates show it.
 //!
 //! A turn from rest to rest does not mind a shift, and neither does a constant rate. A ramp from one rate to another does:
 //! its mean rate changes by the difference of the two rates over its length, a second (docs/theory/turntable.md, eq. 34).

@@ -13,8 +13,8 @@ const ELEMENTS: f64 = 9.0;
 /// An element with less than a quarter of the variance of its prior was shown by the data, as one of M.
 const SHOWN: f64 = 0.5;
 
-/// Whether the fit with G explains so much more than the one without it, both under the same noise, that chance does not,
-/// neither by the stated noise nor by that of the residuals; and whether the data show all of G, and with it all that they
+/// True where the fit with G explains so much more than the one without it, both under the same noise, that chance does not,
+/// neither by the stated noise nor by that of the residuals; and where the data show all of G, and with it all that they
 /// show without it (docs/theory/turntable.md, eq. 43).
 pub(super) fn is_shown(coupled: &TriadFit<f64, 6>, plain: &TriadFit<f64, 6>) -> bool {
     let shows_g = coupled

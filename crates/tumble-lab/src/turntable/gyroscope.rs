@@ -109,13 +109,13 @@ impl TargetSession<'_> {
             if self.settings.g_sensitivity == GSensitivity::Always
                 || is_shown(&solved, &fit::<f64, 4, 6, 18>(&observations, &inputs)?)
             {
-                let triad = finish(&solved, &coupled, labels, &inputs, 0.0)?;
+                let triad = finish(&solved, &coupled, labels, &inputs, 0.0, &[])?;
                 return Ok(with_responses(triad.with_pace(pace), &rates));
             }
         }
         inputs.noise = self.noise_of_residuals::<4, 18>(&observations, &inputs)?;
         let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
-        let triad = finish(&solved, &observations, labels, &inputs, 0.0)?;
+        let triad = finish(&solved, &observations, labels, &inputs, 0.0, &[])?;
         Ok(with_responses(triad.with_pace(pace), &rates))
     }
 
@@ -348,7 +348,12 @@ impl TargetSession<'_> {
             .reference_unit
             .between(pair.reference, next.reference)
             .filter(whole)?;
-        let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
+        // Between two rests of the reference the target may have rested on.
+        let turned = pair.target.1 < next.target.0;
+        let felt = (turned
+            .then(|| self.unit.between(pair.target.1, next.target.0))
+            .flatten())
+        .filter(whole)?;
         let (by_reference, by_target) = (self.reference_unit.turned(&seen), self.unit.turned(&felt));
         let when = self.on_clock_of_reference(&by_target.interval);
         let turn = ReferenceTurn {

@@ -30,7 +30,7 @@ pub struct Reference {
     pub mounting: Option<MountingFit<f64>>,
     /// Rates that the table was commanded, where they are the truth of gyroscopes.
     pub table: Option<TableTruth>,
-    /// How uncertain its corrected readings are.
+    /// Uncertainty of its corrected readings.
     pub uncertainty: ReferenceUncertainty,
     /// Whether that uncertainty explains by how much `|r - b|` misses g.
     pub norm_explained: bool,

@@ -91,13 +91,46 @@ pub(crate) fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
     }
 }
 
-/// `systematic` is the variance of an element of M because the reference errs itself.
+/// Chi-square and its degrees of freedom without the differences within a pose that fell into several rests: errors that last
+/// longer than a rest, as drift does, leave nothing there, and their sum would be taken for smaller than it is. `repeats` says
+/// of each interval whether it goes on with the one before.
+fn between_poses(
+    chi_square: f64,
+    degrees_of_freedom: u32,
+    residuals: &[(Vector3<f64>, Vector3<f64>)],
+    repeats: &[bool],
+) -> (f64, u32) {
+    let (mut within, mut differences) = (0.0, 0);
+    for axis in 0..3 {
+        // Mean of the pose so far, and its variance.
+        let (mut mean, mut variance) = (0.0, 1.0);
+        for ((residual, sigma), repeats) in residuals.iter().zip(repeats) {
+            let (value, own) = (residual[axis], sigma[axis] * sigma[axis]);
+            if *repeats {
+                within += (value - mean) * (value - mean) / (variance + own);
+                differences += 1;
+                mean = (mean * own + value * variance) / (variance + own);
+                variance *= own / (variance + own);
+            } else {
+                (mean, variance) = (value, own);
+            }
+        }
+    }
+    (
+        (chi_square - within).max(0.0),
+        degrees_of_freedom.saturating_sub(differences),
+    )
+}
+
+/// `systematic` is the variance of an element of M because the reference errs itself; `repeats` says of each interval whether
+/// it goes on with the one before, none where it is empty.
 pub(super) fn finish<const P: usize, const Q: usize>(
     solved: &TriadFit<f64, Q>,
     observations: &[Observation<f64, P, Q>],
     labels: Vec<Label>,
     inputs: &FitInputs<f64, Q>,
     systematic: f64,
+    repeats: &[bool],
 ) -> Result<TriadCalibration, TurntableError> {
     let parts = solved.model.decompose()?;
     let m = solved.model.matrix;
@@ -107,7 +140,15 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         let sigma = (noise + observation.reading_variance).map(f64::sqrt);
         (solved.residual(observation), sigma)
     });
-    let widened = widening(solved.chi_square, solved.degrees_of_freedom);
+    let residuals: Vec<_> = residuals.collect();
+    let (chi_square, freedom) =
+        between_poses(solved.chi_square, solved.degrees_of_freedom, &residuals, repeats);
+    let widened = widening(chi_square, freedom);
+    let mut variance_freedom = variance_freedom(observations, inputs);
+    if widened > 1.0 {
+        // The variance of what widens is known from these residuals alone.
+        variance_freedom = variance_freedom.min(f64::from(freedom));
+    }
     let mut covariance = solved.covariance * widened;
     for i in 0..9 {
         covariance[(i, i)] += systematic;
@@ -122,10 +163,34 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
         rank: solved.rank,
         widened,
-        variance_freedom: variance_freedom(observations, inputs),
+        variance_freedom,
         chi_square: solved.chi_square,
         degrees_of_freedom: solved.degrees_of_freedom,
-        residuals: residuals.collect(),
+        residuals,
         labels,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rests_of_one_pose_leave_chi_square_to_their_mean() {
+        let rest = |residual: f64, sigma: f64| (Vector3::repeat(residual), Vector3::repeat(sigma));
+        let residuals = [rest(3.0, 1.0), rest(5.0, 1.0), rest(7.0, 2.0), rest(-1.0, 1.0)];
+        let sum: f64 = residuals
+            .iter()
+            .map(|(r, s)| r.component_div(s).norm_squared())
+            .sum();
+        // Weights 1, 1 and 1/4: the pose's mean is 39/9 with variance 4/9.
+        let between = 3.0 * ((39.0_f64 / 9.0).powi(2) * 9.0 / 4.0 + 1.0);
+        let (chi_square, freedom) = between_poses(sum, 12, &residuals, &[false, true, true, false]);
+        assert!(
+            (chi_square - between).abs() < 1e-12 * between,
+            "{chi_square} {between}"
+        );
+        assert_eq!(freedom, 6);
+        assert_eq!(between_poses(sum, 12, &residuals, &[]), (sum, 12));
+    }
 }

@@ -4,6 +4,9 @@
 #[path = "../../../tumble-core/tests/laws/common.rs"]
 mod common;
 #[allow(dead_code)]
+#[path = "../../../tumble-core/tests/laws/spin_stream.rs"]
+mod spin_stream;
+#[allow(dead_code)]
 #[path = "../../../tumble-core/tests/laws/stream.rs"]
 mod stream;
 
@@ -14,6 +17,7 @@ mod correct;
 mod health;
 mod pairing;
 mod rejection;
+mod spin_grade;
 mod trace;
 mod turntable;
 mod unit;

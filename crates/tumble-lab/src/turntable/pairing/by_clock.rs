@@ -16,7 +16,7 @@ const SAME_CLOCK: f64 = 0.1;
 /// Skew below this is none: it would change a scale by as much.
 const SAME_RATE: f64 = 1e-6;
 
-/// Whether the turns meet as they do under one clock. Times that were fitted go alike only as far as their pace is known:
+/// True where the turns meet as they do under one clock. Times that were fitted go alike only as far as their pace is known:
 /// where turns show it better, what they show holds.
 fn coincide(clock: &ClockFit<f64>, given: f64, pace_sigma: f64) -> bool {
     let skew_sigma = clock.covariance[(1, 1)].sqrt();
@@ -130,39 +130,78 @@ fn same_rest(a: &Interval<f64>, b: &Interval<f64>) -> bool {
 }
 
 fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Result<Met, PairingError> {
-    let (mut pairs, mut continued) = (Vec::new(), Vec::new());
-    for (k, rest) in reference.rests.iter().enumerate() {
-        let when = interval(rest);
-        let inside: Vec<usize> = (0..target.rests.len())
-            .filter(|&j| {
-                let own = interval(&target.rests[j]);
-                let seen = Interval {
-                    start: clock.to_reference(own.start),
-                    end: clock.to_reference(own.end),
-                };
-                same_rest(&when, &seen)
-            })
-            .collect();
-        let (Some(&first), Some(&last)) = (inside.first(), inside.last()) else {
+    let mut met: Vec<Common> = Vec::new();
+    for k in 0..reference.rests.len() {
+        let Some(common) = Common::of(reference, target, clock, k) else {
             continue;
         };
-        stayed_put(target, k, first, last)?;
-        if pairs
-            .last()
-            .is_some_and(|pair: &PairedRest| pair.target.1 >= first)
-        {
+        stayed_put(target, k, common.first, common.last)?;
+        if met.last().is_some_and(|before| before.shares(&common)) {
             reference_stayed_put(reference, k)?;
-            continued.push(k);
-            continue;
         }
-        let Some(segment) = target.joined(first, last) else {
-            continue;
-        };
-        pairs.push(PairedRest {
-            reference: k,
-            target: (first, last),
-            segment,
-        });
+        met.push(common);
+    }
+    let (mut pairs, mut continued) = (Vec::new(), Vec::new());
+    for (i, common) in met.iter().enumerate() {
+        let after = i > 0 && met[i - 1].shares(common);
+        let before = met.get(i + 1).is_some_and(|next| common.shares(next));
+        let cut = (after || before)
+            .then(|| common.cut(reference, target, clock))
+            .flatten();
+        if cut.is_none() && after {
+            continued.push(common.reference);
+        } else if let Some(segment) = cut.or_else(|| target.joined(common.first, common.last)) {
+            pairs.push(PairedRest {
+                reference: common.reference,
+                target: (common.first, common.last),
+                segment,
+            });
+        }
     }
     Ok((pairs, continued))
+}
+
+/// A rest of the reference and those of the target that took place then.
+struct Common {
+    reference: usize,
+    first: usize,
+    last: usize,
+}
+
+impl Common {
+    fn of(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>, k: usize) -> Option<Self> {
+        let when = interval(&reference.rests[k]);
+        let mut inside = (0..target.rests.len()).filter(|&j| {
+            let own = interval(&target.rests[j]);
+            let seen = Interval {
+                start: clock.to_reference(own.start),
+                end: clock.to_reference(own.end),
+            };
+            same_rest(&when, &seen)
+        });
+        let first = inside.next()?;
+        Some(Self {
+            reference: k,
+            first,
+            last: inside.next_back().unwrap_or(first),
+        })
+    }
+
+    /// Whether the target rested on where the reference saw another rest.
+    fn shares(&self, next: &Self) -> bool {
+        self.last >= next.first
+    }
+
+    /// The rest of the target while the reference rested: what disturbed the reference may have turned both.
+    fn cut(&self, reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Option<Segment<f64>> {
+        let when = interval(&reference.rests[self.reference]);
+        let own = |time: f64| time + clock.offset_at(time).0;
+        let span = Interval {
+            start: own(when.start),
+            end: own(when.end),
+        };
+        (self.first == self.last)
+            .then(|| target.cut(self.first, &span))
+            .flatten()
+    }
 }
