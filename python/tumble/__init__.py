@@ -7,42 +7,49 @@
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
-
-from tumble import lazy
+from tumble.foundation import lazy
+from tumble.foundation.procedures import homes
 
 TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
 if TYPE_CHECKING:
     from tumble._core import __version__
-    from tumble.align.procedure import align
-    from tumble.align.result import AlignResult
-    from tumble.apply.procedure import apply
     from tumble.calibration.document import Calibration
-    from tumble.compare.procedure import compare
-    from tumble.compare.result import CompareResult
-    from tumble.convert.procedure import convert
-    from tumble.errors import (
+    from tumble.calibration.limits import Limits
+    from tumble.foundation.errors import (
         CalibrationFileError,
         LogError,
         OutputError,
         ProcedureError,
         TumbleError,
     )
-    from tumble.exchange.procedure import export, import_calibrations
-    from tumble.inspect.procedure import inspect
+    from tumble.foundation.recording import Chunk, Recording
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
-    from tumble.multipose.procedure import multipose
-    from tumble.multipose.result import MultiposeResult
-    from tumble.noise.procedure import noise
-    from tumble.noise.result import NoiseResult
-    from tumble.recording import Chunk, Recording
-    from tumble.redundancy.monitor import RedundancyMonitor
-    from tumble.redundancy.procedure import redundancy
-    from tumble.redundancy.result import RedundancyResult
-    from tumble.redundancy.settings import RedundancySettings
-    from tumble.redundancy.witness import Witness
-    from tumble.simulate import (
+    from tumble.logs.witness import Witness
+    from tumble.poses.pose_list import Pose, PoseList
+    from tumble.procedures.align.procedure import align
+    from tumble.procedures.align.result import AlignResult
+    from tumble.procedures.multipose.procedure import multipose
+    from tumble.procedures.multipose.result import MultiposeResult
+    from tumble.procedures.noise.procedure import noise
+    from tumble.procedures.noise.result import NoiseResult
+    from tumble.procedures.redundancy.monitor import RedundancyMonitor
+    from tumble.procedures.redundancy.procedure import redundancy
+    from tumble.procedures.redundancy.result import RedundancyResult
+    from tumble.procedures.redundancy.settings import RedundancySettings
+    from tumble.procedures.spin.machine import SpinMachine
+    from tumble.procedures.spin.procedure import spin
+    from tumble.procedures.spin.result import SpinResult
+    from tumble.procedures.thermal.procedure import thermal
+    from tumble.procedures.thermal.result import ThermalResult
+    from tumble.procedures.turntable.procedure import turntable
+    from tumble.procedures.turntable.result import TargetResult, TurntableResult
+    from tumble.tools.apply.procedure import apply
+    from tumble.tools.compare.procedure import compare
+    from tumble.tools.compare.result import CompareResult
+    from tumble.tools.convert.procedure import convert
+    from tumble.tools.exchange.procedure import export, import_calibrations
+    from tumble.tools.inspect.procedure import inspect
+    from tumble.tools.simulate import (
         simulate_flight,
         simulate_multipose,
         simulate_spin,
@@ -50,15 +57,6 @@ if TYPE_CHECKING:
         simulate_thermal,
         simulate_turntable,
     )
-    from tumble.spin.machine import SpinMachine
-    from tumble.spin.procedure import spin
-    from tumble.spin.result import SpinResult
-    from tumble.thermal.procedure import thermal
-    from tumble.thermal.result import ThermalResult
-    from tumble.turntable.limits import Limits
-    from tumble.turntable.poses import Pose, PoseList
-    from tumble.turntable.procedure import turntable
-    from tumble.turntable.result import TargetResult, TurntableResult
 
 __all__ = [
     "AlignResult",
@@ -111,23 +109,25 @@ __all__ = [
     "turntable",
 ]
 
-_HOMES = {
+_HOMES: dict[str, tuple[str, ...]] = {
+    **dict(homes()),
     "tumble._core": ("__version__",),
     "tumble.calibration.document": ("Calibration",),
-    "tumble.errors": ("CalibrationFileError", "LogError", "OutputError", "ProcedureError", "TumbleError"),
+    "tumble.foundation.errors": (
+        "CalibrationFileError",
+        "LogError",
+        "OutputError",
+        "ProcedureError",
+        "TumbleError",
+    ),
     "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
-    "tumble.align.procedure": ("align",),
-    "tumble.apply.procedure": ("apply",),
-    "tumble.compare.procedure": ("compare",),
-    "tumble.compare.result": ("CompareResult",),
-    "tumble.convert.procedure": ("convert",),
-    "tumble.exchange.procedure": ("export", "import_calibrations"),
-    "tumble.inspect.procedure": ("inspect",),
-    "tumble.multipose.procedure": ("multipose",),
-    "tumble.multipose.result": ("MultiposeResult",),
-    "tumble.noise.procedure": ("noise",),
-    "tumble.noise.result": ("NoiseResult",),
-    "tumble.simulate": (
+    "tumble.tools.apply.procedure": ("apply",),
+    "tumble.tools.compare.procedure": ("compare",),
+    "tumble.tools.compare.result": ("CompareResult",),
+    "tumble.tools.convert.procedure": ("convert",),
+    "tumble.tools.exchange.procedure": ("export", "import_calibrations"),
+    "tumble.tools.inspect.procedure": ("inspect",),
+    "tumble.tools.simulate": (
         "simulate_flight",
         "simulate_multipose",
         "simulate_spin",
@@ -135,38 +135,15 @@ _HOMES = {
         "simulate_thermal",
         "simulate_turntable",
     ),
-    "tumble.turntable.poses": ("Pose", "PoseList"),
-    "tumble.turntable.limits": ("Limits",),
-    "tumble.redundancy.procedure": ("redundancy",),
-    "tumble.redundancy.monitor": ("RedundancyMonitor",),
-    "tumble.redundancy.settings": ("RedundancySettings",),
-    "tumble.redundancy.witness": ("Witness",),
-    "tumble.spin.machine": ("SpinMachine",),
-    "tumble.spin.procedure": ("spin",),
-    "tumble.thermal.procedure": ("thermal",),
-    "tumble.thermal.result": ("ThermalResult",),
-    "tumble.turntable.procedure": ("turntable",),
-    "tumble.recording": ("Chunk", "Recording"),
-    "tumble.turntable.result": ("TargetResult", "TurntableResult"),
-    "tumble.align.result": ("AlignResult",),
-    "tumble.redundancy.result": ("RedundancyResult",),
-    "tumble.spin.result": ("SpinResult",),
+    "tumble.poses.pose_list": ("Pose", "PoseList"),
+    "tumble.calibration.limits": ("Limits",),
+    "tumble.procedures.redundancy.monitor": ("RedundancyMonitor",),
+    "tumble.procedures.redundancy.settings": ("RedundancySettings",),
+    "tumble.logs.witness": ("Witness",),
+    "tumble.procedures.spin.machine": ("SpinMachine",),
+    "tumble.foundation.recording": ("Chunk", "Recording"),
+    "tumble.procedures.turntable.result": ("TargetResult", "TurntableResult"),
 }
-_NAMES = frozenset(name for names in _HOMES.values() for name in names)
-
-
-class _Package(ModuleType):
-    """A procedure is a function and a folder of one name; `tumble.spin` is the function.
-
-    An import of `tumble.spin.result` binds the folder as `tumble.spin`, which would hide the function.
-    """
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _NAMES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 __getattr__ = lazy.attributes(__name__, _HOMES)

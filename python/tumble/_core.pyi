@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 __version__: str
 STANDARD_GRAVITY: float
@@ -249,7 +249,7 @@ def calibrate_target(
 ) -> TargetFigures: ...
 
 class MultiposePoses(TypedDict):
-    """One entry a rest; see `tumble.multipose.result.PoseFit`. `force` (k, 3) m/s^2, corrected."""
+    """One entry a rest; see `tumble.procedures.multipose.result.PoseFit`. `force` (k, 3) m/s^2, corrected."""
 
     force: FloatArray
     before: list[float]
@@ -344,6 +344,9 @@ def multipose_of(
     faces: bool = False,
     sections: list[tuple[str, int, int]] = ...,
 ) -> MultiposeFigures: ...
+def held_rests(
+    time: FloatArray, force: FloatArray, rate: FloatArray, shortest: float
+) -> list[tuple[int, int]]: ...
 def multipose_directions(force: FloatArray) -> list[int]: ...
 def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
 def judge_gyroscope(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...
@@ -370,7 +373,7 @@ def correct(
 ) -> FloatArray: ...
 
 class TriadTruthFigures(TypedDict):
-    """True errors of a triad; see `tumble.simulate.TriadTruth`."""
+    """True errors of a triad; see `tumble.tools.simulate.TriadTruth`."""
 
     M: FloatArray
     b: FloatArray
@@ -428,7 +431,7 @@ def sensor_grades() -> list[str]: ...
 def sensor_grade(name: str) -> str: ...
 
 class SimulatedSpinFigures(TypedDict):
-    """A robot that turned on the spot; see `tumble.simulate.SimulatedSpin`."""
+    """A robot that turned on the spot; see `tumble.tools.simulate.SimulatedSpin`."""
 
     unit: SimulatedUnitFigures
     duration: float
@@ -444,14 +447,14 @@ class SimulatedSpinFigures(TypedDict):
     turned: FloatArray
 
 class TrueMotionFigures(TypedDict):
-    """True motion of the primary's place; see `tumble.simulate.FlightTruth`."""
+    """True motion of the primary's place; see `tumble.tools.simulate.FlightTruth`."""
 
     specific_force: FloatArray
     angular_rate: FloatArray
     angular_acceleration: FloatArray
 
 class TruePathFigures(TypedDict):
-    """See `tumble.simulate.FlightPath`."""
+    """See `tumble.tools.simulate.FlightPath`."""
 
     level_from_case: FloatArray
     velocity: FloatArray
@@ -463,7 +466,7 @@ class FlightMotion:
     def path(self, time: FloatArray) -> TruePathFigures: ...
 
 class SimulatedFlightFigures(TypedDict):
-    """A flight with its truth; see `tumble.simulate.SimulatedFlight`."""
+    """A flight with its truth; see `tumble.tools.simulate.SimulatedFlight`."""
 
     duration: float
     rests: FloatArray
@@ -673,7 +676,7 @@ class BiasFigures(TypedDict):
     observed: bool
 
 class SpinBlockFigures(TypedDict):
-    """See `tumble.spin.result.SpinBlocks`."""
+    """See `tumble.procedures.spin.result.SpinBlocks`."""
 
     time: FloatArray
     resting: FloatArray
@@ -757,7 +760,7 @@ class SpinMachine:
         """`idle`, `still`, `spin`, `done` or `failed`."""
     @property
     def failure(self) -> tuple[str, dict[str, float]] | None:
-        """Kind and figures; `tumble.spin.messages` puts them in words."""
+        """Kind and figures; `tumble.procedures.spin.messages` puts them in words."""
     @property
     def progress(self) -> SpinProgress: ...
     def figures(self, true_angle: tuple[float, float, float] | None = None) -> SpinFigures:
@@ -834,7 +837,8 @@ class RedundancyMonitor:
 
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
         Commands are `evaluate` and `return to primary`. Witnesses, in order of time, are time s, kind, unit,
-        value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, and `score`, first of value.
+        value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, `heading`, rad, and
+        `score`, first of value.
         `progress` is told the share done, 0 to 1.
         """
     def push(
@@ -901,7 +905,7 @@ class AlignForceFigures(TypedDict):
     accelerometer_residual: float
 
 class AlignFigures(TypedDict):
-    """How a secondary sits beside a primary; see `tumble.align.result.UnitAlignment`."""
+    """How a secondary sits beside a primary; see `tumble.procedures.align.result.UnitAlignment`."""
 
     correlation: float
     motion: float
@@ -944,5 +948,5 @@ def align_units(
     The secondary's offset, s, is searched for within `search` of `around`; with `one_clock` there is no skew.
     `rate_bias`, rad/s, is the primary's own.
 
-    Raises `CoreError` with the kinds that `tumble.align.messages` puts in words.
+    Raises `CoreError` with the kinds that `tumble.procedures.align.messages` puts in words.
     """

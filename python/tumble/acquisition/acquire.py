@@ -14,15 +14,16 @@ from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.twins import GyroscopeHead
 from tumble.calibration.temperature_counts import TemperatureCounts
-from tumble.constants import STANDARD_GRAVITY
-from tumble.errors import ProcedureError
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_time import LogTime
+from tumble.foundation.provenance import LogFacts
+from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
+from tumble.foundation.results import Rest, Trace
+from tumble.foundation.units import TRIADS, UNITS, Triad
+from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts
 from tumble.logs.units import odd_step, usual_step
-from tumble.provenance import LogFacts
-from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
-from tumble.results import Rest, Trace
-from tumble.units import TRIADS, UNITS, Triad
-from tumble.words import count_of
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -56,6 +57,7 @@ def acquire(
     temperatures = TemperatureCounts(calibration, recording.metadata.triads)
     samples = 0
     duration = 0.0
+    start = math.nan
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
         segmenter.begin_part(name)
         stream = part.chunks()
@@ -72,6 +74,7 @@ def acquire(
             push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
             samples += len(chunk)
             begun = float(chunk.time[0]) if begun is None else begun
+            start = begun if math.isnan(start) else start
             ended = float(chunk.time[-1])
             if progress is not None:
                 progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
@@ -79,7 +82,8 @@ def acquire(
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
     notices = (*counts.notices(), *temperatures.notices())
-    return Imu(recording, segmenter.finish(), notices, LogFacts(duration=duration), head.digest())
+    facts = LogFacts(duration=duration, axes=recording.metadata.body, time=LogTime(start))
+    return Imu(recording, segmenter.finish(), notices, facts, head.digest())
 
 
 def push_recorded(
@@ -108,8 +112,8 @@ def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray
 def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
     """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
     unit = imu.acquired
-    refuse_if_damaged(name, unit, imu.faults)
-    problem = _saturated_turns(unit, imu.faults) or _rests(unit)
+    refuse_if_damaged(name, imu, imu.faults)
+    problem = _saturated_turns(unit, imu.faults, imu.log.time) or _rests(unit, imu.log.time)
     if problem:
         raise ProcedureError(problem, about=name)
     misread = _accelerometer_unit(unit, gravity) if "accelerometer" in imu.triads else None
@@ -119,9 +123,10 @@ def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
         raise ProcedureError(misread.line_among_others(name), about=name)
 
 
-def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[ChannelFault]) -> None:
+def refuse_if_damaged(name: str, imu: Imu, faults: Sequence[ChannelFault]) -> None:
     """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
-    problem = _samples(unit) or _time(unit) or _dead_channel(faults)
+    unit, time = imu.acquired, imu.log.time
+    problem = _samples(unit) or _time(unit, time) or _dead_channel(faults, time)
     if problem:
         raise ProcedureError(problem, about=name)
 
@@ -151,39 +156,39 @@ def _samples(unit: _core.Acquired) -> str:
     return ""
 
 
-def _time(unit: _core.Acquired) -> str:
+def _time(unit: _core.Acquired, time: LogTime) -> str:
     if unit.first_backwards is None:
         return ""
-    when = f"{unit.first_backwards:.6f} s"
+    when = time.at(unit.first_backwards, 6)
     return f"time does not advance at {when}; sort the samples and remove repeated time stamps"
 
 
-def _dead_channel(faults: Sequence[ChannelFault]) -> str:
+def _dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
     """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
     for channel, kind, value, first, last, *_ in faults:
         if kind == "stuck":
-            span = f"from {first:.1f} to {last:.1f} s"
+            span = f"from {time.span(first, last)} s"
             seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"
             return f"{seen} {span}; check the sensor and its column"
         if kind == "saturated at rest":
-            seen = _saturated(channel, value, first)
+            seen = _saturated(channel, value, time.at(first, 3))
             return f"{seen}, while the unit stood still; choose a larger range"
     return ""
 
 
-def _saturated_turns(unit: _core.Acquired, faults: Sequence[ChannelFault]) -> str:
+def _saturated_turns(unit: _core.Acquired, faults: Sequence[ChannelFault], time: LogTime) -> str:
     """Name the channel of the gyroscope that costs most turns; saturation in a few only costs these."""
     lost = sum(not complete for complete in unit.turn_complete)
     for fault in faults:
         if fault.is_of_gyroscope and 2 * lost > len(unit.turn_complete):
             turns = f"{lost} of {len(unit.turn_complete)} turns"
-            seen = _saturated(fault.channel, fault.value, fault.first)
+            seen = _saturated(fault.channel, fault.value, time.at(fault.first, 3))
             return f"{seen}, in {turns}; turn more slowly or choose a larger range"
     return ""
 
 
-def _saturated(channel: str, value: float, first: float) -> str:
-    return f"{channel} is saturated at {value:.6g} {si_unit(channel)}, first at {first:.3f} s"
+def _saturated(channel: str, value: float, first: str) -> str:
+    return f"{channel} is saturated at {value:.6g} {si_unit(channel)}, first at {first}"
 
 
 def si_unit(channel: str) -> str:
@@ -191,12 +196,12 @@ def si_unit(channel: str) -> str:
     return UNITS["accelerometer" if channel.startswith("accelerometer") else "gyroscope"]
 
 
-def _rests(unit: _core.Acquired) -> str:
+def _rests(unit: _core.Acquired, time: LogTime) -> str:
     found = len(unit.rest_times)
     if found >= FEWEST_RESTS or unit.constant_rates:
         return ""
     refused = "".join(
-        f"; {start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
+        f"; {time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
         for start, end, why in unit.rejected_rests[:3]
     )
     return (

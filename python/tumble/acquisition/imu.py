@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble import _core
-from tumble.errors import ProcedureError
-from tumble.log_formats import stem_of
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_formats import stem_of
+from tumble.foundation.provenance import NO_LOG, LogFacts, log_digest
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.foundation.units import Triad
 from tumble.logs import parse_spec
-from tumble.provenance import NO_LOG, LogFacts, log_digest
-from tumble.recording import FloatArray, Recording
-from tumble.units import Triad
 
 
 class ChannelFault(NamedTuple):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tumble.errors import ProcedureError
-from tumble.recording import Recording, SampleProgress
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import Recording, SampleProgress
 
 
 def refuse_other_triads(first: Recording, recording: Recording) -> None:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from tumble import _core
 from tumble.acquisition.imu import ChannelFault, Imu
 from tumble.acquisition.messages import REST_REJECTIONS
-from tumble.log_formats import FIRMWARE_OF
-from tumble.recording import Metadata
-from tumble.units import TRIADS
-from tumble.words import count_of
+from tumble.foundation.log_formats import FIRMWARE_OF
+from tumble.foundation.recording import Metadata
+from tumble.foundation.units import TRIADS
+from tumble.foundation.words import count_of
 
 MOST_NAMED = 3
 """Turns of which a notice gives the time; the others it counts."""
@@ -26,7 +26,7 @@ def notices(unit: Imu) -> Iterator[str]:
     yield from unit.notices
     yield from correction_notice(metadata)
     for start, end, why in acquired.rejected_rests:
-        yield f"{start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
+        yield f"{unit.log.time.span(start, end)} s is not a rest: {REST_REJECTIONS[why]}"
     for fault in unit.faults:
         yield _saturated(fault, unit)
     if not unit.recording.parts:
@@ -57,11 +57,13 @@ def _saturated(fault: ChannelFault, unit: Imu) -> str:
         f"{fault.channel} is at the end of its range in {fault.samples} of "
         f"{count_of('sample', unit.acquired.samples)}, in {len(touched)} of {count_of('turn', len(turns))}"
     )
+    time = unit.log.time
+    first = f"{seen}, first at {time.at(fault.first)}"
     if not fault.is_of_gyroscope:
-        return f"{seen}, first at {fault.first:.1f} s: gravity is read at the rests, so the turns are used"
-    when = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in touched[:MOST_NAMED])
+        return f"{first}: gravity is read at the rests, so the turns are used"
+    when = ", ".join(f"{time.span(start, end)} s" for start, end in touched[:MOST_NAMED])
     more = f" and {len(touched) - MOST_NAMED} more" if len(touched) > MOST_NAMED else ""
-    return f"{seen}, which are not used: {when}{more}" if touched else f"{seen}, first at {fault.first:.1f} s"
+    return f"{seen}, which are not used: {when}{more}" if touched else first
 
 
 def _turns(acquired: _core.Acquired) -> Iterator[tuple[bool, float, float]]:
@@ -75,6 +77,6 @@ def _gaps(unit: Imu) -> Iterator[str]:
         saturated = any(fault.is_of_gyroscope and fault.touches(start, end) for fault in unit.faults)
         if not complete and not saturated:
             yield (
-                f"samples are missing between {start:.1f} and {end:.1f} s: "
+                f"samples are missing from {unit.log.time.span(start, end)} s: "
                 "what the gyroscope read then is not used"
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import Chunk, FloatArray
+from tumble.foundation.recording import Chunk, FloatArray
 
 FROZEN = 0.25
 """s for which all readings may stand still, as long as samples may be missing."""

@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble import _core
+from tumble.foundation.recording import Chunk, Recording, RecordingSource
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
-from tumble.recording import Chunk, Recording, RecordingSource
 
 MILLISECONDS = 1e3
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 SAMPLES = 1000
 """Of the beginning of a log, which are compared."""

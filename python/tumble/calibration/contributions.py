@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from tumble.plain import plain
-from tumble.provenance import LogFacts
-from tumble.results import Addition, Verdict
-from tumble.units import TRIADS, UNITS, Triad
+from tumble.foundation.plain import plain
+from tumble.foundation.provenance import LogFacts
+from tumble.foundation.results import Addition, Verdict
+from tumble.foundation.units import TRIADS, UNITS, Triad
 
 NOISE = ("noise_density", "bias_instability", "random_walk")
 """Terms of noise, as keys of a triad."""
@@ -61,7 +61,12 @@ def added(
             log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)
         ),
     }
-    before = result.start or {"name": result.name, "serial": result.serial}
+    axes = {facts.axes for facts in result.logs if facts.axes}
+    before = result.start or {
+        "name": result.name,
+        "serial": result.serial,
+        "axes": axes.pop() if len(axes) == 1 else None,
+    }
     content = _contributed(before, run)
     for triad, new in found.items():
         nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}

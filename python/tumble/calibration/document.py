@@ -10,22 +10,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias, overload
+from typing import Annotated, Literal, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, JsonValue, model_validator
 
-from tumble import arrays
-from tumble.calibration.contributions import built_on, log_content
-from tumble.calibration.noise import noise_content
-from tumble.calibration.redundancy import redundancy_content
-from tumble.calibration.spin import spin_content
+from tumble.calibration.limits import Limits
 from tumble.calibration.temperature_drift import TemperatureDrift
-from tumble.calibration.thermal import thermal_content
-from tumble.documents import (
+from tumble.foundation import arrays
+from tumble.foundation.body_axes import FLU, FRD, are_axes
+from tumble.foundation.documents import (
     ArrayField,
     Document,
     Matrix,
@@ -36,20 +33,13 @@ from tumble.documents import (
     read_document,
     write_document,
 )
-from tumble.errors import ProcedureError
-from tumble.multipose.result import MultiposeResult
-from tumble.noise.result import NoiseResult
-from tumble.plain import finite_or_none, plain
-from tumble.recording import Chunk, FloatArray
-from tumble.redundancy.result import RedundancyResult
-from tumble.results import TriadName, TriadResult
-from tumble.schemas import CALIBRATION
-from tumble.spin.result import SpinResult
-from tumble.thermal.result import ThermalResult
-from tumble.turntable.limits import Limits
-from tumble.turntable.result import TargetResult, TurntableResult
-from tumble.units import TRIADS
-from tumble.words import join
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.plain import finite_or_none, short
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.results import TriadName
+from tumble.foundation.schemas import CALIBRATION
+from tumble.foundation.units import TRIADS
+from tumble.foundation.words import join
 
 SCHEMA: Literal["tumble-calibration/2"] = "tumble-calibration/2"
 KIND = document_kind(SCHEMA)
@@ -352,6 +342,9 @@ class Calibration(Document):
     """When it was made: UTC, ISO 8601, such as `2026-11-22T06:20:00Z`."""
     operator: str = ""
     station: str = ""
+    axes: str | None = None
+    """Directions of the case axes x, y and z in a vehicle (F or B, L or R, U or D), such as FRD, where the
+    log defines them."""
     log: Log | None = None
     verdict: str = ""
     """`pass` or `fail` by the limits below, `calibrated` where there were none, or `model not met`."""
@@ -371,6 +364,15 @@ class Calibration(Document):
     def _has_a_triad(self) -> Calibration:
         if self.accelerometer is None and self.gyroscope is None:
             raise ValueError("has neither an accelerometer nor a gyroscope section; give at least one")
+        return self
+
+    @model_validator(mode="after")
+    def _has_right_handed_axes(self) -> Calibration:
+        if self.axes is not None and not are_axes(self.axes):
+            raise ValueError(
+                f"axes {short(self.axes)} are none of a vehicle; give directions of x, y and z such as {FRD} "
+                f"or {FLU}"
+            )
         return self
 
     @model_validator(mode="after")
@@ -396,69 +398,6 @@ class Calibration(Document):
     def text(self) -> str:
         """Give the file as text."""
         return document_text(_HEADER, self.content())
-
-    @classmethod
-    def from_target(cls, target: TargetResult, batch: TurntableResult) -> Calibration:
-        """Make the calibration file of one target of a turntable batch.
-
-        Raises `ProcedureError` where the target could not be calibrated.
-        """
-        if target.failure:
-            raise ProcedureError(f"{target.name}: has no calibration to save: {target.failure}")
-        return cls.model_validate(_from_target(target, batch))
-
-    @classmethod
-    def from_spin(cls, result: SpinResult, before: Calibration | None = None) -> Calibration:
-        """Make the calibration file of a unit that was spun; `before` is the calibration applied first.
-
-        Its biases are those of the raw sensor, its matrices those of `before`, or none. A triad whose bias
-        the spin does not show is left out, or stays as `before` has it.
-
-        Raises `ProcedureError` where `before` is not what was applied.
-        """
-        if (before.hash() if before else "") != result.calibration_hash:
-            raise ProcedureError(
-                f"{result.name}: its biases hold on top of another calibration; give that one"
-            )
-        return cls.model_validate(spin_content(result, before.content() if before else {}))
-
-    @classmethod
-    def from_multipose(cls, result: MultiposeResult) -> Calibration:
-        """Make the calibration file of a unit that was held in many orientations."""
-        return cls.model_validate(_from_multipose(result))
-
-    @classmethod
-    def from_redundancy(
-        cls, result: RedundancyResult, unit: str, primary: Calibration | None = None
-    ) -> Calibration:
-        """Make the calibration file of a secondary; `primary` is the calibration of the primary.
-
-        It corrects the secondary's readings into the case frame of the primary. A triad without a stored
-        error is left out.
-
-        Raises `ProcedureError` where the secondary has no stored error, or `primary` is not what was used.
-        """
-        if (primary.hash() if primary else "") != result.calibration_hash:
-            raise ProcedureError(f"{result.primary}: was calibrated by another file; give that one")
-        if all(error.unit != unit for error in result.errors):
-            raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to save")
-        return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
-
-    @classmethod
-    def from_noise(cls, result: NoiseResult) -> Calibration:
-        """Make the calibration file of a unit whose noise was measured, on top of what it was started from.
-
-        A triad that has no calibration yet is left as measured.
-        """
-        return cls.model_validate(noise_content(result))
-
-    @classmethod
-    def from_thermal(cls, result: ThermalResult) -> Calibration:
-        """Make the calibration file of a unit whose drift was found, on top of what it was started from.
-
-        A triad that has no calibration yet is left as measured at the reference temperature.
-        """
-        return cls.model_validate(thermal_content(result))
 
     @overload
     def correct(
@@ -589,119 +528,6 @@ def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray |
         return None
     single: FloatArray = corrected[0] if len(corrected) == 1 and np.ndim(given) == 1 else corrected
     return single
-
-
-def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]:
-    reference = batch.reference
-    content: dict[str, Any] = {
-        "name": target.name,
-        "serial": target.serial,
-        "software": batch.software,
-        "date": target.provenance.date,
-        "operator": target.provenance.operator,
-        "station": target.provenance.station,
-        "log": log_content(target.source, target.log),
-        "verdict": target.verdict,
-        "limits": batch.limits or None,
-        "method": {"procedure": "turntable", "truth": batch.truth, "options": plain(batch.options)},
-        "reference": {
-            "name": reference.name,
-            "serial": reference.serial,
-            "calibration_hash": reference.calibration_hash,
-            "log": log_content(reference.source, reference.log),
-            "uncertainty": asdict(reference.uncertainty),
-        },
-        "gravity": {"value": batch.gravity, "source": batch.gravity_source},
-    }
-    content |= _found(target)
-    if target.responses:
-        content["gyroscope"]["constant_rates"] = [asdict(each) for each in target.responses]
-    for triad in (target.accelerometer, target.gyroscope):
-        if triad is not None and triad.inherited is not None:
-            content[triad.triad]["inherited"] = _inherited(triad, batch.inherited_from(triad.triad))
-    return content
-
-
-def _from_multipose(result: MultiposeResult) -> dict[str, Any]:
-    content: dict[str, Any] = {
-        "name": result.name,
-        "serial": result.serial,
-        "software": result.software,
-        "date": result.provenance.date,
-        "operator": result.provenance.operator,
-        "station": result.provenance.station,
-        "log": log_content(result.source, result.log),
-        "verdict": result.verdict,
-        "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
-    }
-    return built_on(result.start, content | _found(result))
-
-
-def _found(result: TargetResult | MultiposeResult) -> dict[str, Any]:
-    """Give temperature and triads of a unit whose M and b were found."""
-    content: dict[str, Any] = {}
-    if result.temperature is not None:
-        low, mean, high = result.temperature
-        content["temperature"] = {"low": low, "mean": mean, "high": high}
-    for kind, triad in (("accelerometer", result.accelerometer), ("gyroscope", result.gyroscope)):
-        if triad is not None:
-            content[kind] = _from_triad(triad)
-    return content
-
-
-def _from_triad(triad: TriadResult) -> dict[str, Any]:
-    value = {parameter.name: parameter.value for parameter in triad.parameters}
-    sigma = {p.name: p.sigma if p.observable and np.isfinite(p.sigma) else np.nan for p in triad.parameters}
-    residuals = zip(triad.residual_labels, triad.residuals, triad.residual_sigma, strict=True)
-    # K, L and Q of a matrix that the data showed in part would be numbers nobody measured.
-    parts = {"K": triad.K, "L": triad.L, "Q": triad.Q} if "matrix" in triad.estimated else {}
-    content: dict[str, Any] = {
-        "unit": triad.unit,
-        "M": triad.M,
-        "b": triad.b,
-        **parts,
-        "angles": {
-            "non-orthogonality": _by_pair(value),
-            "mounting": _by_axis(value, "mounting"),
-        },
-        "sigma": _sigma(sigma),
-        "estimated": triad.estimated,
-        "unobservable": triad.unobservable,
-        "rank": triad.rank,
-        "chi_square": finite_or_none(triad.chi_square),
-        "degrees_of_freedom": triad.degrees_of_freedom,
-        **({"widening": triad.widening} if triad.widening > 1.0 else {}),
-        "noise_density": triad.noise_density,
-        "bias_instability": triad.bias_instability,
-        "residuals": [{"label": label, "value": mean, "sigma": spread} for label, mean, spread in residuals],
-        "covariance": triad.covariance,
-    }
-    if triad.g_sensitivity is not None:
-        content |= {"g_sensitivity": triad.g_sensitivity, "g_sensitivity_sigma": triad.g_sensitivity_sigma}
-    return content
-
-
-def _inherited(triad: TriadResult, source: str) -> dict[str, Any]:
-    sigma = {p.name: np.nan if p.inherited is None else p.inherited for p in triad.parameters}
-    return {"source": source, "sigma": _sigma(sigma), "covariance": triad.inherited}
-
-
-def _sigma(sigma: dict[str, float]) -> dict[str, Any]:
-    return {
-        "bias": _by_axis(sigma, "bias"),
-        "scale": _by_axis(sigma, "scale"),
-        "non-orthogonality": _by_pair(sigma),
-        "mounting": _by_axis(sigma, "mounting"),
-    }
-
-
-def _by_axis(values: dict[str, float], group: str) -> FloatArray:
-    return np.array([values[f"{group} {axis}"] for axis in "xyz"])
-
-
-def _by_pair(values: dict[str, float]) -> dict[str, float | None]:
-    return {pair: finite_or_none(values[f"non-orthogonality {pair}"]) for pair in ("xy", "yz", "zx")}
 
 
 def _summary(triad: Triad) -> str:

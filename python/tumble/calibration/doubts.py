@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tumble.calibration.document import Calibration
-from tumble.results import LARGEST_WIDENING, Verdict
-from tumble.units import TRIADS
+from tumble.foundation.results import LARGEST_WIDENING, Verdict
+from tumble.foundation.units import TRIADS
 
 _MEANINGS: dict[Verdict, str] = {
     "fail": "it is not within its limits",

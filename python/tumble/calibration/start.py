@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
-from tumble.errors import ProcedureError
-from tumble.recording import Metadata
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import Metadata
 
 
 def started_from(start: Calibration | Path | str | None, log: Metadata) -> Calibration | None:

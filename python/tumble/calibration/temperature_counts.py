@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
-from tumble.words import count_of, join
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import count_of, join
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration

@@ -12,8 +12,8 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from pydantic import Field, model_validator
 
-from tumble.documents import ArrayField, Document, Vector, VectorWithGaps
-from tumble.recording import FloatArray
+from tumble.foundation.documents import ArrayField, Document, Vector, VectorWithGaps
+from tumble.foundation.recording import FloatArray
 
 HIGHEST_ORDER = 3
 """Highest power of temperature, as in the core."""

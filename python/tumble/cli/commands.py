@@ -12,7 +12,8 @@ import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.standard_output import drawing
-from tumble.errors import CommandError
+from tumble.foundation.errors import CommandError
+from tumble.foundation.procedures import PROCEDURES
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,81 +32,55 @@ class CommandEntry:
         return found
 
 
+_PROCEDURES = {
+    each.word: CommandEntry(f"{each.folder}.command", f"{each.word}_command", each.summary)
+    for each in PROCEDURES
+}
 COMMANDS = {
-    "turntable": CommandEntry(
-        "tumble.turntable.command",
-        "turntable_command",
-        "Calibrate targets on a turntable against a co-mounted reference.",
-    ),
-    "spin": CommandEntry(
-        "tumble.spin.command", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
-    ),
-    "multipose": CommandEntry(
-        "tumble.multipose.command",
-        "multipose_command",
-        "Calibrate an IMU that was held still in many orientations, without equipment.",
-    ),
-    "redundancy": CommandEntry(
-        "tumble.redundancy.command",
-        "redundancy_command",
-        "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
-    ),
-    "align": CommandEntry(
-        "tumble.align.command",
-        "align_command",
-        "Find rotation, time offset and lever arm between units that moved together.",
-    ),
-    "noise": CommandEntry(
-        "tumble.noise.command",
-        "noise_command",
-        "Find the noise of a sensor that stands still: Allan deviations and the terms they show.",
-    ),
-    "thermal": CommandEntry(
-        "tumble.thermal.command",
-        "thermal_command",
-        "Find how bias and scale of a unit change with temperature.",
-    ),
-    "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
+    **_PROCEDURES,
+    "apply": CommandEntry("tumble.tools.apply.command", "apply_command", "Correct a log with a calibration."),
     "compare": CommandEntry(
-        "tumble.compare.command",
+        "tumble.tools.compare.command",
         "compare_command",
         "Say whether calibrations are the same within what is known of each.",
     ),
     "convert": CommandEntry(
-        "tumble.convert.command", "convert_command", "Write a log in another format, in SI units."
+        "tumble.tools.convert.command", "convert_command", "Write a log in another format, in SI units."
     ),
     "export": CommandEntry(
-        "tumble.exchange.command_export", "export_command", "Write a calibration for another program."
+        "tumble.tools.exchange.command_export", "export_command", "Write a calibration for another program."
     ),
     "import": CommandEntry(
-        "tumble.exchange.command_import", "import_command", "Read a calibration that another program made."
+        "tumble.tools.exchange.command_import",
+        "import_command",
+        "Read a calibration that another program made.",
     ),
     "inspect": CommandEntry(
-        "tumble.inspect.command",
+        "tumble.tools.inspect.command",
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
     ),
     "formats": CommandEntry(
-        "tumble.exchange.command_formats",
+        "tumble.tools.exchange.command_formats",
         "formats_command",
         "List every format that is read or written, with an example of each.",
     ),
     "record": CommandEntry(
-        "tumble.record.command", "record_command", "Record several live sources at once, on one clock."
+        "tumble.tools.record.command", "record_command", "Record several live sources at once, on one clock."
     ),
     "table": CommandEntry(
-        "tumble.table.command", "table_app", "Try a rate table: list, position, goto, rate, stop."
+        "tumble.tools.table.command", "table_app", "Try a rate table: list, position, goto, rate, stop."
     ),
     "simulate": CommandEntry(
-        "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
+        "tumble.tools.simulate.command", "simulate_app", "Make recordings whose truth is known."
     ),
     "demo": CommandEntry(
-        "tumble.demo.command",
+        "tumble.tools.demo.command",
         "demo_command",
         "Calibrate a simulated turntable session, one target of it faulty, and compare with the truth.",
     ),
     "doctor": CommandEntry(
-        "tumble.doctor.command",
+        "tumble.tools.doctor.command",
         "doctor_command",
         "Say what is installed, what of it works, and how to get the rest.",
     ),

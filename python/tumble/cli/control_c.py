@@ -1,7 +1,8 @@
-"""Control-C while libraries are imported: no traceback, and none that is lost.
+"""Control-C while libraries are imported and threads are started: no traceback, and none that is lost.
 
 An exception in the midst of an import is shown by the interpreter, or lost in a callback or in a library
-that expects others.
+that expects others. One in the midst of the start of a worker leaves a thread that the end of the process
+waits for, without end.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from tumble.cli.exit_code import ExitCode
 
 _IMPORTING = "<frozen importlib"
 """Begins the name of the file that the interpreter's own import is in."""
+_STARTING = ("submit", os.sep + "thread.py")
+"""Function, and end of its file, in which an executor starts threads and then notes which."""
 _AGAIN = 0.02
 """s until Control-C is tried again."""
 
@@ -26,9 +29,12 @@ def end_at_control_c() -> object:
     return _handle(lambda *_: os._exit(ExitCode.INTERRUPTED))
 
 
-def heed_control_c_after_imports() -> object:
-    """Raise `KeyboardInterrupt` at Control-C, but never in the midst of an import; the rest is as above."""
-    return _handle(_after_imports)
+def heed_control_c_between_steps() -> object:
+    """Raise `KeyboardInterrupt` at Control-C, but never in the midst of an import or of a start of threads.
+
+    The rest is as above.
+    """
+    return _handle(_between_steps)
 
 
 def restore(handler: object) -> None:
@@ -44,22 +50,27 @@ def _handle(handler: object) -> object:
         return None
 
 
-def _after_imports(number: int, frame: object) -> None:
-    if not _is_importing(frame):
+def _between_steps(number: int, frame: object) -> None:
+    if not _is_in_a_step(frame):
         _signal.default_int_handler(number, frame)
-    _thread.start_new_thread(_again, ())
+    _thread.start_new_thread(_again, (_thread.get_ident(),))
 
 
-def _is_importing(frame: object) -> bool:
+def _is_in_a_step(frame: object) -> bool:
+    function, file = _STARTING
     while frame is not None:
-        if frame.f_code.co_filename.startswith(_IMPORTING):  # type: ignore[attr-defined]
+        code = frame.f_code  # type: ignore[attr-defined]
+        if code.co_filename.startswith(_IMPORTING):
+            return True
+        if code.co_name == function and code.co_filename.endswith(file):
             return True
         frame = frame.f_back  # type: ignore[attr-defined]
     return False
 
 
-def _again() -> None:
+def _again(main_thread: int) -> None:
     import time
 
     time.sleep(_AGAIN)
-    _thread.interrupt_main()
+    # A signal ends a wait of the main thread, as `interrupt_main` does not.
+    _signal.pthread_kill(main_thread, _signal.SIGINT)

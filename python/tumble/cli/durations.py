@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tumble.errors import ProcedureError
+from tumble.foundation.errors import ProcedureError
 
 _SECONDS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 

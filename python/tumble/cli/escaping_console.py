@@ -8,7 +8,7 @@ from typing import IO
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
-from tumble.words import printable
+from tumble.foundation.words import printable
 
 
 class EscapingConsole(Console):

@@ -6,8 +6,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from tumble.constants import STANDARD_GRAVITY
-from tumble.errors import ProcedureError
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import ProcedureError
 
 LatitudeOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from tumble.cli.screen import print_json_line
-from tumble.errors import TumbleError
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from tumble.goal import GoalProgress
+    from tumble.foundation.goal import GoalProgress
 
-LISTENING = "listening"
-"""Event of `--json` that says that all lines are open: whoever sends may begin."""
 BAR_WIDTH = 10
 DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
 STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
@@ -32,6 +31,11 @@ def failures_told(as_json: bool) -> Iterator[None]:
         if as_json:
             print_json_line({"event": "failed", "reason": str(error)})
         raise
+
+
+def print_listening(names: Sequence[str]) -> None:
+    """Print, as JSON, that the lines of all these units are open; for commands whose steps do not say so."""
+    print_json_line({"event": LISTENING, "units": names})
 
 
 def goal_contents(goals: Iterable[GoalProgress]) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from tumble.cli.control_c import end_at_control_c, heed_control_c_after_imports, restore
+from tumble.cli.control_c import end_at_control_c, heed_control_c_between_steps, restore
 from tumble.cli.exit_code import ExitCode
 
 
@@ -26,12 +26,12 @@ def main() -> None:
 def _run() -> int:
     from tumble.cli.commands import command_line_for, run_command_line
     from tumble.cli.standard_output import checked_output, print_error
-    from tumble.errors import TumbleError
-    from tumble.files import files_of_command
+    from tumble.foundation.errors import TumbleError
+    from tumble.foundation.files import files_of_command
 
     words = sys.argv[1:]
     command = command_line_for(words)
-    heed_control_c_after_imports()
+    heed_control_c_between_steps()
     try:
         with files_of_command() as files, checked_output():
             code = run_command_line(command, words)

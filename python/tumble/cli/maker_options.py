@@ -33,7 +33,7 @@ def with_maker(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def wrapper(**arguments: Any) -> None:  # noqa: ANN401
-        from tumble.provenance import made_by
+        from tumble.foundation.provenance import made_by
 
         with made_by(*(arguments.pop(name) for name in _OPTIONS)):
             command(**arguments)

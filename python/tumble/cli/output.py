@@ -7,9 +7,9 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from tumble.errors import OutputError
-from tumble.file_names import file_stem
-from tumble.log_formats import stem_of
+from tumble.foundation.errors import OutputError
+from tumble.foundation.file_names import file_stem
+from tumble.foundation.log_formats import stem_of
 from tumble.logs.spec import parse_spec
 
 

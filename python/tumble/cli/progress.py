@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from tumble.cli.screen import message_console
 
 if TYPE_CHECKING:
-    from tumble.recording import SampleProgress
+    from tumble.foundation.recording import SampleProgress
 
 BatchProgress: TypeAlias = Callable[[int, str], None]
 """Told how many are done, and in words how they ended."""

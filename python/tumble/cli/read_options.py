@@ -11,11 +11,11 @@ from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
-from tumble.errors import LogError
-from tumble.log_formats import stem_of
+from tumble.foundation.errors import LogError
+from tumble.foundation.log_formats import stem_of
+from tumble.foundation.numbers import number_of
 from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
-from tumble.numbers import number_of
 
 _PANEL = "Reading options: what the log does not state"
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from tumble.errors import TumbleError
-from tumble.schemas import SCHEMAS, schema_text
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.schemas import SCHEMAS, schema_text
 
 
 def schema_command(

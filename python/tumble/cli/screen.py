@@ -24,7 +24,7 @@ def print_json(content: object) -> None:
 
 def print_json_line(content: Mapping[str, object]) -> None:
     """Print an object on a line of its own, at once; `null` for what is not finite."""
-    from tumble.plain import finite
+    from tumble.foundation.plain import finite
 
     print(json.dumps(finite(content), allow_nan=False), flush=True)
 

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any
 
-from tumble.errors import OutputError, TumbleError
-from tumble.words import ESCAPED, printable
+from tumble.foundation.errors import OutputError, TumbleError
+from tumble.foundation.words import ESCAPED, printable
 
 
 class _Checked:

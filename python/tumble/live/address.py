@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
-from tumble.errors import LogError
-from tumble.numbers import number_of
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
 
 LOOPBACK = "127.0.0.1"
 """Where to listen if no address is written: not to everybody on the network."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import FEW_SAMPLES, FloatArray
+from tumble.foundation.recording import FEW_SAMPLES, FloatArray
 
 STALL, STALL_STEPS = 0.25, 20.0
 """s, and usual steps, ahead of the newest at which a stamp is taken only when the next one bears it out."""

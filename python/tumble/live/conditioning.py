@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FEW_SAMPLES, FloatArray
+from tumble.foundation.words import count_of
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts, joined
 from tumble.live.reordering import ReorderBuffer
@@ -17,8 +19,6 @@ from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
-from tumble.recording import FEW_SAMPLES, FloatArray
-from tumble.words import count_of
 
 HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tumble.foundation.recording import FloatArray
 from tumble.live.least_delay import LeastDelay
-from tumble.recording import FloatArray
 
 SETTLED = 5.0
 """s of stamps, and

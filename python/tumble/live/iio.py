@@ -10,7 +10,9 @@ from types import TracebackType
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
 from tumble.live.iio_device import CHANNELS, TEMPERATURE, TIMESTAMP, IioDevice, find_devices
@@ -18,8 +20,6 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
 
 MOST_WAITING = 10_000
 """Samples of one of two devices that may wait for the other."""

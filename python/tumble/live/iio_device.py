@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.files import set_attribute
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import set_attribute
+from tumble.foundation.numbers import number_of
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import Triad
 from tumble.live.address import Address
 from tumble.live.iio_scan import Element, Scan, parse_element
-from tumble.numbers import number_of
-from tumble.recording import FloatArray
-from tumble.units import Triad
 
 CHANNELS: Mapping[Triad, str] = {"accelerometer": "in_accel", "gyroscope": "in_anglvel"}
 """What IIO calls them; after offset and scale they are in m/s^2 and rad/s."""

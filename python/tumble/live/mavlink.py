@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live.address import Address, host_and_port
 from tumble.live.mavlink_request import MessageRequest
 from tumble.live.readings import Readings, StreamFacts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live.address import Address
 from tumble.live.transport import Transport
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from tumble.errors import LogError
-from tumble.file_names import file_stem
+from tumble.foundation.errors import LogError
+from tumble.foundation.file_names import file_stem
+from tumble.foundation.words import join
 from tumble.live.address import Address, parse_address
-from tumble.words import join
 
 EXAMPLE = "imu_a=serial:/dev/ttyUSB0?baud=115200"
 

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from tumble.errors import LogError, OutputError
-from tumble.files import check_output
+from tumble.foundation.errors import LogError, OutputError
+from tumble.foundation.files import check_output
+from tumble.foundation.recording import Chunk
 from tumble.live.address import Address, host_and_port, parse_address
-from tumble.logs.mavlink_messages import DIALECT, HIGHRES_TEMPERATURE, HIGHRES_TRIADS
+from tumble.logs.mavlink_messages import DIALECT, HIGHRES_TEMPERATURE
 from tumble.logs.optional import imported
 from tumble.logs.writer import Facts, Writer
 from tumble.logs.writers import FORMATS, format_for, open_writer
-from tumble.recording import Chunk
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ class SetChunk(Chunk):
     source: str = ""
     """Its name."""
     flags: NDArray[np.int64] | None = None
-    """(n,) what is to be known of each sample, as in `tumble.redundancy.result.FLAGS`; None: nothing."""
+    """(n,) what is to be known of each sample, as in `procedures.redundancy.result.FLAGS`; None: nothing."""
 
     @property
     def flag_list(self) -> list[int]:
@@ -243,7 +243,9 @@ class _MavlinkMessages:
 
     def _message(self, row: Sequence[float], unit: int) -> bytes:
         temperature = row[-1] if len(row) == len(NAMES) and math.isfinite(row[-1]) else None
-        updated = HIGHRES_TRIADS | (0 if temperature is None else HIGHRES_TEMPERATURE)
+        # The lowest six bits are those of the axes.
+        updated = sum(1 << bit for bit, value in enumerate(row[1:7]) if math.isfinite(value))
+        updated |= 0 if temperature is None else HIGHRES_TEMPERATURE
         others = (0.0,) * 3 + (0.0, 0.0, 0.0, temperature or 0.0)
         message = self._dialect.MAVLink_highres_imu_message(
             max(0, round(1e6 * row[0])), *row[1:7], *others, updated, unit

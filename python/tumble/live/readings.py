@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.foundation.recording import FloatArray
 from tumble.logs.track import RawSamples, StatedUnit
-from tumble.recording import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

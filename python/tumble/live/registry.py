@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live.address import Address, parse_address
 from tumble.live.shared_line import SharedLine, SharedLines
 from tumble.live.source import Source

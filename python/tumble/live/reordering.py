@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tumble.foundation.recording import FEW_SAMPLES, FloatArray
 from tumble.live.clock import RESTARTED
 from tumble.live.readings import Readings, joined
 from tumble.logs.track import RawSamples
-from tumble.recording import FEW_SAMPLES, FloatArray
 
 MISSING = 1.5
 """Usual steps between two samples beyond which one is missing between them."""

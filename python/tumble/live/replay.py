@@ -9,13 +9,13 @@ from types import TracebackType
 
 import numpy as np
 
+from tumble.foundation.recording import Chunk, FloatArray, Recording
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY
 from tumble.live.source import LOG_CLOCK, LiveChunk, PolledSource
 from tumble.logs import open_recording
 from tumble.logs.options import ReadOptions
 from tumble.logs.session import RecordedColumn, wheels_of
-from tumble.recording import Chunk, FloatArray, Recording
 
 PIECE_SAMPLES = 50
 """Samples given together where the pace does not matter."""

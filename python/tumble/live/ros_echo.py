@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import yaml
 
-from tumble.bounded_yaml import parse
+from tumble.foundation.bounded_yaml import parse
 
 BEGIN, END = b"header:", b"---"
 MOST_LINES = 400

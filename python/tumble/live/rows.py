@@ -10,7 +10,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.labels import Row
 from tumble.live.readings import Readings
@@ -18,10 +22,6 @@ from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
 from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, several
-from tumble.numbers import number_of
-from tumble.recording import FloatArray
-from tumble.units import TRIADS
-from tumble.words import count_of
 
 MOVING = "moving"
 """What the state of the wheels is called in `--columns`."""
@@ -236,7 +236,7 @@ class RowReader:
         return layout
 
     def _layout_for(self, names: tuple[str, ...], delimiter: str, notices: tuple[str, ...] = ()) -> _Layout:
-        imus = find_imus(names, self._source, self._options.columns)
+        imus = find_imus(names, self._source, self._options)
         if self.prefix is None and len(imus) > 1 and "" not in imus:
             raise several(self._source, self._typed, list(imus))
         imu = self.prefix if self.prefix is not None else ("" if "" in imus else next(iter(imus)))

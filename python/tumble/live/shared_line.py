@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.conditioning import ConditionedSource
 from tumble.live.readings import Readings, StreamFacts
@@ -16,7 +17,6 @@ from tumble.live.source import LiveChunk
 from tumble.live.transport import Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import one_name
-from tumble.words import count_of
 
 Part = TypeVar("Part")
 """What a line is taken apart into: a row, a message."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol
 
-from tumble.errors import LogError
-from tumble.recording import Chunk, FloatArray
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import Chunk, FloatArray
 
 HEARTBEAT = 0.1
 """Longest time, s, for which a source keeps its reader waiting without a word."""

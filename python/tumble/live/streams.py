@@ -12,14 +12,14 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.live.lines import LONGEST_LINE
 from tumble.live.transport import NetworkSocket
 from tumble.logs.options import ReadOptions
 from tumble.logs.standard_input import nothing_piped
 from tumble.logs.text import names_delimiter
-from tumble.words import count_of
 
 LINE_END = b"\n"
 """Put behind what may be the last line, or a torn one."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path, PurePath
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.words import join
 from tumble.live.address import STANDARD_INPUT, Address, host_and_port
 from tumble.live.labels import LabelChoice, LabelledRow, LabelReader
 from tumble.live.lines import LONGEST_LINE, LineSplitter
@@ -17,7 +18,6 @@ from tumble.live.streams import GrowingFile, StandardInput, TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
-from tumble.words import join
 
 
 def serial_line(address: Address, options: ReadOptions) -> TextLine:

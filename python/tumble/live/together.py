@@ -20,7 +20,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.timing import TimeWatch
+from tumble.foundation.words import count_of
 from tumble.live.conditioning import EMPTY
 from tumble.live.host_clock import HostClock
 from tumble.live.iterated import IteratedSource
@@ -30,9 +33,6 @@ from tumble.live.registry import open_source
 from tumble.live.shared_line import SharedLines
 from tumble.live.source import BETWEEN_LOOKS, HEARTBEAT, LOG_CLOCK, LiveChunk, Source, readable
 from tumble.logs.options import ReadOptions, options_for
-from tumble.recording import FloatArray
-from tumble.timing import TimeWatch
-from tumble.words import count_of
 
 RETRY = 1.0
 """s between two attempts to open a source that was lost."""

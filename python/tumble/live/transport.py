@@ -10,10 +10,10 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.words import count_of
 from tumble.live.address import Address
 from tumble.logs.optional import imported
-from tumble.words import count_of
 
 if TYPE_CHECKING:
     import serial

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tumble import lazy
+from tumble.foundation import lazy
 
 if TYPE_CHECKING:
     from tumble.logs.checks import ChunkStream, Counts
     from tumble.logs.folder import FolderStream
     from tumble.logs.options import ReadOptions, options_for
     from tumble.logs.reading import list_imus, open_recording
+    from tumble.logs.single_axes import SingleAxes, open_single_axes
     from tumble.logs.spec import LogSpec, parse_spec
     from tumble.logs.writer import Facts, Writer
     from tumble.logs.writers import open_mcap_writer, open_writer
@@ -26,10 +27,12 @@ __all__ = [
     "FolderStream",
     "LogSpec",
     "ReadOptions",
+    "SingleAxes",
     "Writer",
     "list_imus",
     "open_mcap_writer",
     "open_recording",
+    "open_single_axes",
     "open_writer",
     "options_for",
     "parse_spec",
@@ -42,6 +45,7 @@ __getattr__ = lazy.attributes(
         "tumble.logs.folder": ("FolderStream",),
         "tumble.logs.options": ("ReadOptions", "options_for"),
         "tumble.logs.reading": ("list_imus", "open_recording"),
+        "tumble.logs.single_axes": ("SingleAxes", "open_single_axes"),
         "tumble.logs.spec": ("LogSpec", "parse_spec"),
         "tumble.logs.writer": ("Facts", "Writer"),
         "tumble.logs.writers": ("open_mcap_writer", "open_writer"),

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pyarrow as pa  # type: ignore[import-untyped]
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import as_floats, samples_of
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
-from tumble.recording import FloatArray
 
 
 def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
     """Find the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
-    return find_imus(_leaf_names(schema), path, options.columns)
+    return find_imus(_leaf_names(schema), path, options)
 
 
 def imu_in(

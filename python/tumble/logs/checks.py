@@ -9,7 +9,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import UNITS
+from tumble.foundation.words import count_of
 from tumble.logs.row_order import (
     LARGEST_DISPLACEMENT,
     Reordering,
@@ -21,11 +24,6 @@ from tumble.logs.row_order import (
 )
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
-from tumble.recording import Chunk, FloatArray
-from tumble.units import UNITS
-from tumble.words import count_of
-
-CHANNELS = ("ax", "ay", "az", "gx", "gy", "gz")
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
 _LARGEST_SHARE_OF_BAD_LINES = 0.01

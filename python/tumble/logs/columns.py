@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
+from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
-from tumble.units import TRIADS, Triad
 
 UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
 """Columns, in lower case, that say of which of several IMUs a row is, the surest first."""
-CHANNEL_NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
+COLUMN_KEYS = ("time", *CHANNELS, "temperature")
+"""Columns that a user can name."""
 
 _ACCELEROMETER = (
     "linear_acceleration",
@@ -72,6 +74,7 @@ _TEMPERATURE = (
     "sensor_temp",
     "temp",
 )
+_SELF_EXPLAINING = ReadOptions()
 _AXIS = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 _SEPARATOR = r"[\s_./:\-\[\]]*"
 _RANGE = r"\d|ln|wr|lo|hi|low|high|lg|hg"
@@ -163,9 +166,7 @@ class ImuColumns:
     @property
     def as_option(self) -> str:
         """What a user types to read these columns; in quotes where a name needs them for a shell."""
-        channels = zip(
-            CHANNEL_NAMES[1:7], (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False
-        )
+        channels = zip(CHANNELS, (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False)
         text = ",".join(f"{channel}={name}" for channel, name in channels)
         return f"--columns {text}" if re.fullmatch(r"[\w=,./:-]+", text) else f'--columns "{text}"'
 
@@ -212,20 +213,25 @@ def _prefix(stem: str, match: re.Match[str]) -> str:
     return "_".join(stem[match.start(group) : match.end(group)] for group in groups)
 
 
-def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
-    """Give the columns of every IMU of a table, by prefix; `columns` is what the user states of them.
+def find_imus(
+    names: Sequence[str], path: Path | str, options: ReadOptions = _SELF_EXPLAINING
+) -> dict[str, ImuColumns]:
+    """Give the columns of every IMU of a table, by prefix, with what `options` state of them.
 
-    An IMU of which all columns of one triad are missing has the other one.
+    An IMU of which all columns of one triad are missing has the other one. Where `options` ask for one
+    channel, its column stands for all three of its triad, and the other triad is missing.
 
-    Raises `LogError` that lists the columns found where no triad is complete.
+    Raises `LogError` that lists the columns found where no triad is complete, or none is that channel's.
     """
-    stated = _stated(names, path, columns)
+    stated = _stated(names, path, options.columns)
     recognised = {name: recognise(name) for name in names}
     recognised |= _counter(recognised)
+    if options.channel is not None:
+        return {"": _single_axis(names, path, options.channel, recognised, stated)}
     prefixes = dict.fromkeys(
         column.imu for column in recognised.values() if column and column.quantity in _TRIADS
     )
-    if any(key in stated for key in CHANNEL_NAMES[1:7]):
+    if any(key in stated for key in CHANNELS):
         prefixes = {"": None}
     found = {prefix: _imu_columns(prefix, recognised, stated) for prefix in prefixes}
     imus = {prefix: imu for prefix, imu in found.items() if imu is not None}
@@ -234,6 +240,38 @@ def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
     return whole or _with_shared_gyroscope(imus)
+
+
+def _single_axis(
+    names: Sequence[str],
+    path: Path | str,
+    channel: Channel,
+    recognised: Mapping[str, Column | None],
+    stated: Mapping[str, str],
+) -> ImuColumns:
+    """Find the column of one channel: the one stated, the one named so, or the only one left."""
+    triad, axis = triad_of(channel), channels_of(triad_of(channel)).index(channel)
+    named = [
+        name
+        for name, column in recognised.items()
+        if column is not None and (column.quantity, column.axis) == (triad, axis)
+    ]
+    unknown = [name for name, column in recognised.items() if column is None]
+    found = [stated[channel]] if channel in stated else named or unknown
+    if len(found) != 1:
+        raise LogError(
+            f"{path}: {len(found) or 'no'} columns may be {channel}; columns found: {listed(names)}; name "
+            f"one, as {channel}:{path}:COLUMN"
+        )
+    others = {key: name for key, name in stated.items() if key not in CHANNELS}
+    alone = {
+        name: column
+        for name, column in recognised.items()
+        if name == found[0] or (column is not None and column.quantity not in _TRIADS)
+    }
+    columns = _imu_columns("", alone, others | dict.fromkeys(channels_of(triad), found[0]))
+    assert columns is not None
+    return columns
 
 
 def _with_shared_gyroscope(imus: Mapping[str, ImuColumns]) -> dict[str, ImuColumns]:
@@ -322,8 +360,8 @@ def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
 def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, str]:
     stated = {}
     for key, wanted in columns.items():
-        if key not in CHANNEL_NAMES:
-            raise LogError(f"--columns {key}={wanted}: {key} is none of {', '.join(CHANNEL_NAMES)}")
+        if key not in COLUMN_KEYS:
+            raise LogError(f"--columns {key}={wanted}: {key} is none of {', '.join(COLUMN_KEYS)}")
         if wanted in names:
             stated[key] = wanted
         elif named := [
@@ -396,8 +434,8 @@ def _incomplete(
             channel = ("a" if column.quantity == "accelerometer" else "g") + "xyz"[column.axis]
             have.setdefault(column.imu, set()).add(channel)
     best = max(have.values(), key=len) | set(stated)
-    begun = [key for key in CHANNEL_NAMES[1:7] if any(other[0] == key[0] for other in best)]
-    missing = [key for key in begun or CHANNEL_NAMES[1:7] if key not in best]
+    begun = [key for key in CHANNELS if any(other[0] == key[0] for other in best)]
+    missing = [key for key in begun or CHANNELS if key not in best]
     spare = [name for name, column in recognised.items() if column is None and name not in stated.values()]
     remedy = (
         "name them with --columns, as --columns ax=NAME"

@@ -8,8 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from tumble.constants import STANDARD_GRAVITY
-from tumble.errors import LogError
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray, ResolvedUnit
+from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
@@ -26,8 +28,6 @@ from tumble.logs.units import (
     rest_norm,
     smallest_norm,
 )
-from tumble.recording import FloatArray, ResolvedUnit
-from tumble.units import TRIADS, Triad
 
 NOT_RECORDED = ResolvedUnit("none", 1.0, "not recorded")
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -148,7 +148,7 @@ def conversion_for(
 
     Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
     """
-    rotation = _rotation(options.axes)
+    rotation = case_from_log(options.axes)
     if options.accelerometer_sign not in (1, -1):
         raise LogError(f"--accelerometer-sign {options.accelerometer_sign}: give 1 or -1")
     head = replace(
@@ -215,10 +215,10 @@ def notices_on_axes(options: ReadOptions) -> tuple[str, ...]:
 
 def is_mirrored(axes: str) -> bool:
     """Whether these axes make a left-handed log right-handed; raises `LogError` where they are no axes."""
-    return float(np.linalg.det(_rotation(axes))) < 0.0
+    return float(np.linalg.det(case_from_log(axes))) < 0.0
 
 
-def _rotation(axes: str) -> FloatArray:
+def case_from_log(axes: str) -> FloatArray:
     """Read `y,-x,z` as a (3, 3) matrix from the log's axes to those of the case."""
     matrix = np.zeros((3, 3))
     words = [word.strip().lower() for word in axes.split(",")]
@@ -276,6 +276,8 @@ def _accelerometer(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
 ) -> tuple[ResolvedUnit, FloatArray]:
     stated = _stated("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
+    if options.channel is not None:
+        return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
     readings = head.accelerometer - zero
     if options.accelerometer_scale is not None:
         unit, scale = _with_counts("accelerometer", stated, options.accelerometer_scale)
@@ -293,6 +295,20 @@ def _accelerometer(
             f"{norm:.4g} at rest, as it would in {likely}; read it with --accelerometer-unit {likely}"
         )
     return _unit("accelerometer", stated)
+
+
+def _of_one_axis(
+    track: Stating, triad: Triad, stated: StatedUnit | None, counts: AxisValues | None
+) -> tuple[ResolvedUnit, FloatArray]:
+    """Give the unit of a single-axis sensor, whose values show none: one axis has no norm at rest."""
+    if counts is not None:
+        return _with_counts(triad, stated, counts)
+    if stated is None:
+        raise LogError(
+            f"{track.source}: one axis does not show its unit; give --{triad}-unit, as --{triad}-unit "
+            f"{next(iter(UNITS[triad]))}"
+        )
+    return _unit(triad, stated)
 
 
 def _check_counts(track: Stating, norm: float) -> None:
@@ -326,6 +342,8 @@ def _gyroscope(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
 ) -> tuple[ResolvedUnit, FloatArray]:
     stated = _stated("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
+    if options.channel is not None:
+        return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
     readings = head.gyroscope - zero

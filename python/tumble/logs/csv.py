@@ -17,15 +17,15 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, stack
-from tumble.numbers import number_of
-from tumble.recording import FloatArray
-from tumble.words import count_of
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
 _CORES = os.cpu_count() or 1
@@ -48,7 +48,7 @@ def _workers_of(process: int) -> ThreadPoolExecutor:
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a text table."""
-    return tuple(find_imus(find_layout(path, options).names, path, options.columns))
+    return tuple(find_imus(find_layout(path, options).names, path, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -57,7 +57,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     Raises `LogError` where the table has no such IMU, or no time and no rate is known.
     """
     layout = find_layout(path, options)
-    imus = find_imus(layout.names, path, options.columns)
+    imus = find_imus(layout.names, path, options)
     name = choose_imu(path, imus, imu)
     found = imu_of_table(path, layout, imus[name], options)
     unread = unread_accelerometers(layout.names, options.columns, imus)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 
 COPY_OR_SAVE = "copy it again, or save it again"
 """What to do about a damaged file that no tool repairs."""

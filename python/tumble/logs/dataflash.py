@@ -16,18 +16,18 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tumble.errors import CalibrationFileError, LogError
-from tumble.files import once_per_file
-from tumble.firmware import ardupilot
-from tumble.firmware.correction import Corrections, over_time
+from tumble.foundation.errors import CalibrationFileError, LogError
+from tumble.foundation.files import once_per_file
+from tumble.foundation.firmware import ardupilot
+from tumble.foundation.firmware.correction import Corrections, over_time
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, Records, TextLog
 from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.walk import Damage, doubles
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
 
 IMU, BATCH, BATCH_DATA = "IMU", "ISBH", "ISBD"
 RAW: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYR"}

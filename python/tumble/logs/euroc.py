@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.files import note_input
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
+from tumble.foundation.numbers import number_of
 from tumble.logs.columns import ImuColumns
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
 from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
-from tumble.numbers import number_of
 
 _DATA = ("data.csv", "data.csv.gz", "data.csv.zst", "data.csv.bz2", "data.csv.xz")
 _DSO = ("dso/imu.txt", "imu.txt")
@@ -143,7 +143,7 @@ def _sensor(file: Path) -> _Sensor:
 def _yaml(file: Path) -> dict[str, Any] | None:
     import yaml
 
-    from tumble.bounded_yaml import parse
+    from tumble.foundation.bounded_yaml import parse
 
     with file.open("rb") as stream:
         text = stream.read(_LARGEST_YAML).decode("utf-8", errors="replace")

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.firmware.correction import Corrections
+from tumble.foundation.errors import LogError
+from tumble.foundation.firmware.correction import Corrections
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import USABLE_RATE
 from tumble.logs.track import DEFINED, LoggedImu, RawSamples, StatedUnit, none_such, several
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
 
 
 @dataclass(slots=True)

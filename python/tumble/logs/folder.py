@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from tumble.errors import LogError
-from tumble.log_formats import LOG_SUFFIXES, has_log_ending
+from tumble.foundation.errors import LogError
+from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending
+from tumble.foundation.recording import Chunk, Recording
+from tumble.foundation.words import count_of
 from tumble.logs.checks import ChunkStream, Counts
 from tumble.logs.formats import FOLDER
-from tumble.recording import Chunk, Recording
-from tumble.words import count_of
 
 _PAUSE = 1.0
 """Seconds put between parts whose clocks all start anew."""

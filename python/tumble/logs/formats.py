@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, cast
 
-from tumble.errors import LogError
-from tumble.files import note_input
-from tumble.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
+from tumble.foundation.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
 from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 from tumble.logs.text_file import open_text

@@ -11,7 +11,7 @@ import h5py  # type: ignore[import-untyped]
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu

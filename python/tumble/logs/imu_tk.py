@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from tumble.errors import LogError
-from tumble.files import note_input
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair
 from tumble.logs.text import find_layout

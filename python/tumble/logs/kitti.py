@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.files import note_input
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
+from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import (
     CHUNK_SAMPLES,
@@ -26,7 +27,6 @@ from tumble.logs.track import (
     Transform,
     choose,
 )
-from tumble.recording import FloatArray
 
 _FIELDS = 30
 _HEAD_SAMPLES = 1000

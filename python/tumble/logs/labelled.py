@@ -16,7 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of, quoted
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, recognise
 from tumble.logs.csv import samples_of
 from tumble.logs.options import ReadOptions
@@ -24,8 +26,6 @@ from tumble.logs.text import LOG, PLAIN_NAMES, names_delimiter, names_for
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform
 from tumble.logs.units import find_unit
-from tumble.recording import FloatArray
-from tumble.words import count_of, quoted
 
 _HEAD_LINES = 400
 _LONGEST_LINE = 1000
@@ -62,7 +62,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Return the names of the IMUs."""
-    return tuple(find_imus(_layout(path, options).names, path, options.columns))
+    return tuple(find_imus(_layout(path, options).names, path, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -71,7 +71,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     Raises `LogError` where no label names a channel.
     """
     layout = _layout(path, options)
-    imus = find_imus(layout.names, path, options.columns)
+    imus = find_imus(layout.names, path, options)
     name = choose_imu(path, imus, imu)
     columns = imus[name]
     if columns.time is None and layout.has_clock:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu

@@ -15,9 +15,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import recognise
 from tumble.logs.rosmsg import MalformedMessageError, seconds
-from tumble.recording import FloatArray
 
 AXES = 3
 DEEPEST = 16

@@ -9,13 +9,13 @@ from typing import Protocol
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
 from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
 from tumble.logs.track import DATE_AND_TIME, DEFINED, RawSamples, StatedUnit, stack
-from tumble.recording import FloatArray
-from tumble.units import TRIADS
 
 _HEADER = "header"
 _COVARIANCES = {
@@ -146,7 +146,7 @@ def _field_imus(form: MessageForm, names: Sequence[str], what: str) -> dict[str,
     # A header belongs to what it stands beside.
     plain = {_without_header(name): name for name in stamps.names}
     try:
-        imus = find_imus(list(plain), Path(what), {})
+        imus = find_imus(list(plain), Path(what))
     except LogError:
         return {}
     return {

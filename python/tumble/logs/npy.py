@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 
 EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",

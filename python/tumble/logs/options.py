@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from tumble.recording import RecordingSource
+    from tumble.foundation.recording import RecordingSource
+    from tumble.foundation.units import Channel
 
 COUNTS = 32768.0
 """Of a sensor of 16 bits, to the end of its range."""
@@ -56,6 +57,8 @@ class ReadOptions:
     """Lines to skip before the column names, or before the numbers where there are no names."""
     skip_bad_lines: bool = False
     """Leave out lines of a text log that cannot be read, up to 1 % of them."""
+    channel: Channel | None = None
+    """The only channel to read, as of a single-axis sensor: its column stands for its whole triad."""
     interpolate: bool = False
     """Bring an accelerometer with times of its own, in a file of its own, to those of the gyroscope."""
     serial: str = ""

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of
 from tumble.logs.csv import Rows, TextTable, expected_rows
+from tumble.logs.interpolation import TimedReadings
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout
 from tumble.logs.track import LoggedImu, RawSamples, Transform, stack
-from tumble.recording import FloatArray
-from tumble.words import count_of
 
 _WIDTH = 4
 """Time and three axes."""
@@ -130,23 +131,16 @@ def _even(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[Floa
 
 def _interpolated(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Give the accelerometer at the times of the gyroscope; both streams advance together."""
-    pieces = _forwards(accelerometer)
-    known = next(pieces, np.empty((0, _WIDTH)))
+    known = TimedReadings((rows[:, 0], rows[:, 1:]) for rows in _forwards(accelerometer))
     found = False
-    for wanted in _forwards(gyroscope):
-        while len(known) and not known[-1, 0] >= wanted[-1, 0] and len(more := next(pieces, known[:0])):
-            begin = max(0, int(np.searchsorted(known[:, 0], wanted[0, 0], side="right")) - 1)
-            known = np.vstack([known[begin:], more])
-        inside = (
-            (wanted[:, 0] >= known[0, 0]) & (wanted[:, 0] <= known[-1, 0])
-            if len(known)
-            else np.zeros(len(wanted), dtype=np.bool_)
-        )
+    for rows in _forwards(gyroscope):
+        known.read_to(float(rows[-1, 0]))
+        inside = known.spans(rows[:, 0])
         if inside.any():
             found = True
-            right = wanted[inside]
-            axes = [np.interp(right[:, 0], known[:, 0], known[:, axis]) for axis in range(1, _WIDTH)]
-            yield np.column_stack([right[:, 0], *axes]), right
+            right = rows[inside]
+            yield np.column_stack([right[:, 0], known.at(right[:, 0])]), right
+        known.forget(float(rows[-1, 0]))
     if not found:
         raise LogError(
             f"{accelerometer.path}: has no time in common with {gyroscope.path.name}; "

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.track import CHUNK_SAMPLES, RawSamples
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
 
 CLOSE = 0.01
 """s between two readings that stand in one sample, where both triads are read more often than that."""

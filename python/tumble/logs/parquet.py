@@ -11,7 +11,7 @@ from pathlib import Path
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions

@@ -9,12 +9,13 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from tumble.errors import LogError
-from tumble.files import note_input
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
-from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
+from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, StatedUnit, choose
+from tumble.logs.units import Quantity, find_unit
 
 _PAIRS = (
     ("TotalAcceleration.csv", "Gyroscope.csv"),
@@ -23,7 +24,9 @@ _PAIRS = (
     ("Accelerometer.csv", "Gyroscope.csv"),
 )
 """The surest first: Accelerometer.csv of Sensor Logger is without gravity, that of phyphox is not."""
-_AXIS = re.compile(r"(?i)(?:(?:acceleration|accelerometer|gyroscope)\s*)?([xyz])(?:\s*\(.*\))?")
+_AXIS = re.compile(
+    r"(?i)(?:(?:accel(?:eration|erometer)?|gyro(?:scope)?)[\s_]*)?(?P<axis>[xyz])(?:\s*\((?P<unit>.*)\))?"
+)
 _TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
 _WITHOUT_GRAVITY = "seconds_elapsed"
 """A column of Sensor Logger."""
@@ -63,7 +66,20 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
             "again"
         )
     found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
-    return replace(found, gyroscope_unit=StatedUnit("rad/s", DOCUMENTED))
+    return replace(
+        found,
+        accelerometer_unit=_stated(accelerometer, "accelerometer"),
+        gyroscope_unit=_stated(gyroscope, "gyroscope") or StatedUnit("rad/s", DOCUMENTED),
+        time_unit=_stated(gyroscope, "time"),
+    )
+
+
+def _stated(file: TriadFile, quantity: Quantity) -> StatedUnit | None:
+    """Return the unit that stands in the names of columns."""
+    time, x, *_ = file.columns
+    match = _TIME.fullmatch(time) if quantity == "time" else _AXIS.fullmatch(x)
+    unit = find_unit(match["unit"] or "", quantity) if match else None
+    return StatedUnit(unit, COLUMN_NAME) if unit else None
 
 
 def _triad(file: Path, options: ReadOptions) -> TriadFile:
@@ -76,7 +92,7 @@ def _is_known(name: str) -> bool:
 
 
 def _columns(file: Path, layout: TextLayout) -> tuple[str, str, str, str]:
-    axes = {match[1].lower(): name for name in layout.names if (match := _AXIS.fullmatch(name))}
+    axes = {match["axis"].lower(): name for name in layout.names if (match := _AXIS.fullmatch(name))}
     time = next((name for name in layout.names if _TIME.fullmatch(name)), None)
     if time is None or len(axes) < 3:
         raise LogError(f"{file}: names no columns time, x, y, z; export it again")

@@ -7,14 +7,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
 from tumble.logs.columns import ImuColumns, listed
 from tumble.logs.csv import Rows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
+from tumble.logs.text_file import open_text
 from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose
 from tumble.logs.units import Quantity, find_unit
-from tumble.numbers import number_of
 
 _HEADERS_BYTES = 1 << 16
 _NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
@@ -34,6 +35,8 @@ class _Program:
     """By which the accelerometer is multiplied."""
     corrected: bool | None = None
     notices: tuple[str, ...] = ()
+    rate: re.Pattern[bytes] | None = None
+    """Finds, in the head of a file, the rate at which samples were counted; their time is the count."""
 
 
 def _xyz(name: str) -> tuple[str, str, str]:
@@ -95,6 +98,15 @@ PROGRAMS = (
         corrected=True,
         notices=("the firmware took off the bias of the gyroscope when it was armed, and filtered the rest",),
     ),
+    _Program(
+        # github.com/PLab-SI/PicoQuake, docs/acquisition_data.md; counts go on where samples were lost.
+        "picoquake",
+        (("a_x", "a_y", "a_z"),),
+        (("g_x", "g_y", "g_z"),),
+        ("count",),
+        {"accelerometer": "g", "gyroscope": "deg/s", "time": "s"},
+        rate=re.compile(rb"(?m)^# Config: (?:data|sample)_rate = ([\d.]{1,12}) Hz"),
+    ),
 )
 
 
@@ -116,9 +128,12 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         )
     columns = _columns(path, program, names, layout)
     factor = program.factor(path, layout, options, columns)
+    rate = None if program.rate is None or options.rate is not None else _rate_in(path, program.rate)
 
     def samples(rows: Rows) -> RawSamples:
         found = table_samples(rows, columns)
+        if rate is not None and found.time is not None:
+            found = replace(found, time=found.time / rate)
         return found if factor == 1.0 else replace(found, accelerometer=found.accelerometer * factor)
 
     found = imu_of_table(path, layout, columns, options, samples)
@@ -126,8 +141,23 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         found,
         format=program.format,
         already_corrected=program.corrected,
-        notices=(*found.notices, *program.notices),
+        notices=(*found.notices, *program.notices, *([] if rate is None else [_counted(rate)])),
     )
+
+
+def _rate_in(path: Path, pattern: re.Pattern[bytes]) -> float:
+    with open_text(path) as file:
+        match = pattern.search(file.read(_HEADERS_BYTES))
+    rate = number_of(match[1].decode()) if match else None
+    if rate is None or rate <= 0.0:
+        raise LogError(
+            f"{path}: states no rate of its samples before the columns; give it with --rate, in Hz"
+        )
+    return rate
+
+
+def _counted(rate: float) -> str:
+    return f"time is the count of samples at {rate:g} Hz, as stated before the columns"
 
 
 def _is_known(name: str) -> bool:

@@ -5,18 +5,26 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from tumble.errors import LogError
-from tumble.log_formats import AXES_OF, stem_of
+from tumble.foundation.body_axes import in_words, turned
+from tumble.foundation.errors import LogError
+from tumble.foundation.log_formats import AXES_OF, BODY_OF, stem_of
+from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
 from tumble.logs.columns import listed
-from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes, without_time
+from tumble.logs.conversion import (
+    Conversion,
+    case_from_log,
+    conversion_for,
+    is_mirrored,
+    notices_on_axes,
+    without_time,
+)
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import parse_spec
 from tumble.logs.track import LoggedImu, RawSamples, one_name
 from tumble.logs.units import odd_step, usual_step
-from tumble.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 
 
 def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
@@ -130,6 +138,8 @@ def _odd_step(time: FloatArray, unit: ResolvedUnit) -> tuple[str, ...]:
 def _metadata(
     track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, odd: tuple[str, ...]
 ) -> Metadata:
+    as_logged = not notices_on_axes(replace(options, accelerometer_sign=1))
+    body = _body(BODY_OF.get(track.format, ""), options.axes)
     return Metadata(
         name=_name(track),
         source=track.source,
@@ -138,7 +148,8 @@ def _metadata(
         gyroscope_unit=conversion.gyroscope_unit,
         time_unit=conversion.time_unit,
         frame=track.frame,
-        axes="" if notices_on_axes(replace(options, accelerometer_sign=1)) else AXES_OF.get(track.format, ""),
+        axes=AXES_OF.get(track.format, "") if as_logged else in_words(body) if body else "",
+        body=body,
         clock=track.clock if options.rate is None else "",
         rate=rate,
         already_corrected=track.already_corrected,
@@ -148,6 +159,11 @@ def _metadata(
         pace_sigma=track.pace_sigma if options.rate is None else 0.0,
         remarks=(*track.notices, *notices_on_axes(options), *odd),
     )
+
+
+def _body(logged: str, axes: str) -> str:
+    """Return the directions of the case axes; unknown where those of the log are, or were left-handed."""
+    return turned(logged, case_from_log(axes)) if logged and not is_mirrored(axes) else ""
 
 
 def _name(track: LoggedImu) -> str:

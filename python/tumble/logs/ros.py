@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.logs.bags import Bag, BagMessage, Topic
 from tumble.logs.message_form import Definition, JsonForm
 from tumble.logs.message_imu import (
@@ -22,7 +23,6 @@ from tumble.logs.message_imu import (
 from tumble.logs.optional import not_installed
 from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, choose
-from tumble.recording import FloatArray
 
 _HEAD_SAMPLES = 1 << 14
 _IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")

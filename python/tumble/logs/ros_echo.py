@@ -49,7 +49,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 def _of_ros_1(path: Path, options: ReadOptions) -> LoggedImu:
     layout = find_layout(path, options)
-    columns = next(iter(find_imus(layout.names, path, options.columns).values()))
+    columns = next(iter(find_imus(layout.names, path, options).values()))
     frame = ""
     if _FRAME in layout.names:
         frame = layout.first_field(_FRAME)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 _DOUBLES = {"imu": 37, "temperature": 2}
 _RATE, _FORCE = slice(13, 16), slice(25, 28)

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import Chunk, FloatArray
-from tumble.words import count_of
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.words import count_of
 
 LARGEST_DISPLACEMENT = 1024
 """Places between a row and where its time belongs; rows are held that long, so that memory is bounded."""

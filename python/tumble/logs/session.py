@@ -17,16 +17,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from pydantic import Field, JsonValue
 
-from tumble.documents import Document, read_document
-from tumble.errors import LogError
-from tumble.file_names import SESSION_FILE
+from tumble.foundation.documents import Document, read_document
+from tumble.foundation.errors import LogError
+from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.schemas import SESSION
 from tumble.logs import parquet
 from tumble.logs.options import ReadOptions
 from tumble.logs.session_clock import STAMP, lines_of, steady
 from tumble.logs.spec import parse_spec
 from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
-from tumble.recording import FloatArray
-from tumble.schemas import SESSION
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
 SessionClock: TypeAlias = Literal["host", "sensor", "log"]

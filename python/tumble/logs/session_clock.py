@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.clock_line import MOST_SKEW, lower_hull
+from tumble.foundation.clock_line import MOST_SKEW, lower_hull
+from tumble.foundation.recording import FloatArray
 from tumble.logs import parquet
 from tumble.logs.track import RawSamples
-from tumble.recording import FloatArray
 
 STAMP, ARRIVAL = "sensor_time", "arrival"
 """Columns of the sensor's own time, and of when samples came, both in s."""

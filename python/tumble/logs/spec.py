@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tumble.errors import LogError
-from tumble.files import name_too_long, note_input
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import name_too_long, note_input
 from tumble.logs import standard_input
 
 if TYPE_CHECKING:
-    from tumble.recording import Recording
+    from tumble.foundation.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import IO
 
-from tumble.errors import LogError
-from tumble.files import keep_stream
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import keep_stream
 
 NAME = "-"
 _FILE_NAME = "standard_input"

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from tumble import arrays
-from tumble.errors import ArrayError, LogError
+from tumble.foundation import arrays
+from tumble.foundation.errors import ArrayError, LogError
+from tumble.foundation.recording import FloatArray, Table, named_columns
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
-from tumble.recording import FloatArray, Table, named_columns
 
 NAME = "table"
 """What a table is called where nobody gives it a name."""
@@ -30,7 +30,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
     """
     columns = _columns(table, name)
     place = Path(name)
-    imus = find_imus(list(columns), place, options.columns)
+    imus = find_imus(list(columns), place, options)
     imu = _wanted(name, imus, options.topic)
     chosen = imus[imu]
     dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])

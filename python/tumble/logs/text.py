@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.schemas import schema_in
+from tumble.foundation.words import count_of, quoted
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
-from tumble.logs.text_file import open_text
+from tumble.logs.text_file import open_text, text_size
 from tumble.logs.units import credible, find_unit, guess_accelerometer_unit, rest_norm
-from tumble.numbers import number_of
-from tumble.schemas import schema_in
-from tumble.words import count_of, quoted
 
 AFTER_LAST = "(behind the last delimiter)"
 """Name of the empty column behind rows that end in a delimiter."""
@@ -109,7 +109,7 @@ def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> 
         body = text.lstrip("#%/").strip()
         delimiter = names_delimiter(body, options, sought)
         if delimiter is not None:
-            return _named(path, lines, number, offset, split_line(body, delimiter), preamble)
+            return _named(path, lines, number, offset, split_line(body, delimiter), preamble, sought)
         if sought is LOG and not text.startswith(("#", "%")) and numbers_delimiter(text) is not None:
             return _unnamed(path, lines, number, offset - len(raw), options, preamble)
         preamble |= _key_value(body)
@@ -198,7 +198,13 @@ def _key_value(text: str) -> dict[str, str]:
 
 
 def _named(
-    path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
+    path: Path,
+    lines: Sequence[bytes],
+    number: int,
+    offset: int,
+    names: list[str],
+    preamble: dict[str, str],
+    sought: SoughtTable,
 ) -> TextLayout:
     full = (line for line in lines[number : number + _ROWS_SEARCHED] if line.strip())
     whole = [_decode(line).rstrip("\r\n") for line in islice(full, _ROWS_COMPARED)]
@@ -208,10 +214,15 @@ def _named(
         number, whole, names = number + 1, whole[1:], _with_units(names, units)
     rows = [line.strip() for line in whole]
     if not rows:
+        if (text_size(path) or 0) > sum(map(len, lines)):
+            raise LogError(
+                f"{path}: no line of samples ends within its first {_HEAD_BYTES >> 10} kB; give a log with a "
+                "sample a line, and fewer columns"
+            )
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
     row = max(rows, key=lambda row: _sound_fields(row, len(names)))
     delimiter = _row_delimiter(row, len(names))
-    _refuse_repeated(path, number, names)
+    _refuse_repeated(path, number, names, sought)
     if _end_in_delimiter(whole, delimiter, len(names)):
         names.append(AFTER_LAST)
     return TextLayout(
@@ -271,10 +282,10 @@ def _row_delimiter(row: str, columns: int) -> str:
     return fitting[0] if fitting else max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
 
 
-def _refuse_repeated(path: Path, number: int, names: list[str]) -> None:
+def _refuse_repeated(path: Path, number: int, names: list[str], sought: SoughtTable) -> None:
     for position, name in enumerate(names):
         if name in names[:position]:
-            if recognise(name) is not None:
+            if recognise(name) is not None or sought.is_known(name):
                 raise LogError(f"{path}: line {number} names column {name!r} twice; rename one of them")
             names[position] = f"{name}#{position + 1}"
 

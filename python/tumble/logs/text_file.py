@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from tumble.errors import LogError
-from tumble.log_formats import Packing, packing_of
+from tumble.foundation.errors import LogError
+from tumble.foundation.log_formats import Packing, packing_of
 
 _PIECE = 1 << 18
 _LARGEST_DICTIONARY = 1 << 27

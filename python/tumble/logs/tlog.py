@@ -14,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.files import once_per_file
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import once_per_file
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import Triad
 from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.mavlink_messages import (
     DIALECT,
@@ -32,8 +34,6 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import UNITS
 from tumble.logs.walk import Damage, walk
-from tumble.recording import FloatArray
-from tumble.units import Triad
 
 SOUGHT = f"messages {', '.join(KINDS)}, RAW_IMU of ArduPilot only"
 ARRIVAL = 8

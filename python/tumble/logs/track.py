@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
 
 LARGEST_RATIO = 1100
 """Of a size to that when compressed, which no readings reach, and deflate cannot."""
@@ -71,7 +71,7 @@ class LoggedImu:
     imu: str
     """Name that tells it from other IMUs of the file: a topic, a column prefix; empty where it needs none."""
     format: str
-    """As in `tumble.recording.Metadata.format`."""
+    """As in `tumble.foundation.recording.Metadata.format`."""
     read: Callable[[Transform], Iterator[RawSamples]]
     """A fresh pass over all samples, each piece put through the transform, in the order of the file."""
     head: Callable[[], RawSamples]
@@ -93,7 +93,7 @@ class LoggedImu:
     triads: tuple[Triad, ...] = TRIADS
     """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""
     pace_sigma: float = 0.0
-    """As in `tumble.recording.Metadata.pace_sigma`."""
+    """As in `tumble.foundation.recording.Metadata.pace_sigma`."""
     columns: tuple[str, ...] = ()
     """Names of all columns of a table; empty for messages."""
     alone: bool = True

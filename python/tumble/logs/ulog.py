@@ -15,20 +15,20 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import CalibrationFileError, LogError
-from tumble.files import once_per_file
-from tumble.firmware.correction import Corrections, over_time
-from tumble.firmware.px4 import correction_of
-from tumble.firmware.rotations import rotation
+from tumble.foundation.errors import CalibrationFileError, LogError
+from tumble.foundation.files import once_per_file
+from tumble.foundation.firmware.correction import Corrections, over_time
+from tumble.foundation.firmware.px4 import correction_of
+from tumble.foundation.firmware.rotations import rotation
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import count_of
 from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, USABLE_RATE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.ulog_file import MOST_CHANGES, Records, Topic, ULogFile, opened
 from tumble.logs.walk import Damage, doubles
-from tumble.recording import FloatArray
-from tumble.units import TRIADS, Triad
-from tumble.words import count_of
 
 SENSOR: Mapping[Triad, str] = {"accelerometer": "sensor_accel", "gyroscope": "sensor_gyro"}
 FIFO: Mapping[Triad, str] = {"accelerometer": "sensor_accel_fifo", "gyroscope": "sensor_gyro_fifo"}

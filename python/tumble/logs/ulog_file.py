@@ -19,8 +19,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from pyulog.core import ULog  # type: ignore[import-untyped]
 
-from tumble.errors import LogError
-from tumble.files import once_per_file
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import once_per_file
 from tumble.logs.walk import Damage, walk
 
 HEADER_BYTES = 16

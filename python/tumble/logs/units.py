@@ -9,9 +9,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from tumble.constants import STANDARD_GRAVITY
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.log_time import DATES
+from tumble.foundation.recording import ASSUMED, FloatArray
 from tumble.logs.options import COUNTS
-from tumble.recording import ASSUMED, FloatArray
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
 
@@ -221,7 +222,7 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
         return "s", ASSUMED
     latest = float(np.median(_stamps(time)))
     for name, scale in UNITS["time"].items():
-        if 1e9 <= latest * scale <= 4e9 and is_imu_step(step * scale):
+        if DATES[0] <= latest * scale <= DATES[1] and is_imu_step(step * scale):
             return name, "size of the stamps, counted from 1970"
     if step < 1.0:
         return "s", ASSUMED

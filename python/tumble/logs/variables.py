@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
@@ -24,7 +25,6 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.text import PLAIN_NAMES
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.logs.units import Quantity, find_unit
-from tumble.recording import FloatArray
 
 MOST_VARIABLES = 10_000
 """In one file; more is no log."""
@@ -108,7 +108,7 @@ def is_numeric(dtype: np.dtype[Any]) -> bool:
 
 def list_variable_imus(file: VariablesFile, options: ReadOptions) -> tuple[str, ...]:
     """Give the names of the IMUs in a file of variables."""
-    return tuple(find_imus(list(_places(file)), file.path, options.columns))
+    return tuple(find_imus(list(_places(file)), file.path, options))
 
 
 def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -118,7 +118,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
     """
     path = file.path
     places = _places(file)
-    imus = find_imus(list(places), path, options.columns)
+    imus = find_imus(list(places), path, options)
     name = choose(path, tuple(imus), imu, "variable prefix")
     columns = _with_stated_units(imus[name], places)
     wanted = {each: places[each] for each in columns.names}

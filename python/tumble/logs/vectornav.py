@@ -15,15 +15,15 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import ImuColumns
 from tumble.logs.csv import Block, Rows, TextTable, imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, is_time_stamp
 from tumble.logs.text_file import open_text
 from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
-from tumble.numbers import number_of
-from tumble.recording import FloatArray
 
 _TRIADS = ("ax", "ay", "az", "gx", "gy", "gz")
 _MAGNETOMETER = ("mx", "my", "mz")

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import FloatArray
-from tumble.words import count_of
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of
 
 BLOCK = 1 << 20
 """Bytes read at a time."""

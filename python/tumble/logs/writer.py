@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from tumble.recording import Chunk
-from tumble.units import TRIADS, Triad
+from tumble.foundation.recording import Chunk
+from tumble.foundation.units import TRIADS, Triad
 
 
 @dataclass(frozen=True, slots=True)

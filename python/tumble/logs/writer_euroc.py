@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 
-from tumble.files import FileKind, no_empty_folder, prepare_folder, replacing, write_text
+from tumble.foundation.files import FileKind, no_empty_folder, prepare_folder, replacing, write_text
+from tumble.foundation.recording import Chunk
 from tumble.logs.writer_mcap import nanoseconds_of
-from tumble.recording import Chunk
 
 _NAMES = (
     "#timestamp [ns]",

@@ -10,9 +10,9 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.foundation.recording import Chunk, FloatArray
 from tumble.logs.mcap import FACTS
-from tumble.recording import Chunk, FloatArray
 
 if TYPE_CHECKING:
     from tumble.logs.writer import Facts

@@ -11,9 +11,9 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.units import Triad
 from tumble.logs.track import CHUNK_SAMPLES
-from tumble.recording import Chunk, FloatArray
-from tumble.units import Triad
 
 if TYPE_CHECKING:
     from tumble.logs.writer import Facts

@@ -8,10 +8,10 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from tumble.errors import OutputError
-from tumble.files import FileKind, replacing
+from tumble.foundation.errors import OutputError
+from tumble.foundation.files import FileKind, replacing
+from tumble.foundation.units import TRIADS
 from tumble.logs.writer import Facts, Writer
-from tumble.units import TRIADS
 
 if TYPE_CHECKING:
     from tumble.logs.writer_mcap import McapWriter

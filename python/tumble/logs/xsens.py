@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, find_layout
 from tumble.logs.track import DOCUMENTED, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.logs.units import usual_step
-from tumble.numbers import number_of
-from tumble.recording import FloatArray
 
 _COUNTER, _FINE, _OLD_COUNTER = "PacketCounter", "SampleTimeFine", "Counter"
 _BITS = {_COUNTER: 16, _FINE: 32, _OLD_COUNTER: 16}
@@ -67,7 +67,7 @@ def _columns(path: Path, layout: TextLayout, options: ReadOptions) -> ImuColumns
             f"{path}: holds FreeAcc, from which gravity was taken off, but not Acc; export it again with "
             "acceleration"
         )
-    imus = find_imus(layout.names, path, options.columns)
+    imus = find_imus(layout.names, path, options)
     columns = imus.get("") or next(iter(imus.values()))
     return columns if "time" in options.columns else replace(columns, time=None, time_unit=None)
 

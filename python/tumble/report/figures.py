@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from tumble.recording import FloatArray
+from tumble.foundation.log_time import LogTime
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import Rest, Trace, TriadResult
 from tumble.report.canvas import Axes, Box, Figure
 from tumble.report.numbers import Scale, readable_scale
 from tumble.report.panel import (
@@ -31,7 +33,6 @@ from tumble.report.svg import (
     Z_AXIS,
     inline_svg,
 )
-from tumble.results import Rest, Trace, TriadResult
 
 HALF_WIDTH, FULL_WIDTH = 5.6, 11.2
 LEFT, RIGHT = 0.55, 0.08
@@ -75,8 +76,9 @@ def residual_figure(triad: TriadResult, prefix: str) -> Markup:
     return inline_svg(figure, prefix, label)
 
 
-def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup:
+def recording_figure(trace: Trace, rests: Sequence[Rest], time: LogTime, prefix: str) -> Markup:
     """Draw specific force and angular rate over the recording, rests shaded and named, unused hatched."""
+    trace, rests = trace.from_start(time), [rest.from_start(time) for rest in rests]
     figure = Figure(FULL_WIDTH, 4.3)
     width = FULL_WIDTH - ROOM_FOR_LAST_NAME
     upper = figure.add_axes(box(width, bottom=2.1, height=1.4))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tumble.results import Parameter, TriadResult
+from tumble.foundation.results import Parameter, TriadResult
 
 _TITLES = {"scale": "scale error"}
 

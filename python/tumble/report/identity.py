@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from tumble.provenance import Provenance
+from tumble.foundation.provenance import Provenance
 
 NOT_STATED = "not stated"
 
@@ -27,6 +27,8 @@ class Identity:
     """Empty where none is stated; of several units each with its name."""
     provenance: Provenance
     software: str
+    started: str = ""
+    """Date at which the recording began, as `LogTime.date` has it; empty where its stamps are no dates."""
 
     @property
     def lines(self) -> tuple[tuple[str, str], ...]:
@@ -38,6 +40,7 @@ class Identity:
             ("serial", self.serial or NOT_STATED),
             ("operator", made.operator or NOT_STATED),
             *station,
+            *((("start", self.started),) if self.started else ()),
             ("software", self.software or NOT_STATED),
         )
 

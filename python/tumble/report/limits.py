@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from tumble.foundation.results import LimitCheck
 from tumble.report.numbers import significant
-from tumble.results import LimitCheck
 
 
 def limit_share(check: LimitCheck) -> float:

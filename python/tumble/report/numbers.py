@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 
@@ -62,6 +63,18 @@ class Scale:
             return text
         return f"{text} {self.unit}" if self.unit else text
 
+    def number(self, value: float, sigma: float) -> str:
+        """Print a value of the unscaled unit with its 1-sigma, to stand below or beside this unit."""
+        return measurement(self.factor * value, self.factor * sigma)
+
+    def measurement(self, value: float, sigma: float) -> str:
+        """Print the same with this unit behind it."""
+        return self.quantity(self.number(value, sigma))
+
+    def figure(self, value: float, digits: int = 3) -> str:
+        """Print a value of the unscaled unit that has no sigma, with this unit behind it."""
+        return self.quantity(significant(self.factor * value, digits))
+
 
 def readable_unit(unit: str) -> str:
     """Return a unit as printed: `m/s^2` becomes `m/s²`; the unit of a ratio is empty."""
@@ -84,6 +97,29 @@ def readable_scale(unit: str, magnitude: float) -> Scale:
     factor, prefix = next((each for each in _PREFIXES if size * each[0] >= _SMALLEST_READABLE), _PREFIXES[-1])
     printed = readable_unit(unit)
     return Scale(f"({prefix}{printed[1:]}" if printed.startswith("(") else prefix + printed, factor)
+
+
+def scales_of(magnitudes: Iterable[tuple[str, float]]) -> dict[str, Scale]:
+    """Choose for each unit the one scale in which all numbers of a column are shown: that of the largest.
+
+    `magnitudes` are pairs of an unscaled unit and a number in it.
+    """
+    largest: dict[str, float] = {}
+    for unit, magnitude in magnitudes:
+        size = abs(magnitude) if math.isfinite(magnitude) else 0.0
+        largest[unit] = max(size, largest.get(unit, 0.0))
+    return {unit: readable_scale(unit, size) for unit, size in largest.items()}
+
+
+def headed(title: str, scales: Mapping[str, Scale]) -> tuple[str, bool]:
+    """Give the head of a column, and whether it bears the unit, so that the cells need none.
+
+    Cells of several units, such as those of both triads, each have their own.
+    """
+    units = {scale.unit for scale in scales.values()}
+    if len(units) != 1 or units == {""}:
+        return title, False
+    return f"{title}, {units.pop()}", True
 
 
 def typeset(sentence: str) -> str:

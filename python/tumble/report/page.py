@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from tumble.files import PAGE, write_text
+from tumble.foundation.files import PAGE, write_text
 from tumble.report.identity import Identity
 from tumble.report.numbers import typeset
 from tumble.report.text import VERDICT_SIGNS
@@ -33,7 +33,7 @@ class ResultPage(Generic[Result]):
     """The page of a procedure's result: one HTML file that needs nothing else."""
 
     package: str
-    """Which holds the templates, such as `tumble.spin.report`."""
+    """Which holds the templates, such as `tumble.procedures.spin.report`."""
     template: str
     gather: Callable[[Result], object]
     """Makes of a result what the template calls `page`."""
@@ -53,7 +53,7 @@ class ResultPage(Generic[Result]):
 
 
 def render(package: str, template: str, identity: Identity, **values: object) -> str:
-    """Fill a template of a package, such as `tumble.spin.report`, with what it names."""
+    """Fill a template of a package, such as `tumble.procedures.spin.report`, with what it names."""
     return _environment(package).get_template(template).render(values | {"identity": identity})
 
 

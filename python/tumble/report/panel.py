@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 from tumble.report.canvas import Axes
 from tumble.report.numbers import MINUS
 from tumble.report.svg import GRID, INK, SOFT

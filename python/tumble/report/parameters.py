@@ -10,8 +10,9 @@ from itertools import takewhile
 import numpy as np
 from markupsafe import Markup
 
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadName, TriadResult
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.limits import used_share
 from tumble.report.numbers import (
@@ -28,7 +29,6 @@ from tumble.report.numbers import (
     significant,
 )
 from tumble.report.whisker import Ruler, whisker
-from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadName, TriadResult
 
 NO_PICTURE = Markup()
 

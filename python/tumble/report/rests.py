@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tumble.recording import FloatArray
+from tumble.foundation.log_time import LogTime
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import Rest
 from tumble.report.numbers import round_like
-from tumble.results import Rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,13 +25,13 @@ class RestRow:
     remark: str
 
 
-def rest_rows(rests: Sequence[Rest]) -> tuple[RestRow, ...]:
+def rest_rows(rests: Sequence[Rest], time: LogTime) -> tuple[RestRow, ...]:
     """Print the rests found, numbered from one, with their mean readings to the digits of their sigma."""
     return tuple(
         RestRow(
             number=number,
             pose=rest.pose,
-            stretch=f"{rest.start:.1f} to {rest.end:.1f}",
+            stretch=time.span(rest.start, rest.end),
             samples=rest.samples,
             specific_force=_to_sigma(rest.specific_force, rest.specific_force_sigma),
             angular_rate=_to_sigma(rest.angular_rate, rest.angular_rate_sigma),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tumble.results import Verdict
+from tumble.foundation.results import Verdict
 
 VERDICT_SIGNS: dict[Verdict, str] = {
     "pass": "✓",

@@ -1,0 +1,194 @@
+"""Pass or fail: a target's parameters held against the largest magnitudes a limits file allows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from tumble.foundation.documents import Document, read_document
+from tumble.foundation.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
+from tumble.foundation.schemas import LIMITS
+from tumble.foundation.units import UNITS
+
+SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
+
+
+class Calibrated(Protocol):
+    """What limits are held against: a unit whose triads were calibrated, or the reason why not."""
+
+    @property
+    def failure(self) -> str:
+        """Why the unit has no calibration; empty if it has one."""
+
+    @property
+    def accelerometer(self) -> TriadResult | None:
+        """None where it was not calibrated."""
+
+    @property
+    def gyroscope(self) -> TriadResult | None:
+        """None where it was not calibrated."""
+
+
+class _PerAxis(Document):
+    """One limit for every axis, written as a number, or one for each axis named."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _spread(cls, value: object) -> object:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return dict.fromkeys(cls.model_fields, value)
+        if not isinstance(value, Mapping):
+            raise ValueError(f"needs a number or a number for each of {', '.join(cls.model_fields)}")  # noqa: TRY004
+        return value
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        by_axis = handler.resolve_ref_schema(handler(schema))
+        description = by_axis.pop("description", "")
+        return {"description": description, "anyOf": [{"type": "number", "minimum": 0}, by_axis]}
+
+    def limits(self) -> dict[str, float]:
+        """Limit of each axis that has one."""
+        values = ((axis, getattr(self, axis)) for axis in type(self).model_fields)
+        return {axis: value for axis, value in values if value is not None}
+
+
+class PerAxis(_PerAxis):
+    """One limit for every axis, or `{x: ..., y: ..., z: ...}`; an axis left out is not checked."""
+
+    x: float | None = Field(default=None, ge=0.0)
+    y: float | None = Field(default=None, ge=0.0)
+    z: float | None = Field(default=None, ge=0.0)
+
+
+class PerPair(_PerAxis):
+    """One limit for every pair of axes, or `{xy: ..., yz: ..., zx: ...}`; a pair left out is not checked."""
+
+    xy: float | None = Field(default=None, ge=0.0)
+    yz: float | None = Field(default=None, ge=0.0)
+    zx: float | None = Field(default=None, ge=0.0)
+
+
+class TriadLimits(Document):
+    """Largest magnitudes for three axes; `unit` is m/s^2 for the accelerometer, rad/s for the gyroscope."""
+
+    bias: PerAxis | None = None
+    """unit"""
+    scale: PerAxis | None = None
+    """Of scale - 1, a ratio: 0.02 is two per cent."""
+    non_orthogonality: PerPair | None = Field(default=None, alias="non-orthogonality")
+    """deg"""
+    mounting: PerAxis | None = None
+    """deg, components of the rotation vector."""
+    residual: PerAxis | None = None
+    """unit, root mean square over the rests, for the gyroscope over the turns too."""
+    noise_density: PerAxis | None = Field(default=None, alias="noise-density")
+    """unit / sqrt(Hz)"""
+    bias_instability: PerAxis | None = Field(default=None, alias="bias-instability")
+    """unit"""
+
+    def groups(self) -> dict[str, dict[str, float]]:
+        """Limits by field term, then by axis."""
+        fields = type(self).model_fields.items()
+        found = {field.alias or name: getattr(self, name) for name, field in fields}
+        groups = {group: limit.limits() for group, limit in found.items() if limit is not None}
+        return {group: limits for group, limits in groups.items() if limits}
+
+
+class Limits(Document):
+    """Largest magnitude of each parameter, as it stands in the file; what is left out is not checked."""
+
+    schema_: Literal["tumble-limits/1"] = Field(default=SCHEMA, alias="schema")
+    accelerometer: TriadLimits | None = None
+    gyroscope: TriadLimits | None = None
+
+    @model_validator(mode="after")
+    def _limits_something(self) -> Limits:
+        sections = [section for section in (self.accelerometer, self.gyroscope) if section is not None]
+        if not any(section.groups() for section in sections):
+            raise ValueError("limits nothing; give at least one limit, such as accelerometer: {bias: 0.5}")
+        return self
+
+    @classmethod
+    def load(cls, path: Path | str) -> Limits:
+        """Read a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
+        return read_document(path, cls, LIMITS)
+
+    def check(self, target: Calibrated) -> tuple[LimitCheck, ...]:
+        """Hold a target against every limit; empty where the target has no calibration at all.
+
+        A parameter that the data did not show fails: it was not shown to lie within its limit.
+        """
+        if target.failure:
+            return ()
+        checks: list[LimitCheck] = []
+        if self.accelerometer is not None:
+            checks += _check_triad("accelerometer", self.accelerometer, target.accelerometer)
+        if self.gyroscope is not None:
+            checks += _check_triad("gyroscope", self.gyroscope, target.gyroscope)
+        return tuple(checks)
+
+
+def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
+    figures = {} if triad is None else _figures(triad)
+    missing = f"the {name} was not calibrated" if triad is None else NOT_SHOWN
+    checks = []
+    for group, limits in section.groups().items():
+        for axis, limit in limits.items():
+            value, remark = figures.get(f"{group} {axis}", (float("nan"), missing))
+            checks.append(
+                LimitCheck(
+                    parameter=f"{name} {group} {axis}",
+                    value=value,
+                    limit=limit,
+                    unit=_unit(group, UNITS[name]),
+                    passed=not remark and abs(value) <= limit,
+                    remark=remark and f"not shown to be within its limit: {remark}",
+                )
+            )
+    return checks
+
+
+def _figures(triad: TriadResult) -> dict[str, tuple[float, str]]:
+    """Collect what can be limited, by field term and axis, with why it is not known (empty where it is)."""
+    figures: dict[str, tuple[float, str]] = {}
+    for parameter in triad.parameters:
+        if not parameter.observable:
+            figures[parameter.name] = (float("nan"), parameter.reason or NOT_SHOWN)
+            continue
+        ideal = 1.0 if parameter.name.startswith("scale ") else 0.0
+        figures[parameter.name] = (parameter.value - ideal, "")
+    by_axis = {
+        "residual": np.sqrt(np.mean(triad.residuals**2, axis=0))
+        if len(triad.residuals)
+        else np.full(3, np.nan),
+        "noise-density": triad.noise_density,
+        "bias-instability": triad.bias_instability,
+    }
+    for group, values in by_axis.items():
+        for axis, value in zip("xyz", values, strict=True):
+            figures[f"{group} {axis}"] = (
+                float(value),
+                "" if np.isfinite(value) else NOT_SHOWN,
+            )
+    return figures
+
+
+def _unit(group: str, unit: str) -> str:
+    match group:
+        case "scale":
+            return "1"
+        case "non-orthogonality" | "mounting":
+            return "deg"
+        case "noise-density":
+            return f"{unit}/sqrt(Hz)"
+        case _:
+            return unit

@@ -1,0 +1,1 @@
+"""What everything else is built of: units, numbers, files, documents, recordings, results."""

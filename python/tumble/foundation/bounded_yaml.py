@@ -1,0 +1,169 @@
+"""YAML from anywhere: read in bounded time and memory whatever it holds, into plain data or a `YAMLError`.
+
+PyYAML leaves three doors open: nesting that exhausts the stack, aliases of aliases that unfold without end,
+and constructors that raise whatever they like. JSON is read as the YAML that it is.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import yaml
+from yaml.composer import Composer
+from yaml.constructor import SafeConstructor
+from yaml.resolver import Resolver
+
+from tumble.foundation.plain import short
+
+DEEPEST = 64
+"""Levels of nesting."""
+MOST_NODES = 50_000
+"""Keys, values, lists and mappings; what an alias stands for counts each time."""
+LONGEST_NUMBER = 64
+"""Characters of a number."""
+
+if yaml.__with_libyaml__:
+    from yaml._yaml import CParser
+
+    class _Parser(CParser):
+        """Gives events, fast."""
+else:
+    from yaml.parser import Parser
+    from yaml.reader import Reader
+    from yaml.scanner import Scanner
+
+    class _Parser(Reader, Scanner, Parser):  # type: ignore[no-redef]
+        """Gives events."""
+
+        def __init__(self, text: str) -> None:
+            Reader.__init__(self, text)
+            Scanner.__init__(self)
+            Parser.__init__(self)
+
+
+_Mark: TypeAlias = Any
+"""A place in a text, as either parser gives it."""
+
+
+def parse(text: str) -> tuple[yaml.Node | None, Any]:
+    """Give the nodes of a text, which know their lines, and what they stand for.
+
+    Raises `yaml.YAMLError` where it is no YAML, is larger or deeper than a document of ours can be, or holds
+    what cannot be read as what it says it is.
+    """
+    try:
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+            return node, None if node is None else loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except (ValueError, OverflowError) as error:
+        raise yaml.YAMLError(f"{type(error).__name__}: {error}") from error
+
+
+def problem_in_words(error: yaml.YAMLError) -> str:
+    """Say what is wrong, and on which line where that is known."""
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        return f"line {error.problem_mark.line + 1}: {str(error.problem)[:_LONGEST_PROBLEM]}"
+    lines = str(error)[:_LONGEST_PROBLEM].splitlines() or ["unreadable"]
+    return f"not YAML: {lines[0]}"
+
+
+_LONGEST_PROBLEM = 200
+
+
+def _refusal(problem: str, mark: _Mark) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """How much a node holds, with all that it leads to."""
+
+    nodes: int
+    levels: int
+
+
+class _Loader(Composer, SafeConstructor, Resolver, _Parser):
+    """Safe YAML that reads `1e-3` as a number, dates as text, and refuses a key given twice."""
+
+    def __init__(self, text: str) -> None:
+        _Parser.__init__(self, text)
+        Composer.__init__(self)
+        SafeConstructor.__init__(self)
+        Resolver.__init__(self)
+        self._nodes = 0
+        self._level = 0
+        self._extents: dict[int, _Extent] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Compose a node, within the bounds."""
+        event: Any = self.peek_event()
+        self._level += 1
+        self._count(1, 0, event.start_mark)
+        node = super().compose_node(parent, index)
+        if isinstance(event, yaml.AliasEvent):
+            if id(node) not in self._extents:
+                raise _refusal(f"{short(event.anchor)} refers to itself", event.start_mark)
+            extent = self._extents[id(node)]
+            self._count(extent.nodes, extent.levels, event.start_mark)
+        elif node is not None:
+            self._extents[id(node)] = self._extent(node)
+        self._level -= 1
+        return node
+
+    def _count(self, nodes: int, levels: int, mark: _Mark) -> None:
+        self._nodes += nodes
+        if self._level + levels > DEEPEST:
+            raise _refusal(f"is nested more than {DEEPEST} levels deep", mark)
+        if self._nodes > MOST_NODES:
+            raise _refusal(f"holds more than {MOST_NODES} keys and values", mark)
+
+    def _extent(self, node: yaml.Node) -> _Extent:
+        if isinstance(node, yaml.ScalarNode):
+            return _Extent(1, 0)
+        pairs = isinstance(node, yaml.MappingNode)
+        parts = [part for pair in node.value for part in pair] if pairs else node.value
+        extents = [self._extents[id(part)] for part in parts]
+        return _Extent(
+            1 + sum(each.nodes for each in extents), 1 + max((each.levels for each in extents), default=0)
+        )
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:  # noqa: ANN401
+        """Make what a node stands for; what cannot be read as what it says it is is a mistake in the text."""
+        kind = str(node.tag).rpartition(":")[2]
+        if kind in ("int", "float") and len(node.value) > LONGEST_NUMBER:
+            raise _refusal(
+                f"a number of {len(node.value)} characters; {LONGEST_NUMBER} at most", node.start_mark
+            )
+        try:
+            return super().construct_object(node, deep)
+        except (ValueError, KeyError, IndexError, AttributeError, TypeError, OverflowError) as error:
+            raise _refusal(f"{short(node.value)} cannot be read as {kind[:20]}", node.start_mark) from error
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Make a mapping, whose keys are plain and stand in it once."""
+        seen: set[Any] = set()
+        for key_node, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise _refusal("a key needs to be a word", key_node.start_mark)
+            if key_node.value in seen:
+                raise _refusal(f"key {short(key_node.value)} is given twice", key_node.start_mark)
+            seen.add(key_node.value)
+        return super().construct_mapping(node, deep)
+
+
+# YAML 1.1, which PyYAML follows, asks for a dot and a sign: it would take `1e-3` and `1.7e9` for text.
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?[0-9][0-9_]*\.?[0-9_]*[eE][-+]?[0-9]+$"),
+    list("-+0123456789"),
+)
+# A serial number or a name that looks like a date stays the text it is.
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, form) for tag, form in resolvers if not tag.endswith(":timestamp")]
+    for first, resolvers in _Loader.yaml_implicit_resolvers.items()
+}

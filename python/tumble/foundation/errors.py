@@ -1,0 +1,51 @@
+"""Errors a user can correct. Anything else that is raised is a bug of ours."""
+
+from __future__ import annotations
+
+from tumble.foundation.words import plain
+
+
+class TumbleError(Exception):
+    """What is wrong, where, why, and what to do, in one line.
+
+    `why` is the line without what it is about. The command line prints the line and exits with code 2; a bug
+    keeps its traceback and exits 1.
+    """
+
+    def __init__(self, why: str, about: str = "") -> None:
+        why = _printable(why)
+        super().__init__(f"{_printable(about)}: {why}" if about else why)
+        self.why = why
+
+
+def _printable(text: str) -> str:
+    """Escape control characters but for ends of lines, so that no terminal obeys text from outside."""
+    return "\n".join(plain(line) for line in text.split("\n"))
+
+
+class CommandError(TumbleError):
+    """What was typed lacks an argument, or holds an option or a value that the command does not know."""
+
+
+class LogError(TumbleError):
+    """A log cannot be read, or holds what no IMU says."""
+
+
+class TableError(TumbleError):
+    """A rate table refuses, is silent, or was told to go beyond its limits."""
+
+
+class ArrayError(TumbleError):
+    """What was given as numbers is none, or has a shape that means nothing."""
+
+
+class CalibrationFileError(TumbleError):
+    """A calibration, pose list or limits file does not hold what its schema asks for."""
+
+
+class ProcedureError(TumbleError):
+    """The recordings do not show what the procedure needs."""
+
+
+class OutputError(TumbleError):
+    """A result cannot be written; what was there before is untouched."""

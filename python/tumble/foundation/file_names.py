@@ -1,0 +1,48 @@
+"""Names of the files that results are written to: no procedure writes over what another one wrote.
+
+The turntable names the files of a target after it: `drive.yaml`. Others put their own name behind that of the
+unit: `drive.spin.yaml`. No target is given a name that is taken below, or that ends like that.
+"""
+
+from __future__ import annotations
+
+import re
+
+from tumble.foundation.procedures import PROCEDURES
+
+TURNTABLE_PAGE = "turntable.html"
+SUMMARY = "summary.csv"
+ATTEMPTS = "batch.jsonl"
+EARLIER = "earlier"
+"""Folder of what earlier attempts left and the last one did not replace."""
+REDUNDANCY_PAGE = "redundancy.html"
+EVENTS = "events.jsonl"
+STORE = "store"
+SESSION_FILE = "session.yaml"
+"""What makes a folder a recorded session."""
+WITNESS_FILE = "witness.csv"
+"""What witnesses said while a session was recorded."""
+ALIGN_PAGE = "align.html"
+ALIGN_SETTINGS = "align.yaml"
+COMPARE_PAGE = "compare.html"
+
+_OF_UNITS = tuple(ending for procedure in PROCEDURES for ending in procedure.endings)
+
+TAKEN = frozenset((*_OF_UNITS, "turntable", "summary", "events", "align", "batch", "compare"))
+"""Names of files, without their endings, that no target may bear."""
+
+
+def file_stem(name: str) -> str:
+    """Make of a unit's name one that a file can bear; the ending of a procedure becomes part of the name."""
+    stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
+    return re.sub(rf"\.(?=({'|'.join(_OF_UNITS)})$)", "_", stem)
+
+
+def unit_stem(name: str, ending: str) -> str:
+    """Name the files of a unit, without extension: `drive.spin`, but `spin` for a log of that name.
+
+    `ending` is one of a procedure's.
+    """
+    assert ending in _OF_UNITS, ending
+    stem = file_stem(name)
+    return stem if stem == ending else f"{stem}.{ending}"

@@ -1,0 +1,414 @@
+"""The one place where files are written: whole or not at all, and never over something else.
+
+A file replaces a regular file of its own kind only, and never one that the running command reads. Devices,
+pipes and folders are refused; a symbolic link is followed, and what it leads to is replaced. There is no `-`
+for standard output: a result that was cut short must not look like a whole one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+import stat
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache, wraps
+from itertools import chain, count
+from pathlib import Path
+from typing import BinaryIO, TypeAlias, TypeVar
+
+from tumble.foundation.errors import OutputError
+from tumble.foundation.folder_lock import FolderLock
+from tumble.foundation.words import utf8
+
+FileIdentity: TypeAlias = tuple[int, int]
+"""Device and inode: the same for all names of one file."""
+
+"""Endings of logs, in lower case."""
+_LONGEST_NAME = 255
+"""Characters of the name of a file or folder, on the file systems in use."""
+_SHOWN = 60
+"""Characters shown of a name that is longer."""
+_HEAD_BYTES = 16_384
+"""How much of a file is looked at to tell its kind."""
+_MOST_NAMED = 20
+"""Files of one folder that a remark names one by one."""
+_MOST_KEPT = 16
+"""Files of which is kept what was read."""
+
+Found = TypeVar("Found")
+"""What is read in a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class FileKind:
+    """What a file holds, as far as its beginning tells."""
+
+    name: str
+    """`an HTML page`: for messages."""
+    start: re.Pattern[bytes]
+    """Is found in the first bytes of every file of this kind."""
+
+    def begins(self, path: Path) -> bool:
+        """Whether the file is of this kind; an empty one is of any, a device or a pipe of none."""
+        if is_special(path):
+            return False
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+        return not head or self.start.search(head) is not None
+
+
+PAGE = FileKind("an HTML page", re.compile(rb"\A\s*<!doctype html", re.IGNORECASE))
+
+
+@dataclass(slots=True)
+class FilesOfCommand:
+    """What the running command reads and what it has replaced."""
+
+    inputs: dict[FileIdentity, Path] = field(default_factory=dict)
+    replaced: list[Path] = field(default_factory=list)
+    made: list[Path] = field(default_factory=list)
+    """Folders, one in another the inner first."""
+    locks: dict[FileIdentity, FolderLock] = field(default_factory=dict)
+    """Of the folders that the command writes into."""
+
+    def hold(self, folder: Path) -> None:
+        """Hold a folder to its end; raises `OutputError` where another run writes into it."""
+        identity = _identity(folder)
+        if identity not in self.locks:
+            self.locks[identity] = FolderLock(folder)
+
+    def release(self) -> None:
+        """Let others write."""
+        while self.locks:
+            self.locks.popitem()[1].release()
+
+    def remarks(self) -> Iterator[str]:
+        """Name every file that was replaced, a line for each folder."""
+        for folder in dict.fromkeys(path.parent for path in self.replaced):
+            names = [path.name for path in self.replaced if path.parent == folder]
+            more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+            yield f"replaced in {folder}: {', '.join(names[:_MOST_NAMED])}{more}"
+
+
+_running: FilesOfCommand | None = None
+
+
+@contextmanager
+def files_of_command() -> Iterator[FilesOfCommand]:
+    """Keep account, while the block runs, of what is read, which is then protected, and what is replaced.
+
+    Folders that it writes into are its own until then; where it ends with an error none is left empty that it
+    made.
+    """
+    global _running
+    outer, files = _running, FilesOfCommand()
+    _running = files
+    try:
+        yield files
+    except BaseException:
+        files.release()
+        remove_empty(files.made)
+        raise
+    finally:
+        _running = outer
+        files.release()
+
+
+def name_too_long(path: Path) -> str | None:
+    """Say so where no file system has names as long as one in this path."""
+    if all(len(part) <= _LONGEST_NAME for part in path.parts):
+        return None
+    return f"{str(path)[:_SHOWN]}...: no file has so long a name; check the path"
+
+
+def is_special(path: Path) -> bool:
+    """Tell a device, a pipe or a socket, from which reading may never end."""
+    return path.exists() and not (path.is_file() or path.is_dir())
+
+
+def note_input(path: Path) -> None:
+    """Protect a file that the running command reads; to be called wherever a file of the user is opened."""
+    if _running is not None and path.is_file():
+        _running.inputs.setdefault(_identity(path), path)
+
+
+def once_per_file(read: Callable[[Path], Found]) -> Callable[[Path], Found]:
+    """Have a function read a file once as long as it does not change, by its size and when it was written."""
+
+    @lru_cache(_MOST_KEPT)
+    def kept(path: Path, _size: int, _changed: int) -> Found:
+        return read(path)
+
+    @wraps(read)
+    def reading(path: Path) -> Found:
+        status = path.stat()
+        return kept(path, status.st_size, status.st_mtime_ns)
+
+    return reading
+
+
+@contextmanager
+def replacing(
+    path: Path | str,
+    kind: FileKind,
+    *,
+    inputs: Iterable[Path] = (),
+    renews: bool = False,
+    durable: bool = False,
+) -> Iterator[BinaryIO]:
+    """Open a new file, which takes the place of `path` once the block ends without an error.
+
+    `inputs` are not to be replaced, besides those of the running command. What `renews` was read before and
+    lives on in what is written: that is neither an input to be protected nor worth a remark. What is
+    `durable` outlives a loss of power once the block has ended.
+
+    Raises `OutputError` where the place cannot be written to, or holds anything but a regular file of this
+    kind. After any error `path` is as it was.
+    """
+    path = Path(path)
+    try:
+        place = check_output(path, kind, inputs=inputs, renews=renews)
+        stood_there = place.exists()
+        temporary = place.with_name(f".{secrets.token_hex(8)}.tmp")
+        try:
+            with temporary.open("xb") as file:
+                yield file
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
+            temporary.replace(place)
+            if durable:
+                _sync_folder(place.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(_cannot_write(path, error)) from error
+    if stood_there and not renews and _running is not None and path not in _running.replaced:
+        _running.replaced.append(path)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk; Windows, which opens no folders, has them there by itself."""
+    if os.name == "nt":
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
+
+
+def check_output(
+    path: Path | str, kind: FileKind, *, inputs: Iterable[Path] = (), renews: bool = False
+) -> Path:
+    """Give the place that `replacing` would write to, or raise its errors before any long work is done."""
+    path = Path(path)
+    if str(path) == "-":
+        raise OutputError("-: results are written to files, not to standard output; give a file name")
+    try:
+        place = path.resolve()
+        if place.is_dir():
+            raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
+        if place.parent.is_file():
+            raise OutputError(f"{path}: {path.parent} is a file, no folder to write in; give another folder")
+        if not place.parent.is_dir():
+            raise OutputError(f"{path}: folder {place.parent} does not exist; create it first")
+        if path.exists():
+            _check_replaceable(path, kind, inputs, renews)
+    except (OSError, RuntimeError) as error:  # RuntimeError: links that lead around, before Python 3.13
+        raise OutputError(_cannot_write(path, error)) from error
+    return place
+
+
+def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = False) -> None:
+    """Write text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
+    with replacing(path, kind, renews=renews) as file:
+        file.write(utf8(text))
+
+
+def append_line(path: Path, line: str) -> int:
+    """Append a line and give the byte at which it begins; one that was cut short before it ends there.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    try:
+        with path.open("ab+") as file:
+            place = file.tell()
+            if place:
+                file.seek(place - 1)
+                place += file.read(1) != b"\n"
+            file.write(b"\n" * (place - file.seek(0, 2)) + utf8(line) + b"\n")
+    except OSError as error:
+        raise OutputError(_cannot_write(path, error)) from error
+    return place
+
+
+def keep_stream(stream: BinaryIO, path: Path) -> None:
+    """Copy what is piped in to a new file; raises `OutputError` where that cannot be done."""
+    try:
+        with path.open("xb") as file:
+            shutil.copyfileobj(stream, file)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be kept while it is read: {error.strerror}; name a folder with room by TMPDIR"
+        ) from error
+
+
+def move_into(path: Path, folder: Path, name: str) -> Path:
+    """Move a file to a folder beside it under a name, or under `-2`, `-3` ... of it; give its place.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    stem, ending = Path(name).stem, Path(name).suffix
+    try:
+        folder.mkdir(exist_ok=True)
+        free = (folder / f"{stem}{again}{ending}" for again in chain([""], (f"-{n}" for n in count(2))))
+        return path.rename(next(place for place in free if not place.exists()))
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be moved to {folder}: {error.strerror}") from error
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file to the first free of `.rejected`, `.rejected-2` ...: nothing is lost.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    number, aside = 1, path.with_name(f"{path.name}.rejected")
+    while aside.exists():
+        number += 1
+        aside = path.with_name(f"{path.name}.rejected-{number}")
+    try:
+        return path.rename(aside)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
+
+
+def remove_made(*paths: Path) -> None:
+    """Remove files and folders that we made and that others of ours replace; one that is gone is no matter.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    for path in paths:
+        try:
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be removed: {error.strerror}; remove it by hand") from error
+
+
+def link(path: Path, target: str) -> None:
+    """Make a symbolic link, in place of one that is there.
+
+    Raises `OutputError` where it cannot be made, and where anything but a link stands there.
+    """
+    _made(path.parent)
+    try:
+        if path.is_symlink():
+            path.unlink()
+        path.symlink_to(target)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be linked: {error.strerror or error}; give another folder"
+        ) from error
+
+
+def remove_link(path: Path) -> None:
+    """Take away a symbolic link, if it is still there."""
+    if path.is_symlink():
+        path.unlink()
+
+
+def set_attribute(path: Path, value: str) -> None:
+    """Set an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
+    path.write_text(value)
+
+
+def prepare_folder(folder: Path | str) -> Path:
+    """Make `folder` where it is missing and prove, before any long work, that files can be written in it.
+
+    It is then the running command's to write into. Raises `OutputError` where it cannot be made or written
+    to, or another command writes into it.
+    """
+    folder = _made(Path(folder))
+    if _running is not None:
+        _running.hold(folder)
+    return folder
+
+
+def hold_folder(folder: Path) -> Callable[[], None]:
+    """Hold a folder until what is given is called; a running command holds it to its own end.
+
+    Raises `OutputError` where another run writes into it.
+    """
+    if _running is None:
+        return FolderLock(folder).release
+    _running.hold(folder)
+    return lambda: None
+
+
+def _made(folder: Path) -> Path:
+    """Make a folder where it is missing, or raise `OutputError`."""
+    if _running is not None:
+        _running.made[:0] = missing_folders(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".{secrets.token_hex(8)}.tmp"
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: cannot write in this output folder: {error.strerror}; choose another one"
+        ) from error
+    return folder
+
+
+def missing_folders(folder: Path) -> list[Path]:
+    """List the folders that are to be made for `folder` to be there, itself first."""
+    return [each for each in (folder, *folder.parents) if not each.exists()]
+
+
+def remove_empty(folders: Iterable[Path]) -> None:
+    """Remove folders that we made, one in another, as far as there is nothing in them."""
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            continue
+
+
+@contextmanager
+def no_empty_folder(folder: Path) -> Iterator[None]:
+    """Leave no empty folder behind where the block ends with an error that found none there."""
+    missing = missing_folders(folder)
+    try:
+        yield
+    except BaseException:
+        remove_empty(missing)
+        raise
+
+
+def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
+    read = {} if renews or _running is None else _running.inputs
+    read = read | {_identity(each): each for each in inputs if each.is_file()}
+    if (source := read.get(_identity(path))) is not None:
+        raise OutputError(f"{path}: is what is read ({source}); give another name, so that it is kept")
+    if not kind.begins(path):
+        raise OutputError(f"{path}: is not {kind.name}, and is kept; give another name, or remove it first")
+
+
+def _identity(path: Path) -> FileIdentity:
+    status = path.stat()
+    return status.st_dev, status.st_ino
+
+
+def _cannot_write(path: Path, error: OSError | RuntimeError) -> str:
+    reason = getattr(error, "strerror", None) or error
+    return f"{path}: cannot be written: {reason}; what was there before is untouched"

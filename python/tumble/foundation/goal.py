@@ -1,0 +1,140 @@
+"""How certain a calibration is to be: `bias 0.001, scale 0.02 %`, in the units of the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.numbers import number_of
+from tumble.foundation.results import GROUPS, TriadName, TriadResult
+from tumble.foundation.units import TRIADS, UNITS
+
+FORM = f"[accelerometer|gyroscope] {'|'.join(GROUPS)} SIGMA [UNIT], commas between"
+BY_TIME_AT_REST = "bias"
+"""What of a gyroscope is found at rest; all else of it in turns. An accelerometer's is all found at rest."""
+
+
+class Calibrated(Protocol):
+    """One unit and what was found of it."""
+
+    @property
+    def name(self) -> str:
+        """Of the unit."""
+
+    @property
+    def accelerometer(self) -> TriadResult | None:
+        """None where it was not calibrated."""
+
+    @property
+    def gyroscope(self) -> TriadResult | None:
+        """None where it was not calibrated."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalTerm:
+    """The largest sigma that a group of parameters of a triad may have."""
+
+    triad: TriadName
+    group: str
+    sigma: float
+    """1-sigma: m/s^2 or rad/s for bias, a ratio for scale, deg for angles."""
+
+    @property
+    def name(self) -> str:
+        """As it is typed, without the number."""
+        return f"{self.triad} {self.group}"
+
+    @property
+    def needs_turns(self) -> bool:
+        """Whether more turns, rather than more time at rest, make it better."""
+        return self.triad == "gyroscope" and self.group != BY_TIME_AT_REST
+
+
+@dataclass(frozen=True, slots=True)
+class GoalProgress:
+    """How far one term is, of the unit that is furthest from it."""
+
+    term: GoalTerm
+    unit: str
+    """Of the number: `m/s^2`, `rad/s`, `1`, `deg`."""
+    sigma: float
+    """Infinite while the data do not show it."""
+    target: str
+
+    @property
+    def ratio(self) -> float:
+        """Sigma over what it is to be."""
+        return self.sigma / self.term.sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Terms that all units have to meet."""
+
+    terms: tuple[GoalTerm, ...]
+    text: str
+    """As it was typed."""
+
+    @classmethod
+    def parse(cls, text: str) -> Goal:
+        """Read what is typed; a term without a triad is the accelerometer's.
+
+        Raises `ProcedureError` where it is none.
+
+        >>> [(term.name, term.sigma) for term in Goal.parse("bias 0.001, gyroscope scale 0.02 %").terms]
+        [('accelerometer bias', 0.001), ('gyroscope scale', 0.0002)]
+        """
+        terms = tuple(_term(text, part.split()) for part in text.split(","))
+        names = [term.name for term in terms]
+        for name in names:
+            if names.count(name) > 1:
+                raise ProcedureError(f"--until {text}: gives {name} twice; keep one")
+        return cls(terms, text)
+
+    def progress(self, units: Iterable[Calibrated]) -> tuple[GoalProgress, ...]:
+        """Say how far each term is; of the worst of the units, which were calibrated."""
+        calibrated = list(units)
+        return tuple(_worst(term, calibrated) for term in self.terms)
+
+
+def _term(text: str, words: list[str]) -> GoalTerm:
+    named = [*(["accelerometer"] if words and words[0] not in TRIADS else []), *words]
+    if len(named) in (3, 4) and named[1] in GROUPS:
+        triad: TriadName = "gyroscope" if named[0] == "gyroscope" else "accelerometer"
+        sigma, factor = number_of(named[2]), _factors(triad, named[1]).get("".join(named[3:]))
+        if sigma is not None and factor is not None and 0.0 < sigma < math.inf:
+            return GoalTerm(triad, named[1], sigma * factor)
+    raise ProcedureError(f"--until {text}: expected {FORM}, such as 'bias 0.001, scale 0.02 %'")
+
+
+def _factors(triad: TriadName, group: str) -> Mapping[str, float]:
+    """Give by what a sigma is multiplied for each unit that may stand behind it."""
+    match group:
+        case "bias":
+            return {"": 1.0, UNITS[triad]: 1.0}
+        case "scale":
+            return {"": 1.0, "%": 0.01}
+    return {"": 1.0, "deg": 1.0}
+
+
+def _worst(term: GoalTerm, units: Iterable[Calibrated]) -> GoalProgress:
+    found = [GoalProgress(term, *_sigma(term, unit), unit.name) for unit in units]
+    nothing = GoalProgress(term, "", math.inf, "")
+    return max(found, key=lambda each: each.sigma, default=nothing)
+
+
+def _sigma(term: GoalTerm, unit: Calibrated) -> tuple[str, float]:
+    triad = unit.accelerometer if term.triad == "accelerometer" else unit.gyroscope
+    parameters = list(_parameters(term, triad))
+    if not parameters:
+        return "", math.inf
+    return parameters[0][0], max(sigma for _, sigma in parameters)
+
+
+def _parameters(term: GoalTerm, triad: TriadResult | None) -> Iterator[tuple[str, float]]:
+    for each in triad.parameters if triad else ():
+        if each.name.rpartition(" ")[0] == term.group:
+            yield each.unit, each.sigma if each.observable else math.inf

@@ -1,0 +1,246 @@
+"""A recording of one inertial measurement unit, read in chunks so that its length does not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias, cast
+
+from numpy.typing import ArrayLike
+
+from tumble.foundation import arrays
+from tumble.foundation.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
+from tumble.foundation.errors import ArrayError, LogError
+from tumble.foundation.units import TRIADS, Channel, Triad, channels_of
+from tumble.foundation.words import plain
+
+FEW_SAMPLES = 10
+"""Samples that are looked at sooner one by one than by numpy."""
+
+SampleProgress: TypeAlias = Callable[[int, int | None], None]
+"""Told samples done, and samples expected where they are known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Successive samples of one IMU, in SI units and the case frame of the IMU.
+
+    Raises `ArrayError` for what is no such array; what can be made one is.
+    """
+
+    time: FloatArray
+    """(n,) seconds of the recording's own clock."""
+    accelerometer: FloatArray
+    """(n, 3) specific force, m/s^2: at rest and upright it reads +g up."""
+    gyroscope: FloatArray
+    """(n, 3) angular rate, rad/s."""
+    temperature: FloatArray | None = None
+    """(n,) degC, where the log has it."""
+    received: FloatArray | None = field(default=None, kw_only=True)
+    """(n,) s by the clock of the recorder at which each came, where the log has that besides `time`."""
+
+    def __post_init__(self) -> None:
+        if arrays.are_samples(self.time, self.accelerometer, self.gyroscope, self.temperature):
+            return
+        object.__setattr__(self, "time", arrays.times(self.time))
+        object.__setattr__(self, "accelerometer", arrays.triad(self.accelerometer, "accelerometer"))
+        object.__setattr__(self, "gyroscope", arrays.triad(self.gyroscope, "gyroscope"))
+        if self.temperature is not None:
+            object.__setattr__(self, "temperature", arrays.column(self.temperature, "temperature"))
+        arrays.refuse_other_lengths(
+            [(name, getattr(self, name)) for name in ("time", "accelerometer", "gyroscope", "temperature")]
+        )
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+ASSUMED = "assumed"
+"""Why a unit was taken where nothing told it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResolvedUnit:
+    """The unit a quantity was found in, and why it was taken to be that one."""
+
+    name: str
+    """As written in the field: `m/s^2`, `g`, `rad/s`, `deg/s`, `counts`, `s`, `ms`, `us`, `ns`, `degC`."""
+    scale: float
+    """SI value of one unit."""
+    reason: str
+    """`column name`, `option`, `norm at rest`, `message definition`, `ASSUMED` ..."""
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether nothing told it."""
+        return self.reason == ASSUMED
+
+
+@dataclass(frozen=True, slots=True)
+class Metadata:
+    """What is known of a recording besides its samples."""
+
+    name: str
+    """Short name for tables and file names: `target_1`, `exp_3-imu2`."""
+    source: str
+    """What the user typed: path, and IMU where the file holds several."""
+    format: str
+    """Name of a row of `log_formats.LOG_FORMATS`, or `folder`, `arrays`, `table`, `single axes`."""
+    accelerometer_unit: ResolvedUnit
+    gyroscope_unit: ResolvedUnit
+    time_unit: ResolvedUnit
+    frame: str = "case"
+    """Frame the log declares (`frame_id`), else `case`."""
+    axes: str = ""
+    """Directions of the axes as the format defines them, in words; empty where it does not."""
+    body: str = ""
+    """Directions of the case axes in a vehicle, such as FRD, where the format defines them; else empty."""
+    clock: str = ""
+    """Name of the time base: recordings with the same non-empty clock share it for certain."""
+    rate: float | None = None
+    """Declared sample rate in Hz where the log or the user states one."""
+    already_corrected: bool | None = None
+    """True where the source is known to apply a calibration before logging, None where nobody knows."""
+    serial: str = ""
+    """Serial number of the unit where the log or the user states one."""
+    triads: tuple[Triad, ...] = TRIADS
+    """Those that were recorded; the samples of the other are NaN."""
+    missing: tuple[Channel, ...] = ()
+    """Channels of these triads that the unit lacks; their samples are NaN."""
+    alone: bool = True
+    """True where no other IMU was logged with this one."""
+    pace_sigma: float = 0.0
+    """1-sigma of the pace of `time`, relative, where times were fitted; zero for stamps taken as they are."""
+    remarks: tuple[str, ...] = ()
+    """What the reader did that a user should know: signs turned, rows skipped."""
+
+    def __post_init__(self) -> None:
+        """Escape control characters in the names of a log, which reach terminals and file names."""
+        for name in ("name", "source", "frame", "serial", "axes"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Channels that were recorded."""
+        recorded = (channel for triad in self.triads for channel in channels_of(triad))
+        return tuple(channel for channel in recorded if channel not in self.missing)
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether the samples come from no file, so that `source` names none."""
+        return self.format in ("arrays", "table")
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A source of chunks, with metadata. It can be read more than once."""
+
+    metadata: Metadata
+    open: Callable[[], Iterator[Chunk]] = field(repr=False)
+    """Starts a fresh pass over the samples."""
+    parts: tuple[Recording, ...] = ()
+    """One recording a pose, where the recording is a folder of such files."""
+
+    @property
+    def name(self) -> str:
+        """Short name for tables and file names."""
+        return self.metadata.name
+
+    def need_both_triads(self, purpose: str) -> None:
+        """Raise `LogError`, in one line, where only one triad was recorded and `purpose` needs both."""
+        if len(self.metadata.triads) < len(TRIADS):
+            raise LogError(
+                f"{self.metadata.source}: holds {self.metadata.triads[0]} readings only; {purpose} needs "
+                "accelerometer and gyroscope of one unit"
+            )
+
+    def chunks(self) -> Iterator[Chunk]:
+        """Pass over all samples, chunk by chunk."""
+        return self.open()
+
+    @classmethod
+    def from_arrays(
+        cls,
+        name: str,
+        time: ArrayLike,
+        accelerometer: ArrayLike | None,
+        gyroscope: ArrayLike | None,
+        temperature: ArrayLike | None = None,
+        *,
+        serial: str = "",
+        clock: str = "",
+    ) -> Recording:
+        """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
+
+        Lists, any kind of float, and columns of tables will do; dates become s since 1970. None is for a
+        triad that was not recorded.
+
+        Raises `ArrayError` where they have other shapes, or hold no numbers.
+        """
+        given = {"accelerometer": accelerometer, "gyroscope": gyroscope}
+        triads = tuple(triad for triad in TRIADS if given[triad] is not None)
+        if not triads:
+            raise ArrayError(
+                "holds neither accelerometer nor gyroscope readings; give one of them", about=name
+            )
+        try:
+            stamps = arrays.times(time)
+            chunk = Chunk(
+                stamps,
+                arrays.triad_or_unknown(accelerometer, "accelerometer", len(stamps)),
+                arrays.triad_or_unknown(gyroscope, "gyroscope", len(stamps)),
+                None if temperature is None else arrays.column(temperature, "temperature"),
+            )
+        except ArrayError as error:
+            raise ArrayError(error.why, about=name) from None
+        metadata = Metadata(
+            name=name,
+            source=name,
+            format="arrays",
+            accelerometer_unit=ResolvedUnit("m/s^2", 1.0, "arrays are SI"),
+            gyroscope_unit=ResolvedUnit("rad/s", 1.0, "arrays are SI"),
+            time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
+            serial=serial,
+            clock=clock,
+            triads=triads,
+        )
+        return cls(metadata, lambda: iter((chunk,)))
+
+
+class Table(Protocol):
+    """Named columns in memory: a data frame of pandas or polars, a table of pyarrow, a mapping of arrays."""
+
+    def __getitem__(self, name: Any, /) -> Any:  # noqa: ANN401 - such libraries type it in ways of their own
+        """Give the column of that name."""
+
+
+RecordingSource: TypeAlias = Recording | str | Path | Table
+"""A recording, or what names one, LOG or LOG:NAME for one IMU of several, or a table in memory."""
+
+
+def named_columns(source: object) -> dict[Any, str] | None:
+    """Give the names of a table's columns, as text, by what picks each; None for what is no table."""
+    if isinstance(source, str | Path | Recording):
+        return None
+    if isinstance(source, Mapping):
+        found = list(source)
+    else:
+        # pyarrow names columns in one attribute and holds them in the other.
+        names = getattr(source, "column_names", None)
+        names = getattr(source, "columns", None) if names is None else names
+        names = getattr(getattr(source, "dtype", None), "names", None) if names is None else names
+        if names is None:
+            return None
+        found = list(names)
+    return {
+        name: "_".join(filter(None, map(str, name))) if isinstance(name, tuple) else str(name)
+        for name in found
+    }
+
+
+def sources_of(given: RecordingSource | Sequence[RecordingSource]) -> list[RecordingSource]:
+    """List what may be one source or several."""
+    one = isinstance(given, str | Path | Recording) or named_columns(given) is not None
+    return [cast("RecordingSource", given)] if one else list(cast("Sequence[RecordingSource]", given))

@@ -1,0 +1,286 @@
+"""What several procedures find, as plain data: what reports show and calibration files keep."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeAlias, TypeVar
+
+from tumble import _core
+from tumble.foundation.frames import frame_of
+from tumble.foundation.log_time import LogTime
+from tumble.foundation.provenance import LogFacts, Provenance, provenance_now
+from tumble.foundation.recording import FloatArray
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+TriadName = Literal["accelerometer", "gyroscope"]
+
+Precision = Literal["f64", "f32"]
+"""Floats to compute with: f32 as on a device."""
+
+Verdict = Literal[
+    "pass",
+    "fail",
+    "calibrated",
+    "model not met",
+    "partly calibrated",
+    "not calibrated",
+    "aligned",
+    "partly aligned",
+    "measured",
+    "partly measured",
+    "same",
+    "differ",
+    "cannot be told",
+]
+"""What a procedure says of a unit, or of a set of them, in a word."""
+
+Figures: TypeAlias = Mapping[str, float]
+"""Figures of what the core objects to: SI units, times in s of the clock of the samples."""
+
+INTERVAL = 1.959963984540054
+"""Sigmas to either end of a 95 % interval."""
+
+LARGEST_WIDENING = 10.0
+"""Factor on sigmas beyond which the model is not met: noise is then less than a hundredth of what the
+residuals hold, and nothing shows that the rest is as random (docs/theory/turntable.md, section 7)."""
+
+GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
+"""Of the parameters of a triad, before the axis in their names."""
+
+NOT_SHOWN = "the data do not show it"
+"""Why something is not observable, where nothing more can be said."""
+
+
+Row: TypeAlias = dict[str, object]
+"""One line of a result as a table: what was found, by the name of its column."""
+
+
+class Tabular:
+    """A result that can be had as a table."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def rows(self) -> Iterator[Row]:
+        """Give the result line by line, every line with the same columns."""
+
+    def to_frame(self) -> DataFrame:
+        """Give `rows()` as a data frame; raises `TumbleError` where pandas is not installed."""
+        return frame_of(self.rows())
+
+
+class Named(Protocol):
+    """What has a name of its own within a result."""
+
+    @property
+    def name(self) -> str:
+        """As in tables and messages."""
+
+
+Item = TypeVar("Item", bound=Named)
+
+
+class Collection(Generic[Item]):
+    """A result that holds one of a kind for each unit; they are found by name, or by position."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def _items(self) -> Sequence[Item]:
+        """All of them, in order."""
+
+    def __len__(self) -> int:
+        return len(self._items())
+
+    def __iter__(self) -> Iterator[Item]:
+        return iter(self._items())
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __contains__(self, wanted: object) -> bool:
+        return any(wanted in (item.name,) or wanted is item for item in self._items())
+
+    def __getitem__(self, wanted: str | int) -> Item:
+        """Find one; raises `KeyError` where none has that name, `IndexError` where there are not as many."""
+        items = self._items()
+        if isinstance(wanted, int):
+            return items[wanted]
+        for item in items:
+            if item.name == wanted:
+                return item
+        raise KeyError(f"{wanted}: is none of {', '.join(item.name for item in items)}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Addition:
+    """What any result says that adds to a calibration, or begins one."""
+
+    name: str
+    sources: tuple[str, ...]
+    serial: str
+    logs: tuple[LogFacts, ...] = ()
+    """Of each source."""
+    provenance: Provenance = field(default_factory=provenance_now, compare=False)
+    """When and by whom it was found."""
+    start_hash: str = ""
+    """sha256 of the calibration that it is added to; empty if there was none."""
+    start: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of that calibration; empty if there was none."""
+    options: dict[str, object] = field(default_factory=dict)
+    """Method options as the calibration file keeps them."""
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+
+    @property
+    def started(self) -> str:
+        """Date at which the first log began; empty where its stamps are no dates."""
+        return self.logs[0].time.date if self.logs else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One estimated number with its uncertainty, in the unit people read it in."""
+
+    name: str
+    """Field term with axis: `bias x`, `scale y`, `non-orthogonality xy`, `mounting z`."""
+    unit: str
+    """`m/s^2`, `rad/s`, `1`, `deg`."""
+    value: float
+    sigma: float
+    """1-sigma; infinite where the data do not show the parameter."""
+    low: float
+    high: float
+    """Ends of the 95 % interval."""
+    observable: bool = True
+    reason: str = ""
+    """Why it could not be observed."""
+    inherited: float | None = None
+    """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
+
+    def row(self) -> Row:
+        """Give it as columns of a table, its name as `parameter`."""
+        return {"parameter": self.name} | {
+            name: getattr(self, name)
+            for name in ("value", "sigma", "low", "high", "unit", "observable", "reason")
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class TriadResult:
+    """Calibration of three accelerometers or three gyroscopes: `y = M u + b`, `M = K L Q`."""
+
+    triad: TriadName
+    unit: str
+    """`m/s^2` or `rad/s`: unit of b and of the residuals."""
+    M: FloatArray
+    """(3, 3) sensor from case."""
+    b: FloatArray
+    """(3,) in `unit`."""
+    K: FloatArray
+    """(3, 3) diagonal scale."""
+    L: FloatArray
+    """(3, 3) lower triangular with unit rows: non-orthogonality."""
+    Q: FloatArray
+    """(3, 3) rotation, sensor_from_case: mounting."""
+    covariance: FloatArray
+    """(12, 12) of [M row by row, b]; NaN in rows and columns of what was not observable; without
+    `inherited`."""
+    parameters: tuple[Parameter, ...]
+    """bias, scale, non-orthogonality and mounting, three each."""
+    estimated: tuple[str, ...]
+    """Groups that the data showed: subset of `bias`, `matrix`, `g-sensitivity`."""
+    unobservable: tuple[str, ...]
+    """Directions of [M, b] the data did not show, in words; empty if all were seen."""
+    rank: int
+    chi_square: float
+    degrees_of_freedom: int
+    residuals: FloatArray
+    """(k, 3) measured minus modelled for each rest (accelerometer), rest and turn (gyroscope), in `unit`."""
+    residual_sigma: FloatArray
+    """(k, 3) 1-sigma of the measured means."""
+    residual_labels: tuple[str, ...]
+    """(k,) `rest 3: Y up`, `turn 3-4`."""
+    noise_density: FloatArray
+    """(3,) white noise N, unit / sqrt(Hz)."""
+    bias_instability: FloatArray
+    """(3,) flicker noise B, unit; zero where the record does not show any."""
+    g_sensitivity: FloatArray | None = None
+    """(3, 3) rad/s per m/s^2, gyroscope only, on request."""
+    g_sensitivity_sigma: FloatArray | None = None
+    inherited: FloatArray | None = None
+    """(12, 12) covariance of [M row by row, b] that all targets of a reference have in common; None where the
+    uncertainty of the reference is not stated."""
+    widening: float = 1.0
+    """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
+
+    @property
+    def model_met(self) -> bool:
+        """Whether noise, or something as random, explains what the fit leaves."""
+        return self.widening <= LARGEST_WIDENING
+
+    @property
+    def p_value(self) -> float:
+        """Chance of a larger chi-square, were the model and the noise right."""
+        return _core.chi_square_tail(self.chi_square, self.degrees_of_freedom)
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A stretch in which the unit stood still."""
+
+    start: float
+    end: float
+    """Seconds of the recording's own clock."""
+    samples: int
+    specific_force: FloatArray
+    """(3,) mean, m/s^2, as measured."""
+    angular_rate: FloatArray
+    """(3,) mean, rad/s, as measured."""
+    specific_force_sigma: FloatArray
+    """(3,) 1-sigma of the mean."""
+    angular_rate_sigma: FloatArray
+    pose: str = ""
+    """Name of the matched pose, empty if none."""
+    used: bool = True
+    remark: str = ""
+    """Why it was not used, or what is odd about it."""
+
+    def from_start(self, time: LogTime) -> Rest:
+        """Give the rest with times from the first sample of its recording."""
+        return replace(self, start=time.since(self.start), end=time.since(self.end))
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A recording at a glance: means over equal stretches, few enough to draw."""
+
+    time: FloatArray
+    """(n,) s."""
+    accelerometer: FloatArray
+    """(n, 3) m/s^2."""
+    gyroscope: FloatArray
+    """(n, 3) rad/s."""
+
+    def from_start(self, time: LogTime) -> Trace:
+        """Give the recording with times from its first sample."""
+        return replace(self, time=self.time - time.zero)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitCheck:
+    """One line of a limits file held against one target."""
+
+    parameter: str
+    """`accelerometer bias x`."""
+    value: float
+    limit: float
+    """Largest magnitude allowed."""
+    unit: str
+    passed: bool
+    remark: str = ""
+    """Why it could not be shown to be within its limit."""

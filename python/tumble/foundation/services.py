@@ -1,0 +1,105 @@
+"""Which procedures a recording can serve, and what it lacks for the others: what all of them judge by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import Rest
+from tumble.foundation.units import Triad
+
+_APART = np.deg2rad(20.0)
+SMALLEST_TURN = 0.1
+"""rad, beyond what the bias of a gyroscope feigns between two rests."""
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """Whether a recording can serve a procedure."""
+
+    procedure: str
+    """`turntable, as reference`, `turntable, as target`, or the name of another procedure."""
+    missing: tuple[str, ...]
+    """What the procedure needs and the recording does not show; empty if it can serve."""
+    remarks: tuple[str, ...] = ()
+    """What will remain unknown although it can serve."""
+
+    @property
+    def possible(self) -> bool:
+        """True if nothing is missing."""
+        return not self.missing
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a recording shows, for procedures to judge whether it can serve them."""
+
+    triads: Sequence[Triad]
+    """Those recorded."""
+    alone: bool
+    """Whether no other IMU was logged together with this one."""
+    rests: tuple[Rest, ...]
+    """Of a unit that lies."""
+    rests_by_hand: tuple[Rest, ...]
+    """Of a unit that is held."""
+    turn_angles: FloatArray
+    """(k, 3) rad, between rests."""
+    trace: tuple[FloatArray, FloatArray, FloatArray]
+    """Times, s, specific forces, m/s^2, and angular rates, rad/s."""
+    temperature: tuple[float, float] | None
+    """Lowest and highest, degC."""
+    faults: tuple[str, ...]
+    """What no procedure can do with."""
+
+    @cached_property
+    def directions(self) -> list[FloatArray]:
+        """Unit vectors of the specific force at rest, those within 20 deg of an earlier one left out."""
+        found: list[FloatArray] = []
+        for rest in self.rests:
+            length = float(np.linalg.norm(rest.specific_force))
+            if length == 0.0:
+                continue
+            direction = rest.specific_force / length
+            if all(float(np.arccos(np.clip(direction @ other, -1.0, 1.0))) > _APART for other in found):
+                found.append(direction)
+        return found
+
+    @cached_property
+    def turned(self) -> bool:
+        """Whether any turn between rests is more than the bias of the gyroscope could feign."""
+        spans = np.array([after.start - before.end for before, after in pairwise(self.rests)])
+        if len(spans) == 0 or len(spans) != len(self.turn_angles):
+            return False
+        bias = np.array([rest.angular_rate for rest in self.rests[:-1]])
+        beyond = np.linalg.norm(self.turn_angles - bias * spans[:, None], axis=1)
+        return bool((beyond > SMALLEST_TURN).any())
+
+    @property
+    def lacking_still(self) -> tuple[str, ...]:
+        """Say that no rest was found of a unit that lies."""
+        return () if self.rests else ("a rest of at least 1 s, untouched",)
+
+    def service(self, procedure: str, missing: Sequence[str] = (), remarks: Sequence[str] = ()) -> Service:
+        """Judge the recording: `missing` is what it lacks besides its faults."""
+        return Service(procedure, (*missing, *self.faults), tuple(remarks))
+
+
+def unknown(triad: Triad) -> str:
+    """Say that a triad cannot be calibrated."""
+    return f"the {triad} stays unknown, as none was recorded"
+
+
+def refused(procedure: str, missing: Triad) -> Service:
+    """Say that a procedure cannot do without a triad."""
+    return Service(procedure, (f"{missing} readings, none were recorded",))
+
+
+def lacking_triad(evidence: Evidence, procedure: str) -> Service | None:
+    """Refuse a recording for a procedure that needs both triads; None where both were recorded."""
+    needed: tuple[Triad, ...] = ("accelerometer", "gyroscope")
+    return next((refused(procedure, triad) for triad in needed if triad not in evidence.triads), None)

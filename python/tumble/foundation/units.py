@@ -1,0 +1,34 @@
+"""SI units of what the two triads of an IMU measure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, Literal, TypeAlias, get_args
+
+Triad: TypeAlias = Literal["accelerometer", "gyroscope"]
+
+UNITS: Final[Mapping[Triad, Literal["m/s^2", "rad/s"]]] = {
+    "accelerometer": "m/s^2",
+    "gyroscope": "rad/s",
+}
+"""Unit of a triad's readings and biases."""
+
+TRIADS: Final[tuple[Triad, ...]] = tuple(UNITS)
+"""Both triads of an IMU."""
+
+Channel: TypeAlias = Literal["ax", "ay", "az", "gx", "gy", "gz"]
+"""One axis of one triad."""
+
+CHANNELS: Final[tuple[Channel, ...]] = get_args(Channel)
+"""All channels of an IMU, the accelerometer's first."""
+
+
+def channels_of(triad: Triad) -> tuple[Channel, ...]:
+    """Return the three channels of a triad, x first."""
+    start = 3 * TRIADS.index(triad)
+    return CHANNELS[start : start + 3]
+
+
+def triad_of(channel: Channel) -> Triad:
+    """Return the triad that a channel is an axis of."""
+    return TRIADS[CHANNELS.index(channel) // 3]

@@ -1,0 +1,94 @@
+"""Words that messages, screens, files and pages share: counted nouns, lists, and names that are no text."""
+
+from __future__ import annotations
+
+import codecs
+import re
+from collections.abc import Sequence
+from typing import Final, Literal, TypeAlias
+
+ESCAPED = "tumble-escaped"
+"""Name, for `errors` of `str.encode`, of the way to write what an encoding cannot say: `rob\\xe9t`."""
+
+
+_OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+"""What a terminal obeys instead of showing it: control characters but tab and newline, and those that turn
+the direction of what follows (https://www.unicode.org/reports/tr9/, section 2)."""
+_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+"""Begin what spreadsheets compute, or lead up to it."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
+_LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
+"""Units in which lengths of time are told, s."""
+
+Listening: TypeAlias = Literal["listening"]
+LISTENING: Final[Listening] = "listening"
+"""First event of every live command with `--json`: all lines are open, and whoever sends may begin."""
+
+
+def count_of(thing: str, count: int) -> str:
+    """Print `1 target`, `5 targets`."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
+def join(names: Sequence[str]) -> str:
+    """Join to `a`, `a and b`, `a, b and c`."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+_LONGEST_QUOTED = 60
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+"""Characters that move the cursor, ring, or turn the direction of writing."""
+
+
+def plain(text: str) -> str:
+    """Write control characters of text from outside as escapes, so that no terminal obeys them."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def quoted(text: str) -> str:
+    """Quote text from outside: its beginning, without control characters."""
+    short = text if len(text) <= _LONGEST_QUOTED else f"{text[:_LONGEST_QUOTED]}..."
+    return f"'{plain(short)}'"
+
+
+def length_of_time(seconds: float) -> str:
+    """Print how long something takes: `40 s`, `7.5 min`, `3 h`, `2.5 days`."""
+    unit, scale = "s", 1.0
+    for name, size in _LENGTHS.items():
+        if seconds >= 2.0 * size:
+            unit, scale = name, size
+    shown = seconds / scale
+    return f"{shown:.2g} {unit}" if shown < 100.0 else f"{shown:.0f} {unit}"
+
+
+def printable(text: str) -> str:
+    """Escape what a terminal would obey, such as the escape sequences that a name from outside may hold."""
+    return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def defused(text: str) -> str:
+    """Give text of others for a cell of a CSV file, so that no spreadsheet takes it for a formula.
+
+    Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
+    """
+    mark = "'" if text.startswith(_OF_FORMULAS) and not _NUMBER.fullmatch(text) else ""
+    # A carriage return ends a row for some readers, quoted or not.
+    return mark + text.replace("\r", " ")
+
+
+def utf8(text: str) -> bytes:
+    """Encode text; bytes of names that are no UTF-8 are escaped, as a shell would show them."""
+    return text.encode("utf-8", ESCAPED)
+
+
+def _escape(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Escape a byte of a name, which Python keeps as a lone surrogate, by its value, others by number."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letter = error.object[error.start]
+    byte = ord(letter) - 0xDC00
+    shown = f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("ascii", "backslashreplace").decode()
+    return shown, error.start + 1
+
+
+codecs.register_error(ESCAPED, _escape)

@@ -1,0 +1,120 @@
+"""Files that MetaBase writes of MetaWear sensors: one a sensor, `..._Accelerometer_12.500Hz_1.4.4.csv`.
+
+Columns are `epoch (ms)` (older: `epoc (ms)`), a date, `elapsed (s)` since the first sample of the file, and
+`x-axis (g)` or `x-axis (deg/s)`. Source: github.com/mbientlab, MetaWear-MetaBase-iOS-macOS-App.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from tumble.foundation.errors import LogError
+from tumble.foundation.files import note_input
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import join
+from tumble.logs.columns import ImuColumns, listed
+from tumble.logs.csv import imu_of_table
+from tumble.logs.options import ReadOptions
+from tumble.logs.pair import TriadFile, imu_of_pair
+from tumble.logs.text import SoughtTable, TextLayout, find_layout
+from tumble.logs.track import COLUMN_NAME, LoggedImu, StatedUnit, choose
+
+_FILE = re.compile(r"(?P<start>.*_)(?P<sensor>Accelerometer|Gyroscope)(?P<end>_[\d.]+Hz_.*\.csv.*)")
+_SENSORS = ("Accelerometer", "Gyroscope")
+_G, _DEGREES, _MILLISECONDS = (StatedUnit(unit, COLUMN_NAME) for unit in ("g", "deg/s", "ms"))
+_UNITS: dict[str, Triad] = {"g": "accelerometer", "deg/s": "gyroscope"}
+_TIME = re.compile(r"epoch? \(ms\)")
+_AXIS = re.compile(r"[xyz]-axis \((?P<unit>g|deg/s)\)")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Say whether a file is of MetaBase, which its first bytes told, or a folder holds one pair."""
+    return path.is_file() or _pair_of(path) is not None
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the one IMU of a sensor, which needs no name."""
+    return ("",)
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Read the files of accelerometer and gyroscope side by side, or the one that is there.
+
+    Raises `LogError` where columns are missing or several files may belong to the one that is named.
+    """
+    choose(path, ("",), imu, "IMU")
+    pair = _pair_of(path)
+    return _alone(path, options) if pair is None else _both(path, pair, options)
+
+
+def _pair_of(path: Path) -> tuple[Path, Path] | None:
+    """Return the files of accelerometer and gyroscope; None where one of them is alone, or not named so."""
+    named = _FILE.fullmatch(path.name)
+    if not path.is_dir() and named is None:
+        return None
+    folder = path if path.is_dir() else path.parent
+    found: dict[str, list[Path]] = {sensor: [] for sensor in _SENSORS}
+    for file in sorted(folder.iterdir()):
+        match = _FILE.fullmatch(file.name)
+        if match and file.is_file() and (named is None or match["start"] == named["start"]):
+            found[match["sensor"]].append(file)
+    if named is not None and path.is_file():
+        # Of two files of one sensor, such as a copy, the one that was named counts.
+        found[named["sensor"]] = [path]
+    if any(len(files) != 1 for files in found.values()):
+        return None
+    (accelerometer,), (gyroscope,) = found.values()
+    return accelerometer, gyroscope
+
+
+def _both(path: Path, pair: tuple[Path, Path], options: ReadOptions) -> LoggedImu:
+    accelerometer, gyroscope = (
+        _triad(file, triad, options) for file, triad in zip(pair, TRIADS, strict=True)
+    )
+    found = imu_of_pair(path, "metawear", accelerometer, gyroscope, options)
+    return replace(found, accelerometer_unit=_G, gyroscope_unit=_DEGREES, time_unit=_MILLISECONDS)
+
+
+def _triad(file: Path, triad: Triad, options: ReadOptions) -> TriadFile:
+    note_input(file)
+    layout = _layout(file, options)
+    time, axes, found = _columns(file, layout)
+    if found != triad:
+        raise LogError(f"{file}: its name says {triad}, its columns {found}; export it again")
+    return TriadFile(file, layout, (time, *axes))
+
+
+def _alone(path: Path, options: ReadOptions) -> LoggedImu:
+    layout = _layout(path, options)
+    time, axes, triad = _columns(path, layout)
+    columns = ImuColumns(
+        axes if triad == "accelerometer" else None,
+        axes if triad == "gyroscope" else None,
+        time,
+        accelerometer_unit=_G,
+        gyroscope_unit=_DEGREES,
+        time_unit=_MILLISECONDS,
+    )
+    return replace(imu_of_table(path, layout, columns, options), format="metawear")
+
+
+def _layout(file: Path, options: ReadOptions) -> TextLayout:
+    sought = SoughtTable(
+        "log of MetaWear", "epoch (ms), x-axis (g)", lambda name: bool(_AXIS.fullmatch(name))
+    )
+    return find_layout(file, options, sought)
+
+
+def _columns(file: Path, layout: TextLayout) -> tuple[str, tuple[str, str, str], Triad]:
+    time = next((name for name in layout.names if _TIME.fullmatch(name)), None)
+    unit = next((match["unit"] for name in layout.names if (match := _AXIS.fullmatch(name))), "g")
+    x, y, z = wanted = tuple(f"{axis}-axis ({unit})" for axis in "xyz")
+    missing = [name for name in wanted if name not in layout.names]
+    if time is None or missing:
+        lacks = join(missing or ["epoch (ms)"])
+        raise LogError(
+            f"{file}: has no column {lacks}; columns found: {listed(layout.names)}; export it again"
+        )
+    return time, (x, y, z), _UNITS[unit]

@@ -1,0 +1,61 @@
+"""Orientations of a unit by hand: what a person calls them, and the natural ones."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import numpy as np
+
+from tumble.foundation.recording import FloatArray
+
+LEVEL = math.radians(10.0)
+"""Tilt, rad, below which an axis is just called up or down."""
+SMALL_PART = 0.3
+"""Of a tilt towards one axis, below which its part towards another is not named."""
+
+MOST_ORIENTATIONS = 1000
+"""More than a person holds a unit in: a day and a half of work."""
+
+
+def natural() -> FloatArray:
+    """Give the directions (26, 3) that a person finds without thinking: faces, then corners, then edges."""
+    each = [np.array(signs, dtype=float) for signs in product((1, 0, -1), repeat=3) if any(signs)]
+    each.sort(key=lambda up: (1, 3, 2).index(int(np.abs(up).sum())))
+    return np.array([up / np.linalg.norm(up) for up in each])
+
+
+def orientation_words(up: FloatArray) -> str:
+    """Say how to hold a unit so that this direction (3,) of its case points up.
+
+    >>> orientation_words(np.array([0.77, -0.64, 0.0]))
+    'x up, tilted by 40 deg so that -y rises'
+    """
+    main, second, third = sorted(range(3), key=lambda axis: -abs(up[axis]))
+    name = f"{'xyz'[main]} {'up' if up[main] > 0.0 else 'down'}"
+    tilt = math.atan2(math.hypot(up[second], up[third]), abs(up[main]))
+    if tilt < LEVEL:
+        return name
+    # A person cannot hold what is a small part of a tilt.
+    named = (second, third) if abs(up[third]) > SMALL_PART * abs(up[second]) else (second,)
+    rising = [f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}" for axis in named]
+    verb = "rises" if len(rising) == 1 else "rise"
+    return f"{name}, tilted by {math.degrees(tilt):.0f} deg so that {' and '.join(rising)} {verb}"
+
+
+def axis_words(axis: FloatArray) -> str:
+    """Say an axis (3,) to turn about by those of the case that it lies between.
+
+    >>> axis_words(np.array([0.77, -0.64, 0.0]))
+    'the axis between +x and -y'
+    """
+    order = sorted(range(3), key=lambda k: -abs(axis[k]))
+    named = [f"{'+' if axis[k] > 0.0 else '-'}{'xyz'[k]}" for k in order if abs(axis[k]) > SMALL_PART]
+    return f"axis {named[0][1]}" if len(named) == 1 else f"the axis between {' and '.join(named)}"
+
+
+def why_not_so_many(orientations: int) -> str:
+    """Say why nobody can show so many orientations; empty where one can."""
+    if 1 <= orientations <= MOST_ORIENTATIONS:
+        return ""
+    return f"--orientations {orientations}: give 1 to {MOST_ORIENTATIONS}"

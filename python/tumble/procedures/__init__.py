@@ -1,0 +1,1 @@
+"""Procedures, a folder each; their rows are in `tumble/foundation/procedures.py`."""

@@ -1,0 +1,140 @@
+"""How the units of a redundant set sit beside each other, from a log in which they moved together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.imu import log_name
+from tumble.acquisition.stamps import with_sample_times
+from tumble.acquisition.twins import twins
+from tumble.foundation.documents import document_kind, write_document
+from tumble.foundation.errors import LogError, ProcedureError
+from tumble.foundation.log_time import LogTime
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.logs import ReadOptions
+from tumble.procedures.align.messages import explain
+from tumble.procedures.align.outputs import describe_alignment
+from tumble.procedures.align.result import AlignResult, UnitAlignment
+from tumble.procedures.align.samples import UnitSamples, read_samples
+from tumble.procedures.redundancy.logs import UnitLog, open_units, serials_of
+
+LARGEST_OFFSET = 5.0
+"""s by which clocks may differ, if not said otherwise."""
+_SCHEMA = "tumble-redundancy/1"
+SETTINGS_KIND = document_kind(_SCHEMA)
+
+
+def align(
+    primary: RecordingSource,
+    secondaries: RecordingSource | Sequence[RecordingSource],
+    log: str | Path | None = None,
+    *,
+    search: float = LARGEST_OFFSET,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    progress: SampleProgress | None = None,
+) -> AlignResult:
+    """Find rotation, time offset and lever arm of secondaries against a primary that moved with them.
+
+    Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
+    `search`, s; where logs have no time in common at all, their beginnings are aligned first.
+    `read` says how to read all of them, or each by what was typed. `progress` is told samples done, and
+    samples expected where they are known.
+
+    Raises `TumbleError`, in one line, where a log cannot be read or its motion shows nothing.
+
+    Method: docs/theory/align.md.
+    """
+    if not search >= 0.0:
+        raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
+    units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True, live_times=False)
+    recordings = [with_sample_times(_recorded(unit)) for unit in units]
+    units = tuple(replace(unit, recording=each) for unit, each in zip(units, recordings, strict=True))
+    samples = read_samples(units, progress)
+    ours, *theirs = zip(units, samples, strict=True)
+    # The core lets other threads run, and pairs have nothing to do with each other.
+    with ThreadPoolExecutor() as pool:
+        aligned = tuple(pool.map(lambda each: _aligned(ours, each, search), theirs))
+    return AlignResult(
+        primary=ours[0].name,
+        source=log_name(recordings[0]),
+        units=aligned,
+        options={"search": search},
+        warnings=(
+            *twins((unit.name, read.gyroscope_digest) for unit, read in (ours, *theirs)),
+            *(
+                f"{unit.name}: {notice}"
+                for unit, recording, read in zip(units, recordings, samples, strict=True)
+                for notice in (*recording.metadata.remarks, *read.notices)
+            ),
+        ),
+        software=f"tumble {_core.__version__}",
+        serials=serials_of(units),
+        time=LogTime(ours[1].start),
+    )
+
+
+def _recorded(unit: UnitLog) -> Recording:
+    if unit.recording is None:
+        raise LogError(unit.missing)
+    return unit.recording
+
+
+def _aligned(
+    primary: tuple[UnitLog, UnitSamples], secondary: tuple[UnitLog, UnitSamples], search: float
+) -> UnitAlignment:
+    (our_unit, ours), (unit, theirs) = primary, secondary
+    around = _difference(ours, theirs)
+    try:
+        figures = _core.align_units(
+            ours.arrays,
+            theirs.arrays,
+            search=search,
+            around=around,
+            one_clock=_share_a_clock(_recorded(our_unit), _recorded(unit)),
+            rate_bias=ours.gyroscope_bias,
+            rate_bias_sigma=ours.gyroscope_bias_sigma,
+        )
+    except _core.CoreError as error:
+        raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
+    return describe_alignment(unit.name, unit.source, figures, around, LogTime(ours.start))
+
+
+def _share_a_clock(ours: Recording, theirs: Recording) -> bool:
+    """Tell whether one clock stamped both; lines from clocks of sensors to that of the computer are apart."""
+    one = bool(ours.metadata.clock) and ours.metadata.clock == theirs.metadata.clock
+    return one and ours.metadata.pace_sigma == theirs.metadata.pace_sigma == 0.0
+
+
+def _difference(ours: UnitSamples, theirs: UnitSamples) -> float:
+    """Give the offset to search around, s: none, unless the logs have no time in common."""
+    apart = ours.end < theirs.start or theirs.end < ours.start
+    return ours.start - theirs.start if apart else 0.0
+
+
+def unit_settings(result: AlignResult) -> dict[str, dict[str, object]]:
+    """Give what `tumble redundancy` is to know of each secondary: what was shown, and nothing else."""
+    return {unit.name: _settings(unit) for unit in result.units}
+
+
+def _settings(unit: UnitAlignment) -> dict[str, object]:
+    found: dict[str, object] = {}
+    if unit.sensor_from_primary is not None:
+        found["sensor_from_primary"] = unit.sensor_from_primary.tolist()
+    if bool(np.isfinite(unit.lever_arm).all()):
+        found["lever_arm"] = unit.lever_arm.tolist()
+    return {**found, "time_offset": unit.time_offset}
+
+
+def write_settings(result: AlignResult, path: Path | str) -> None:
+    """Write the settings of the units as YAML that `tumble redundancy --settings` reads."""
+    header = (
+        f"Units of a redundant set relative to {result.primary}: rotation from its case frame, place in it "
+        "(m), and what is to be added to their time (s). What the motion did not show is left out."
+    )
+    write_document(path, header, {"schema": _SCHEMA, "units": unit_settings(result)})

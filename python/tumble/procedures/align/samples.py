@@ -1,0 +1,109 @@
+"""All samples of the units to be aligned, and what a rest shows of the primary's gyroscope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.twins import GyroscopeHead
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import FloatArray, SampleProgress
+from tumble.foundation.words import count_of
+from tumble.logs import ChunkStream
+from tumble.procedures.redundancy.logs import UnitLog
+
+UNKNOWN_BIAS = 0.1
+"""rad/s, 1-sigma of a gyroscope's bias that no rest shows."""
+KNOWN_BIAS = 0.005
+"""rad/s by which the bias may wander in the course of a log whose rests show it."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnitSamples:
+    """What one unit said, in order of its own clock."""
+
+    arrays: tuple[FloatArray, FloatArray, FloatArray]
+    """Time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
+    gyroscope_bias: tuple[float, float, float]
+    """rad/s, mean over the rests; zero where there is none."""
+    gyroscope_bias_sigma: float
+    notices: tuple[str, ...]
+    """What was left out while reading."""
+    gyroscope_digest: str
+    """As `GyroscopeHead.digest` has it."""
+
+    @property
+    def start(self) -> float:
+        """First time, s."""
+        return float(self.arrays[0][0])
+
+    @property
+    def end(self) -> float:
+        """Last time, s."""
+        return float(self.arrays[0][-1])
+
+
+def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> list[UnitSamples]:
+    """Read all units, primary first; raises `TumbleError` where a log cannot be read or is out of order."""
+    read: list[UnitSamples] = []
+    done = 0
+    for unit in units:
+        before = done
+
+        def advance(samples: int, expected: int | None, before: int = before) -> None:
+            if progress is not None:
+                # Units of one set have logs of about one length.
+                progress(before + samples, None if expected is None else expected * len(units))
+
+        read.append(_read(unit, advance))
+        done += len(read[-1].arrays[0])
+    return read
+
+
+def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
+    assert unit.recording is not None
+    segmenter, head = _core.Segmenter(), GyroscopeHead()
+    times, forces, rates = [], [], []
+    samples = 0
+    stream = unit.recording.chunks()
+    for chunk in stream:
+        segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
+        head.push(chunk.gyroscope)
+        times.append(chunk.time)
+        forces.append(chunk.accelerometer)
+        rates.append(chunk.gyroscope)
+        samples += len(chunk)
+        progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
+    if samples < 2:
+        raise ProcedureError(f"{unit.name}: holds {count_of('sample', samples)}; record again")
+    time = np.concatenate(times)
+    timed = np.isfinite(time)
+    time = time[timed]
+    _refuse_if_backwards(unit.name, time)
+    bias, sigma = _bias_at_rest(segmenter.finish())
+    return UnitSamples(
+        (time, np.concatenate(forces)[timed], np.concatenate(rates)[timed]),
+        bias,
+        sigma,
+        stream.counts.notices() if isinstance(stream, ChunkStream) else (),
+        head.digest(),
+    )
+
+
+def _refuse_if_backwards(name: str, time: FloatArray) -> None:
+    backwards = np.flatnonzero(np.diff(time) < 0.0)
+    if len(backwards):
+        raise ProcedureError(
+            f"{name}: time runs backwards to {time[backwards[0] + 1]:.6f} s; sort the log by time, or read "
+            "it with --rate if its samples are in order"
+        )
+
+
+def _bias_at_rest(acquired: _core.Acquired) -> tuple[tuple[float, float, float], float]:
+    if not len(acquired.rest_times):
+        return (0.0, 0.0, 0.0), UNKNOWN_BIAS
+    x, y, z = np.average(acquired.rest_angular_rate, axis=0, weights=acquired.rest_samples)
+    return (float(x), float(y), float(z)), KNOWN_BIAS

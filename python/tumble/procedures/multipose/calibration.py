@@ -1,0 +1,29 @@
+"""The calibration file of a unit that was held in many orientations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tumble.calibration.contributions import built_on, log_content
+from tumble.calibration.document import Calibration
+from tumble.calibration.triad_content import triads_content
+from tumble.foundation.plain import plain
+from tumble.procedures.multipose.result import MultiposeResult
+
+
+def calibration_of(result: MultiposeResult) -> Calibration:
+    """Make the calibration file, on top of the one that the procedure was started from."""
+    content: dict[str, Any] = {
+        "name": result.name,
+        "serial": result.serial,
+        "software": result.software,
+        "date": result.provenance.date,
+        "operator": result.provenance.operator,
+        "station": result.provenance.station,
+        "axes": result.log.axes or None,
+        "log": log_content(result.source, result.log),
+        "verdict": result.verdict,
+        "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},
+        "gravity": {"value": result.gravity, "source": result.gravity_source},
+    }
+    return Calibration.model_validate(built_on(result.start, content | triads_content(result)))

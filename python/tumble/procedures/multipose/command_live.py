@@ -1,0 +1,160 @@
+"""`tumble multipose --live`: leads from orientation to orientation, then calibrates what was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tumble.cli.durations import seconds_of
+from tumble.cli.live_screen import failures_told
+from tumble.cli.results import end_unless, show_results
+from tumble.foundation.errors import ProcedureError, TumbleError
+
+if TYPE_CHECKING:
+    from tumble.logs.options import ReadOptions
+    from tumble.logs.session import SessionProcedure
+    from tumble.procedures.multipose.live import LiveMultipose
+    from tumble.procedures.multipose.result import MultiposeResult
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """What was typed that only a live session needs."""
+
+    until: str | None
+    orientations: int | None
+    held: str | None
+    duration: str | None
+    resume: bool
+    sender: str | None
+
+    def refuse_without_live(self) -> None:
+        """Raise `ProcedureError` where one of them was typed with a log."""
+        typed = {
+            "--until": self.until,
+            "--orientations": self.orientations,
+            "--pose-seconds": self.held,
+            "--duration": self.duration,
+            "--resume": self.resume,
+            "--from": self.sender,
+        }
+        for name, value in typed.items():
+            if value:
+                raise ProcedureError(f"{name} is for a unit that is read live; add --live, or leave it out")
+
+
+def run_live(
+    source: str,
+    output: Path | None,
+    read_options: ReadOptions,
+    asked: LiveOptions,
+    options: Mapping[str, Any],
+    operator: str,
+    station: str,
+    *,
+    raw: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Lead through a session, record it, and calibrate it; `options` are those of `multipose`.
+
+    Raises `TumbleError`, in one line, where nothing was calibrated; what was recorded stays.
+    """
+    from tumble.cli.output import folder_named_after
+    from tumble.foundation.file_names import file_stem
+    from tumble.foundation.files import no_empty_folder
+    from tumble.live import open_source
+    from tumble.procedures.multipose import summary
+
+    if raw:
+        raise ProcedureError(
+            "--raw is for recordings: where the zero of counts is not known, nothing can be said while they "
+            "come; record them with tumble record, and give --raw with the session"
+        )
+    with failures_told(as_json):
+        name = file_stem(open_source(source, read_options).name)
+        folder = output or folder_named_after(name)
+        procedure = _procedure(asked, operator, station)
+        with no_empty_folder(folder):
+            session, whole = _recorded(source, name, folder, read_options, asked, options, procedure, as_json)
+        result = _calibrated(session, options)
+        show_results(summary, result, result.save(folder), as_json, live=True)
+    end_unless(result.verdict == "calibrated" and session.is_reached and whole)
+
+
+def _recorded(
+    source: str,
+    name: str,
+    folder: Path,
+    read_options: ReadOptions,
+    asked: LiveOptions,
+    options: Mapping[str, Any],
+    procedure: SessionProcedure,
+    as_json: bool,
+) -> tuple[LiveMultipose, bool]:
+    """Lead through the session; return it, and whether few samples are missing."""
+    from tumble.calibration.unit_files import prepare_unit_files
+    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.goal import Goal
+    from tumble.live import open_set
+    from tumble.procedures.multipose.command_live_screen import shown
+    from tumble.procedures.multipose.guide import HELD
+    from tumble.procedures.multipose.live import LiveMultipose
+    from tumble.procedures.multipose.procedure import multipose
+    from tumble.tools.record.command_screen import is_whole
+
+    goal = Goal.parse(asked.until) if asked.until else None
+    held = HELD if asked.held is None else seconds_of("--pose-seconds", asked.held)
+    duration = None if asked.duration is None else seconds_of("--duration", asked.duration)
+    units = open_set([f"{name}={source}"], read_options, sender=asked.sender, keep_going=True)
+    prepare_unit_files(folder, name, "multipose")
+    session = LiveMultipose(
+        units,
+        folder,
+        sources={name: source},
+        serial=read_options.serial,
+        goal=goal,
+        orientations=asked.orientations,
+        held=held,
+        duration=duration,
+        calibrate=partial(multipose, **options),
+        procedure=procedure,
+        resume=asked.resume,
+    )
+    with stopped_by_signals(session.stop), shown(as_json) as show:
+        for step in session.steps():
+            show(step)
+    return session, is_whole(units.losses)
+
+
+def _procedure(asked: LiveOptions, operator: str, station: str) -> SessionProcedure:
+    from tumble.logs.session import SessionProcedure
+
+    goal = {"goal": asked.until} if asked.until else {}
+    return SessionProcedure(
+        name="multipose",
+        operator=operator,
+        station=station,
+        options={**goal, **({"resumed": True} if asked.resume else {})},
+    )
+
+
+def _calibrated(session: LiveMultipose, options: Mapping[str, Any]) -> MultiposeResult:
+    """Calibrate what was recorded, as it is from its folder."""
+    from tumble.procedures.multipose.procedure import multipose
+
+    if not session.is_heard:
+        raise ProcedureError(
+            f"there is nothing to calibrate, as no sample came of {session.name}; check power, cables and "
+            "the address, and go on with --resume"
+        )
+    try:
+        return multipose(str(session.session), **options)
+    except TumbleError as error:
+        raise ProcedureError(
+            f"{error.why}; what was recorded is in {session.session}: go on with the same command and "
+            "--resume",
+            about=session.name,
+        ) from error

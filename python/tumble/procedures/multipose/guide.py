@@ -1,0 +1,69 @@
+"""Which orientation to ask for next, and how many were shown, while a unit is held and turned by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tumble import _core
+from tumble.foundation.recording import FloatArray
+from tumble.poses.by_hand import natural
+from tumble.procedures.multipose.result import MultiposeResult
+
+HELD = 4.0
+"""s at rest in each orientation if nothing is stated."""
+
+
+@dataclass(slots=True)
+class OrientationGuide:
+    """Counts rests as they come, and asks for the orientation that would show most."""
+
+    wanted_seconds: float = HELD
+    forces: list[FloatArray] = field(default_factory=list)
+    """(3,) m/s^2 of each rest that was long enough."""
+    wanted: FloatArray | None = None
+    """(3,) unit vector, case frame: what is to point up next; None for however it lies."""
+    _counted: bool = False
+    """Whether the rest under way is among `forces`."""
+
+    def motion(self) -> None:
+        """Take in that the unit moves."""
+        self._counted = False
+
+    def rest(self, force: FloatArray, seconds: float) -> bool:
+        """Take in the rest under way, mean specific force (3,) m/s^2; whether it is long enough just now."""
+        if not self.is_enough(seconds):
+            return False
+        self.forces.append(force)
+        self._counted = True
+        self.wanted = farthest(natural(), self.forces)
+        return True
+
+    def is_enough(self, seconds: float) -> bool:
+        """Whether the rest under way would count just now if it is so long."""
+        return not self._counted and seconds >= self.wanted_seconds
+
+    def follow(self, result: MultiposeResult | None) -> None:
+        """Ask for what the calibration so far lacks most."""
+        if result is not None and result.next_orientation is not None:
+            self.wanted = result.next_orientation.up
+
+    @property
+    def orientations(self) -> int:
+        """How many that differ were shown."""
+        return 1 + max(_core.multipose_directions(np.array(self.forces))) if self.forces else 0
+
+    @property
+    def rests(self) -> int:
+        """How many rests there were."""
+        return len(self.forces)
+
+
+def farthest(candidates: FloatArray, shown: list[FloatArray]) -> FloatArray:
+    """Give of candidates (n, 3) that which is farthest from all that were shown, the first of several."""
+    ups = np.array(shown)
+    ups /= np.linalg.norm(ups, axis=1)[:, np.newaxis]
+    nearest = (candidates @ ups.T).max(axis=1)
+    found: FloatArray = candidates[int(np.argmin(np.round(nearest, 2)))]
+    return found

@@ -1,0 +1,452 @@
+"""The multi-pose procedure while it happens: where to turn the unit, and how far the calibration is."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from pydantic import JsonValue
+
+from tumble import _core
+from tumble.acquisition.acquire import acquire
+from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.goal import Goal, GoalProgress
+from tumble.foundation.plain import finite_or_none
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.foundation.words import LISTENING, Listening
+from tumble.live import LiveChunk, LiveSet
+from tumble.logs import open_recording
+from tumble.logs.session import SessionProcedure, recorded_so_far
+from tumble.poses.by_hand import orientation_words, why_not_so_many
+from tumble.poses.pose_list import angle_between
+from tumble.procedures.multipose.guide import HELD, OrientationGuide
+from tumble.procedures.multipose.held import HeldRests, during, rests_by_hand
+from tumble.procedures.multipose.procedure import FEW_TO_CHECK, TooLittleShownError, multipose
+from tumble.procedures.multipose.result import MultiposeResult
+from tumble.tools.record.acquired import Acquisition
+from tumble.tools.record.finding import Finding
+from tumble.tools.record.frozen import FrozenUnits
+from tumble.tools.record.objections import BROKEN, Objection, broken, faults
+from tumble.tools.record.presence import seconds_shown
+from tumble.tools.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition
+from tumble.tools.record.rest import RestUnderWay
+from tumble.tools.record.silence import Silence
+
+MultiposeStepKind: TypeAlias = Literal[
+    Listening, "orientation wanted", "rest done", "progress", "warning", "done", "ended early"
+]
+Calibrate: TypeAlias = Callable[[Recording], MultiposeResult]
+"""Runs the procedure on what there is, as `multipose` does."""
+
+SESSION_FOLDER = "session"
+"""Where the recording is, in the folder of the results."""
+ORIENTATIONS = 18
+"""As many are enough where no goal is stated."""
+MOST_RESTS = 120
+"""After which a goal is out of reach: bias instability lets no sigma go below what it lets go."""
+BETWEEN_REPORTS = 0.2
+"""s of the samples' clock between two looks at them."""
+BEFORE_REST = 2.0
+"""s of samples before a rest by which its beginning is seen."""
+NOW = 0.2
+"""s of the newest samples by which it is said where the unit points."""
+
+
+@dataclass(frozen=True, slots=True)
+class MultiposeSoFar:
+    """What the procedure finds by now."""
+
+    result: MultiposeResult | None = None
+    lacking: str = ""
+    """Why there is no result yet."""
+    goals: tuple[GoalProgress, ...] = ()
+    objections: tuple[Objection, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class MultiposeStep:
+    """What has just happened, and how far the session is."""
+
+    kind: MultiposeStepKind
+    elapsed: float
+    """s since it began."""
+    name: str
+    """Of the unit."""
+    condition: UnitCondition
+    rate: float
+    """Hz; NaN before it is known."""
+    up: FloatArray | None
+    """(3,) unit vector, case frame: what is to point up next; None for however the unit lies."""
+    off: float
+    """deg between that and what points up now; NaN where either is not known."""
+    still: float
+    """s of the rest under way."""
+    still_wanted: float
+    orientations: int
+    """That differ, so far."""
+    orientations_wanted: int | None
+    """None where a goal decides."""
+    turns: int
+    """From one rest to the next, so far."""
+    goals: tuple[GoalProgress, ...]
+    subject: str = ""
+    """The orientation, or the unit, that it is about."""
+    text: str = ""
+    """Of a warning, and of an early end: what is wrong, and what to do."""
+
+
+class LiveMultipose:
+    """One session by hand: exhaust `steps`, then calibrate what was recorded into `session`.
+
+    `units` is read and recorded into `folder`/session; `sources` is what was typed for its one unit. It asks
+    for `held` s of rest in one orientation after another: in as many `orientations`, or until the `goal` is
+    met, or for `duration` s. `calibrate` finds the figures so far. With `resume` the session that is there
+    goes on.
+
+    Raises `ProcedureError` where the goal cannot be shown, and what `Recorder` raises.
+    """
+
+    def __init__(
+        self,
+        units: LiveSet,
+        folder: Path,
+        *,
+        sources: Mapping[str, str],
+        serial: str = "",
+        goal: Goal | None = None,
+        orientations: int | None = None,
+        held: float = HELD,
+        duration: float | None = None,
+        calibrate: Calibrate = multipose,
+        procedure: SessionProcedure | None = None,
+        resume: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        _refuse_what_no_hand_shows(goal, orientations)
+        (self.name,) = sources
+        self.session = folder / SESSION_FOLDER
+        self.guide = OrientationGuide(held)
+        self._goal = goal
+        self._wanted = ORIENTATIONS if goal is None and orientations is None else orientations
+        self._duration = duration
+        self._calibrate = calibrate
+        self._procedure = procedure or SessionProcedure(name="multipose")
+        self._acquired = Acquisition()
+        self._frozen = FrozenUnits()
+        self._recorder = Recorder(
+            units,
+            self.session,
+            typed=sources,
+            serials={self.name: serial},
+            resume=resume,
+            on_samples=self._take,
+            report_every=BETWEEN_REPORTS / units.clock_rate,
+            by_hand=True,
+        )
+        self._time = -math.inf
+        self._rest = RestUnderWay()
+        self._trembled = False
+        """Whether the rest under way trembled at any look."""
+        self._held = HeldRests()
+        self._asked: FloatArray | None = None
+        self._asks_again = False
+        """Whether to say once more where to turn the unit."""
+        self._told: set[str] = set()
+        self._so_far = MultiposeSoFar()
+        self._finding: Finding[MultiposeSoFar] = Finding(clock)
+        self._rests_found = 0
+        """Of how many rests what is being found is."""
+        self._rests_followed = 0
+        """Up to which rest the next orientation follows from what was found."""
+        self._silent = Silence(lambda: units.listened)
+        self._is_complete = False
+        self._was_stopped = False
+        self._by_will = False
+        """Whether it ended when the user wanted it to."""
+        self._why_early = "all sources have ended"
+        if resume:
+            self._go_on()
+
+    def stop(self) -> None:
+        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        self._was_stopped = True
+        self._recorder.stop()
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether the unit gave samples."""
+        return bool(self._acquired.recordings())
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether all was reached that was asked for: the goal, else what the user let it have."""
+        return self._goal_is_met and (self._is_complete or self._goal is not None or self._by_will)
+
+    @property
+    def _goals(self) -> tuple[GoalProgress, ...]:
+        return self._so_far.goals or (self._goal.progress(()) if self._goal else ())
+
+    @property
+    def _goal_is_met(self) -> bool:
+        return all(each.ratio <= 1.0 for each in self._goals)
+
+    def steps(self) -> Iterator[MultiposeStep]:
+        """Guide, record and watch until all is shown, or until `stop`; give what happens as it happens.
+
+        It ends early where the source has ended, and where the unit was not heard of for half a minute.
+
+        Raises `LogError` where the source cannot be opened, `OutputError` where the disk is full.
+        """
+        self._recorder.describe(self._procedure)
+        try:
+            with self._recorder:
+                for step in self._recorder.steps(self._duration):
+                    yield from self._steps_of(step)
+        finally:
+            self._finding.close()
+
+    def _steps_of(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        if step.kind == LISTENING:
+            yield self._step(LISTENING, step)
+        elif step.kind in BROKEN:
+            yield self._step("warning", step, step.unit, broken(step))
+            # The rest under way is lost with the unit.
+            self._asks_again = True
+        elif step.kind == "done":
+            yield from self._ended(step)
+        else:
+            yield from self._watched(step)
+            yield from self._warnings(step, self._silent.objections(step))
+            if reason := self._silent.reason:
+                self._why_early = reason
+                self._recorder.stop()
+            yield self._step("progress", step)
+
+    def _watched(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        [unit] = step.units
+        yield from self._warnings(step, self._frozen.objections({unit.name: unit.condition == "motion"}))
+        if unit.condition == "rest" and not self._frozen.is_frozen(unit.name):
+            yield from self._rested(step)
+        else:
+            self._rest.end()
+            self._trembled = False
+            self.guide.motion()
+        yield from self._found(step)
+        self._end_where_all_is_shown()
+        yield from self._wants(step)
+
+    def _rested(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        """Take in the rest under way; where it trembled, only what is a rest beside the others counts."""
+        [unit] = step.units
+        if self._rest.look(self._acquired.newest(self.name, SHORTEST_REST), self._time):
+            self._trembled = False
+            self.guide.motion()
+        self._trembled = self._trembled or unit.trembles
+        if self._trembled and self._rest.since is not None and self.guide.is_enough(self._still):
+            newest = self._acquired.since(self.name, self._rest.since - BEFORE_REST)
+            self._rest.since = max(self._rest.since, self._held.since(newest))
+        if self.guide.rest(self._rest.force, self._still):
+            seconds = self.guide.wanted_seconds + SHORTEST_REST
+            self._held.keep(self._acquired.newest(self.name, seconds))
+            self._finding.hurry()
+            yield self._step("rest done", step, orientation_words(_unit(self._rest.force)))
+
+    def _found(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        """Take what was found so far, and begin to find it anew where that is due."""
+        if self._finding.is_running:
+            return
+        if (found := self._finding.take()) is not None:
+            self._so_far = found
+            if self._rests_found > self._rests_followed:
+                self._rests_followed = self._rests_found
+                self.guide.follow(found.result)
+            yield from self._warnings(step, found.objections)
+        if self._finding.is_due and self.is_heard:
+            self._rests_found = self.guide.rests
+            recording = self._acquired.recordings()[self.name]
+            self._finding.begin(partial(_evaluate, recording, self._calibrate, self._goal))
+
+    def _end_where_all_is_shown(self) -> None:
+        result = self._so_far.result
+        if self._is_complete or result is None or self._rests_followed < self.guide.rests:
+            return
+        if self._all_is_shown(result):
+            self._is_complete = True
+        elif self.guide.rests >= max(MOST_RESTS, 2 * (self._wanted or 0)):
+            self._why_early = f"{self.guide.rests} rests did not bring it there"
+        else:
+            return
+        self._recorder.stop()
+
+    def _all_is_shown(self, result: MultiposeResult) -> bool:
+        wanted = self._wanted or 0
+        if self._goal is not None:
+            enough = result.directions >= 9 + FEW_TO_CHECK
+            return enough and self._goal_is_met and result.directions >= wanted
+        # Where the turns did not show the gyroscope yet, as many orientations again may.
+        patience = 1 if result.gyroscope is not None else 2
+        return result.directions >= patience * wanted
+
+    def _wants(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        """Say once where to turn the unit, as soon as that is found."""
+        up = self.guide.wanted
+        was_asked = up is self._asked and not self._asks_again
+        is_away = step.units[0].condition not in ("rest", "motion")
+        if up is None or was_asked or is_away or self._is_complete:
+            return
+        if self._rests_followed < self.guide.rests:
+            return
+        self._asked, self._asks_again = up, False
+        yield self._step("orientation wanted", step, orientation_words(up))
+
+    def _ended(self, step: RecordStep) -> Iterator[MultiposeStep]:
+        """Find out how far it is by all that was recorded."""
+        self._by_will = self._was_stopped or step.reason == "duration"
+        if self.is_heard and not self._is_complete:
+            self._finding.wait()
+            self._finding.take()
+            self._finding.begin(
+                partial(_evaluate, self._acquired.recordings()[self.name], self._calibrate, self._goal)
+            )
+            self._finding.wait()
+            self._so_far = self._finding.take() or self._so_far
+            yield from self._warnings(step, self._so_far.objections)
+            self._is_complete = self._so_far.result is not None and self._all_is_shown(self._so_far.result)
+        self._describe_what_was_reached()
+        if self._is_complete or (self._by_will and self._goal is None):
+            yield self._step("done", step)
+        else:
+            yield self._step("ended early", step, text=self._early())
+
+    def _early(self) -> str:
+        by_will = "stopped" if self._was_stopped else "time is up"
+        missing = self._so_far.lacking or next(
+            (
+                f"{each.term.name} has a sigma of {each.sigma:.3g} {each.unit}, and {each.term.sigma:g} were "
+                "asked for"
+                for each in self._goals
+                if each.ratio > 1.0
+            ),
+            f"{self._orientations} of {self._wanted} orientations" if self._wanted else "",
+        )
+        return f"{by_will if self._by_will else self._why_early}; {missing}; go on with --resume"
+
+    @property
+    def _orientations(self) -> int:
+        result = self._so_far.result
+        return max(self.guide.orientations, result.directions if result else 0)
+
+    def _describe_what_was_reached(self) -> None:
+        """Keep the sigma reached of each term of the goal, for those who certify."""
+        reached: dict[str, JsonValue] = {
+            f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._goals
+        }
+        options = {**self._procedure.options, **reached}
+        self._procedure = self._procedure.model_copy(update={"options": options})
+        self._recorder.describe(self._procedure)
+
+    def _warnings(self, step: RecordStep, objections: Iterable[Objection]) -> Iterator[MultiposeStep]:
+        """Say each trouble once."""
+        for each in objections:
+            if each.key not in self._told:
+                self._told.add(each.key)
+                yield self._step("warning", step, each.unit, each.text)
+
+    def _step(
+        self, kind: MultiposeStepKind, step: RecordStep, subject: str = "", text: str = ""
+    ) -> MultiposeStep:
+        [unit] = step.units
+        result = self._so_far.result
+        return MultiposeStep(
+            kind,
+            step.elapsed,
+            self.name,
+            unit.condition,
+            unit.rate,
+            self._asked,
+            self._off(),
+            self._still,
+            self.guide.wanted_seconds,
+            self._orientations,
+            self._wanted,
+            len(result.turns) if result else max(0, self.guide.rests - 1),
+            self._goals,
+            subject,
+            text,
+        )
+
+    @property
+    def _still(self) -> float:
+        """Length of the rest under way, s, of which samples came."""
+        if self._rest.since is None:
+            return 0.0
+        span = (self._rest.since, self._time)
+        return seconds_shown(self._acquired.since(self.name, span[0]).time, span)
+
+    def _off(self) -> float:
+        if self._asked is None or not self.is_heard:
+            return math.nan
+        force = self._acquired.newest(self.name, NOW).accelerometer.mean(axis=0)
+        return angle_between(force, self._asked)
+
+    def _take(self, name: str, chunk: LiveChunk) -> None:
+        self._time = float(chunk.time[-1])
+        self._acquired.push(name, chunk)
+        self._frozen.push(name, chunk)
+
+    def _go_on(self) -> None:
+        """Take in what was recorded before, and count its rests."""
+        if not recorded_so_far(self.session, self.name).samples:
+            return
+        segmenter = _core.Segmenter(SHORTEST_REST, by_hand=True)
+        for chunk in open_recording(f"{self.session}:{self.name}").chunks():
+            self._acquired.push(self.name, chunk)
+            segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
+        samples = self._acquired.since(self.name, -math.inf)
+        for start, end in rests_by_hand(samples, segmenter.finish().rest_times):
+            rest = during(samples, (start, end))
+            self.guide.motion()
+            if self.guide.rest(rest.accelerometer.mean(axis=0), end - start):
+                self._held.keep(during(rest, (end - self.guide.wanted_seconds - SHORTEST_REST, end)))
+        self.guide.motion()
+
+
+def _refuse_what_no_hand_shows(goal: Goal | None, orientations: int | None) -> None:
+    if orientations is not None and (why := why_not_so_many(orientations)):
+        raise ProcedureError(why)
+    for term in goal.terms if goal else ():
+        if (term.triad, term.group) == ("accelerometer", "mounting"):
+            raise ProcedureError(
+                f"--until {goal.text if goal else ''}: nothing shows how the accelerometer is mounted; leave "
+                "it out"
+            )
+
+
+def _evaluate(recording: Recording, calibrate: Calibrate, goal: Goal | None) -> MultiposeSoFar:
+    """Run the procedure on what there is; what is amiss with the unit is no want of poses."""
+    name = recording.name
+    try:
+        objections = list(faults(name, acquire(recording)))
+        result = calibrate(recording)
+    except TooLittleShownError as error:
+        return MultiposeSoFar(None, error.why, (), tuple(objections))
+    except TumbleError as error:
+        return MultiposeSoFar(None, error.why, (), (_objection(name, error),))
+    return MultiposeSoFar(result, "", goal.progress([result]) if goal else (), tuple(objections))
+
+
+def _objection(name: str, error: TumbleError) -> Objection:
+    # Figures of one trouble change from look to look.
+    return Objection(name, re.sub(r"[-\d.]+", "", error.why), error.why)
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    found: FloatArray = vector / np.linalg.norm(vector)
+    return found

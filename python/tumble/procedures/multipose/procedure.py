@@ -1,0 +1,546 @@
+"""The multi-pose procedure on a log: an IMU held still in many orientations, turned by hand in between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble import _core
+from tumble.acquisition.acquire import (
+    acquire,
+    refuse_if_damaged,
+    refuse_if_misread,
+    refuse_if_rate_misread,
+    rejected_rests_of,
+    rests_of,
+    trace_of,
+    unused_rest,
+)
+from tumble.acquisition.imu import Imu, log_name
+from tumble.acquisition.notices import notices
+from tumble.acquisition.repetitions import frozen_stretches
+from tumble.acquisition.stamps import open_sampled
+from tumble.calibration.document import Calibration
+from tumble.calibration.start import started_from
+from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.gravity import local_gravity
+from tumble.foundation.provenance import Provenance, date_now, log_digest
+from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.foundation.results import Rest, TriadResult
+from tumble.foundation.units import TRIADS
+from tumble.logs import ReadOptions, parse_spec
+from tumble.logs.session import procedure_of
+from tumble.poses.triads import triad_result
+from tumble.procedures.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
+from tumble.procedures.multipose.result import (
+    Faces,
+    FerrarisTriad,
+    MultiposeResult,
+    NextOrientation,
+    NextTurn,
+    NominalScale,
+    PoseFit,
+    TurnFit,
+)
+from tumble.procedures.multipose.sections import (
+    FULL_TURNS,
+    Section,
+    Sections,
+    are_faces,
+    sections_of,
+    sections_of_folder,
+)
+
+OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
+"""Why the mounting of the accelerometer is not observable."""
+
+FEW_TO_CHECK = 4
+"""Directions beyond the nine unknowns, below which hardly anything checks them."""
+STANDS_OUT = 0.5
+"""Weight in the robust loss below which a pose is named."""
+DECISIVE = 0.95
+"""Leverage above which nothing but the pose itself shows what it shows."""
+
+ANGLES = slice(6, 12)
+"""Where the parameters of a triad are angles: non-orthogonality and mounting."""
+
+_UNKNOWNS = {
+    0: "scale x",
+    3: "non-orthogonality xy",
+    4: "scale y",
+    6: "non-orthogonality zx",
+    7: "non-orthogonality yz",
+    8: "scale z",
+    9: "bias x",
+    10: "bias y",
+    11: "bias z",
+}
+"""What an element of [M row by row, b] is mostly about."""
+
+_RATE_UNKNOWNS = (
+    *(
+        f"scale {axis}" if axis == along else f"response of axis {axis} along {along}"
+        for axis in "xyz"
+        for along in "xyz"
+    ),
+    *(f"bias {axis}" for axis in "xyz"),
+    *(f"g-sensitivity of axis {axis} along {along}" for axis in "xyz" for along in "xyz"),
+)
+"""What an element of [M row by row, b] and then G row by row of a gyroscope is mostly about."""
+
+
+class TooLittleShownError(ProcedureError):
+    """The poses do not show all that is asked of the accelerometer; more may."""
+
+
+def multipose(
+    source: RecordingSource,
+    *,
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    g_sensitivity: bool = False,
+    earth_rate: bool = False,
+    raw: bool = False,
+    start: Calibration | str | Path | None = None,
+    faces: bool = False,
+    sections: Sections | None = None,
+    read: ReadOptions | None = None,
+    operator: str = "",
+    station: str = "",
+    progress: SampleProgress | None = None,
+) -> MultiposeResult:
+    """Calibrate a unit that was held still in many orientations and turned by hand in between.
+
+    At rest the length of specific force is gravity in any orientation, which shows scale, non-orthogonality
+    and bias of the accelerometer; between rests the gyroscope has to turn gravity as the accelerometer finds
+    it turned. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in
+    m. With `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which
+    needs the latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts
+    of a scale nobody knows, which gravity and the turns show. `start` is a calibration of the unit: its noise
+    weighs rests and turns, its temperature drift is taken off, and both are kept.
+
+    With `faces` the unit lay on the six faces of a box, with a full turn about each axis: what is known of
+    the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
+    a list of `Section`: what is labelled a rest is taken for one, and six faces for six faces.
+
+    Raises `TumbleError`, in one line, where the poses do not show all that is asked of the accelerometer. A
+    gyroscope that cannot be calibrated has its reason in `gyroscope_reason`.
+
+    Method: docs/theory/multipose.md.
+    """
+    strength, gravity_source = local_gravity(gravity, latitude, height)
+    if earth_rate and latitude is None:
+        raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
+    recording = open_sampled(source, as_counts(read) if raw else read)
+    if raw and start is not None:
+        raise ProcedureError("--start is of readings in SI units, --raw of counts; leave one out")
+    before = started_from(start, recording.metadata)
+    labelled = _labelled(recording, sections)
+    on_faces = faces or are_faces(labelled)
+    unit = _acquired(recording, strength, raw=raw, progress=progress)
+    has_gyroscope = "gyroscope" in unit.triads
+    temperatures = TemperatureCounts(before, unit.triads)
+    samples = _samples(unit, temperatures, progress)
+    # What is labelled is taken as it is labelled.
+    frozen = [] if labelled else frozen_stretches(samples)
+    used = _without(samples, frozen)
+
+    def fit(before: Calibration | None) -> _core.MultiposeFigures:
+        compensated = used if before is None else before.at_reference(used)
+        return _core.multipose_of(
+            compensated.time,
+            compensated.accelerometer,
+            compensated.gyroscope,
+            strength,
+            gyroscope=has_gyroscope,
+            g_sensitivity=g_sensitivity,
+            latitude=math.radians(latitude) if earth_rate and latitude is not None else None,
+            raw=raw,
+            noise_density=_known(before, "noise_density"),
+            bias_instability=_known(before, "bias_instability"),
+            faces=on_faces,
+            sections=_placed(labelled, unit),
+        )
+
+    try:
+        figures = fit(before)
+        if before is not None and any(drift.scale for drift in before.temperature_drifts().values()):
+            # What a scale that drifts does to a reading depends on the bias, which is known only now.
+            figures = fit(_with_biases(before, figures))
+    except _core.CoreError as error:
+        kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError
+        rate = f"; is {read.rate:g} Hz of --rate right?" if read is not None and read.rate else ""
+        raise kind(explain(*error.args) + rate, about=recording.name) from None
+    found = replace(unit, acquired=figures["acquired"])
+    reason = _gyroscope_reason(figures, has_gyroscope)
+    sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
+    result = MultiposeResult(
+        name=recording.name,
+        source=log_name(recording),
+        serial=recording.metadata.serial or (before.serial if before else ""),
+        accelerometer=_accelerometer(figures, found.acquired, on_faces=on_faces),
+        gyroscope=_gyroscope(figures, found.acquired),
+        gyroscope_reason=reason,
+        poses=tuple(_poses(figures["poses"])),
+        turns=tuple(_turns(figures["gyroscope"])),
+        next_orientation=_next(figures["next"]),
+        next_turn=_next_turn(figures["gyroscope"]),
+        rests=(
+            *_trembling(rests_of(found.acquired, triads=unit.triads), figures),
+            *rejected_rests_of(found.acquired),
+            *_left_out(figures, found.acquired),
+        ),
+        trace=trace_of(found.acquired, unit.triads),
+        gravity=strength,
+        gravity_source=gravity_source,
+        tolerance=figures["tolerance"],
+        implausible_scale=_implausible(figures),
+        faces=_faces(figures),
+        nominal_scale=_nominal(figures),
+        temperature=unit.acquired.temperature,
+        log=replace(unit.log, sha256=sha256),
+        provenance=_provenance(source, operator, station),
+        start_hash=before.hash() if before else "",
+        start=before.content() if before else {},
+        options={"g-sensitivity": g_sensitivity, "earth-rate": earth_rate, "raw": raw, "faces": on_faces},
+        software=f"tumble {_core.__version__}",
+    )
+    stood_still = (
+        f"all readings stood still from {unit.log.time.span(samples.time[first], samples.time[last])} s, as "
+        "those of no sensor with noise do: that time is left out"
+        for first, last in frozen
+    )
+    warnings = (
+        *stood_still,
+        *_warnings(result, found, figures),
+        *_about_the_start(result),
+        *temperatures.notices(),
+    )
+    return replace(result, warnings=warnings)
+
+
+def _provenance(source: RecordingSource, operator: str, station: str) -> Provenance:
+    """Say who calibrated and where: what is stated, else what stands in the recorded session."""
+    asked = procedure_of(source)
+    return Provenance(
+        date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
+    )
+
+
+def _labelled(recording: Recording, sections: Sections | None) -> tuple[Section, ...]:
+    if sections is not None:
+        return sections_of(sections)
+    return sections_of_folder(recording) if recording.parts else ()
+
+
+def as_counts(read: ReadOptions | None) -> ReadOptions:
+    """Make of how to read a log how to read its numbers as they stand."""
+    return replace(read or ReadOptions(), accelerometer_unit="m/s^2", gyroscope_unit="rad/s")
+
+
+def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: SampleProgress | None) -> Imu:
+    """Read the recording for the first time, and refuse what cannot serve."""
+    if "accelerometer" not in recording.metadata.triads:
+        raise ProcedureError(
+            "holds no accelerometer readings, which show gravity; name a log that has them",
+            about=recording.name,
+        )
+    unit = acquire(recording, None, progress)
+    refuse_if_damaged(unit.name, unit, [] if raw else unit.faults)
+    if raw or not len(unit.acquired.rest_times):
+        return unit
+    try:
+        refuse_if_misread(unit.name, unit.acquired, gravity)
+    except ProcedureError as error:
+        raise ProcedureError(f"{error.why}; or take readings for counts, with --raw", unit.name) from None
+    if "gyroscope" in unit.triads:
+        refuse_if_rate_misread(unit.name, unit.acquired)
+    return unit
+
+
+def _with_biases(before: Calibration, figures: _core.MultiposeFigures) -> Calibration:
+    """Put the biases that were found in place of those of before."""
+    gyroscope = figures["gyroscope"]
+    found = {
+        "accelerometer": figures["accelerometer"]["b"],
+        "gyroscope": None if gyroscope is None else gyroscope["calibration"]["b"],
+    }
+    triads = {name: getattr(before, name) for name, b in found.items() if b is not None}
+    return before.model_copy(
+        update={name: triad and triad.model_copy(update={"b": found[name]}) for name, triad in triads.items()}
+    )
+
+
+def _known(before: Calibration | None, term: str) -> FloatArray | None:
+    """Give a term of the noise of all channels, (6,), NaN where it is not known."""
+    if before is None:
+        return None
+    stated = [getattr(getattr(before, triad), term, None) for triad in TRIADS]
+    return np.concatenate([np.full(3, np.nan) if values is None else values for values in stated])
+
+
+def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgress | None) -> Chunk:
+    """Read all samples, those without a number left out."""
+    chunks = []
+    for chunk in unit.recording.chunks():
+        good = _holds_numbers(chunk, unit)
+        rate = chunk.gyroscope if "gyroscope" in unit.triads else np.zeros((len(chunk), 3))
+        temperature = np.full(len(chunk), np.nan) if chunk.temperature is None else chunk.temperature
+        chunks.append((chunk.time[good], chunk.accelerometer[good], rate[good], temperature[good]))
+        temperatures.add(int(good.sum()), temperature[good])
+        if progress is not None:
+            progress(unit.acquired.samples, None)
+    return Chunk(*(np.concatenate(columns) for columns in zip(*chunks, strict=True)))
+
+
+def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
+    """Leave out what stood still: frozen in a turn, it looks like a rest."""
+    kept = np.ones(len(samples), dtype=bool)
+    for first, last in frozen:
+        kept[first : last + 1] = False
+    temperature = None if samples.temperature is None else samples.temperature[kept]
+    return Chunk(samples.time[kept], samples.accelerometer[kept], samples.gyroscope[kept], temperature)
+
+
+def _holds_numbers(chunk: Chunk, unit: Imu) -> NDArray[np.bool_]:
+    """(n,) which samples of a chunk hold numbers in all channels that were recorded."""
+    good = np.isfinite(chunk.time) & np.isfinite(chunk.accelerometer).all(axis=1)
+    return good & np.isfinite(chunk.gyroscope).all(axis=1) if "gyroscope" in unit.triads else good
+
+
+def _placed(sections: Sequence[Section], unit: Imu) -> list[tuple[str, int, int]]:
+    """Give sections by their places among the samples that hold numbers.
+
+    Raises `ProcedureError` where one ends after the log.
+    """
+    if not sections:
+        return []
+    good = np.concatenate([_holds_numbers(chunk, unit) for chunk in unit.recording.chunks()])
+    last = max(sections, key=lambda each: each.end)
+    if last.end > len(good):
+        raise ProcedureError(
+            f"{last.label} ends at sample {last.end}, the log at {len(good)}; sections count samples from 0",
+            about=unit.name,
+        )
+    before = np.concatenate([[0], np.cumsum(good)])
+    return [(each.label, int(before[each.start]), int(before[each.end])) for each in sections]
+
+
+def _faces(figures: _core.MultiposeFigures) -> Faces | None:
+    faces = figures["faces"]
+    if faces is None:
+        return None
+    gyroscope = faces["gyroscope"]
+    return Faces(
+        tilt=faces["tilt"],
+        sections=tuple(faces["sections"]),
+        accelerometer=_ferraris(faces["accelerometer"]),
+        gyroscope=None if gyroscope is None else _ferraris(gyroscope),
+        K_ga=faces["g_sensitivity"],
+    )
+
+
+def _ferraris(figures: _core.FerrarisFigures) -> FerrarisTriad:
+    compared = np.array(figures["parameters"] or []).reshape(-1, 2)
+    values = compared[:, 0].copy()
+    values[ANGLES] = np.degrees(values[ANGLES])
+    scale, rotation, bias = (figures[name] for name in ("scale", "rotation", "bias"))
+    return FerrarisTriad(np.diag(scale), rotation, bias, values, compared[:, 1])
+
+
+def _trembling(rests: Sequence[Rest], figures: _core.MultiposeFigures) -> Iterator[Rest]:
+    """Say of each rest how it trembled."""
+    for rest, tremor in zip(rests, figures["tremors"], strict=True):
+        yield replace(rest, remark=tremor_words(tremor))
+
+
+def _left_out(figures: _core.MultiposeFigures, unit: _core.Acquired) -> Iterator[Rest]:
+    """List the stretches in which the unit was held still that are not used, but for those rejected."""
+    rejected = [(start, end) for start, end, _ in unit.rejected_rests]
+    for start, end, tremor in figures["left_out"]:
+        if not any(first < end and start < last for first, last in rejected):
+            why = tremor_words(tremor) or "shorter than a rest, without the ends"
+            yield unused_rest(start, end, why)
+
+
+def _implausible(figures: _core.MultiposeFigures) -> float | None:
+    return None if figures["gyroscope"] is None else figures["gyroscope"]["implausible_scale"]
+
+
+def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired, *, on_faces: bool) -> TriadResult:
+    found = triad_result(
+        "accelerometer", figures["accelerometer"], unit.noise_density[:3], unit.bias_instability[:3], {}
+    )
+    assert found is not None
+    if on_faces:
+        return found
+    parameters = tuple(
+        replace(
+            each,
+            value=math.nan,
+            sigma=math.inf,
+            low=math.nan,
+            high=math.nan,
+            observable=False,
+            reason=OWN_AXES,
+        )
+        if each.name.startswith("mounting")
+        else each
+        for each in found.parameters
+    )
+    return replace(
+        found,
+        parameters=parameters,
+        unobservable=(f"mounting: {OWN_AXES}",),
+        rank=figures["accelerometer"]["rank"],
+    )
+
+
+def _gyroscope(figures: _core.MultiposeFigures, unit: _core.Acquired) -> TriadResult | None:
+    gyroscope = figures["gyroscope"]
+    calibration = None if gyroscope is None else gyroscope["calibration"]
+    return triad_result("gyroscope", calibration, unit.noise_density[3:], unit.bias_instability[3:], {})
+
+
+def _gyroscope_reason(figures: _core.MultiposeFigures, has_gyroscope: bool) -> str:
+    if not has_gyroscope:
+        return "no gyroscope readings were recorded"
+    refusal = figures["gyroscope_refusal"]
+    return "" if refusal is None else explain(*refusal)
+
+
+def _poses(figures: _core.MultiposePoses) -> Iterator[PoseFit]:
+    ups = figures["force"] / np.linalg.norm(figures["force"], axis=1)[:, None]
+    for k, up in enumerate(ups):
+        yield PoseFit(
+            up=up,
+            before=figures["before"][k],
+            after=figures["after"][k],
+            sigma=figures["sigma"][k],
+            held_out=figures["held_out"][k],
+            weight=figures["weight"][k],
+            direction=figures["direction"][k],
+            leverage=figures["leverage"][k],
+            influence=figures["influence"][k],
+        )
+
+
+def _turns(figures: _core.MultiposeGyroscope | None) -> Iterator[TurnFit]:
+    if figures is not None:
+        each = zip(figures["turns"], figures["angles_before"], figures["angles_after"], strict=True)
+        for (before, after), angle_before, angle in each:
+            yield TurnFit(before, after, angle_before, angle)
+
+
+def _next(figures: _core.NextOrientationFigures | None) -> NextOrientation | None:
+    if figures is None:
+        return None
+    return NextOrientation(figures["up"], _UNKNOWNS[figures["unknown"]], figures["before"], figures["after"])
+
+
+def _next_turn(figures: _core.MultiposeGyroscope | None) -> NextTurn | None:
+    found = None if figures is None else figures["next"]
+    if found is None:
+        return None
+    parameter = _RATE_UNKNOWNS[found["unknown"]]
+    return NextTurn(found["axis"], found["up"], parameter, found["before"], found["after"])
+
+
+def _nominal(figures: _core.MultiposeFigures) -> NominalScale | None:
+    scale = figures["nominal_scale"]
+    if scale is None:
+        return None
+    return NominalScale(1.0 / scale[0], None if figures["gyroscope"] is None else 1.0 / scale[1])
+
+
+def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigures) -> Iterator[str]:
+    if result.nominal_scale is None:
+        yield from notices(unit)
+    else:
+        yield from _about_counts(result.nominal_scale)
+    if result.faces is not None:
+        yield from _about_faces(result.faces, result)
+    elif result.directions - 9 < FEW_TO_CHECK:
+        yield (
+            f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 "
+            "are good"
+        )
+    spoilt = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
+    if spoilt:
+        yield f"rest {', '.join(spoilt)}: departs from all others and weighs less in the fit; was it touched?"
+    decisive = [str(k + 1) for k, pose in enumerate(result.poses) if pose.leverage > DECISIVE]
+    if decisive and result.faces is None:
+        yield (
+            f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses "
+            "near it"
+        )
+    if result.implausible_scale:
+        rate = unit.acquired.samples / max(unit.log.duration, 1e-9)
+        yield NO_SENSOR_HAS.format(
+            scale=result.implausible_scale, probable=rate * result.implausible_scale, rate=rate
+        )
+    named = {(start, end) for start, end, _ in unit.acquired.rejected_rests}
+    for rest in result.left_out:
+        if (rest.start, rest.end) not in named:
+            yield f"{result.log.time.span(rest.start, rest.end)} s is not used: {rest.remark}"
+    if result.gyroscope_reason:
+        yield result.gyroscope_reason
+    if figures["gyroscope"] is not None:
+        yield from _about_the_gyroscope(figures["gyroscope"], result)
+    for triad in result.triads:
+        if triad.widening > 1.0:
+            yield (
+                f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas "
+                "include that"
+            )
+
+
+def _about_the_start(result: MultiposeResult) -> Iterator[str]:
+    if "gyroscope" in result.start and result.gyroscope is None:
+        yield ("the gyroscope is kept as the calibration of --start has it, in the case frame of that one")
+
+
+def _about_faces(faces: Faces, result: MultiposeResult) -> Iterator[str]:
+    if result.gyroscope is not None and any(label in FULL_TURNS for label, _, _ in faces.sections):
+        yield (
+            f"a full turn is taken to be full within {math.degrees(_core.FULL_TURN_SIGMA):.2g} deg: little "
+            "else in a session on six faces shows it"
+        )
+    if faces.gyroscope is None and "gyroscope" in {triad.triad for triad in result.triads}:
+        yield "no full turn about each axis was found, so there is no gyroscope by the formulas of Ferraris"
+
+
+def _about_counts(scale: NominalScale) -> Iterator[str]:
+    gyroscope = (
+        "" if scale.gyroscope is None else f" --gyroscope-scale {scale.gyroscope:g} --gyroscope-unit rad/s"
+    )
+    yield (
+        "readings are counts, and the calibration holds for logs read with --accelerometer-scale "
+        f"{scale.accelerometer:g} --accelerometer-unit m/s^2{gyroscope}"
+    )
+
+
+def _about_the_gyroscope(figures: _core.MultiposeGyroscope, result: MultiposeResult) -> Iterator[str]:
+    with_g = figures["with_g_sensitivity"]
+    if with_g is not None:
+        yield (
+            "the gyroscope's bias depends on how the unit is held: with --g-sensitivity gravity would be "
+            f"turned to {math.degrees(with_g):.2g} deg, now {math.degrees(result.angle_after):.2g} deg"
+        )
+    if figures["bias_excess"] > 0.0:
+        yield (
+            f"the gyroscope's bias varies by {figures['bias_excess']:.2g} rad/s from rest to rest, more than "
+            "noise explains; its sigmas include that"
+        )
+    if figures["turn_excess"] > 0.0:
+        yield (
+            f"turns are off by {math.degrees(figures['turn_excess']):.2g} deg beyond noise; the sigmas "
+            "include that"
+        )

@@ -1,0 +1,87 @@
+"""The sentences of a multi-pose calibration, the same on screen, page and in notebooks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tumble.foundation.words import count_of
+from tumble.poses.by_hand import axis_words, orientation_words
+from tumble.procedures.multipose.result import MultiposeResult
+from tumble.report.numbers import readable_scale, significant
+
+WORTH_ADDING = 0.9
+"""Share of the largest sigma that must be left at most, for one more orientation to be advised as needed."""
+
+
+def sentences(result: MultiposeResult) -> Iterator[str]:
+    """Say how many poses there were, and what calibration made of gravity at them and between them."""
+    rests, turns = len(result.poses), len(result.turns)
+    if result.faces is not None:
+        tilt = _quantity(math.degrees(result.faces.tilt), "deg")
+        yield f"six faces of a box, each {tilt} off level, as what they leave shows"
+    trembling = f", {result.trembling} of which tremble" if result.trembling else ""
+    left_out = f"; {count_of('segment', len(result.left_out))} left out" if result.left_out else ""
+    yield (
+        f"{count_of('rest', rests)} in {count_of('orientation', result.directions)}{trembling}, "
+        f"{count_of('turn', turns)} between them{left_out}"
+    )
+    held_out = (
+        ""
+        if math.isnan(result.norm_held_out)
+        else f"; {_quantity(result.norm_held_out, 'm/s^2')} at orientations kept from the fit"
+    )
+    yield (
+        f"|specific force| less gravity: {_quantity(result.norm_before, 'm/s^2')} as read, "
+        f"{_quantity(result.norm_after, 'm/s^2')} calibrated{held_out}"
+    )
+    if turns:
+        yield (
+            f"gravity after a turn: {_quantity(math.degrees(result.angle_before), 'deg')} off with the bias "
+            f"at rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
+        )
+
+
+def next_sentences(result: MultiposeResult) -> Iterator[str]:
+    """Say which orientation would help the accelerometer most, and which turn the gyroscope, if by enough."""
+    orientation, turn = result.next_orientation, result.next_turn
+    if orientation is not None and orientation.after < WORTH_ADDING * orientation.before:
+        how = orientation_words(orientation.up)
+        yield _advice(how, orientation.parameter, orientation.before, orientation.after)
+    if turn is not None and turn.after < WORTH_ADDING * turn.before:
+        how = f"from {orientation_words(turn.up)}, turn it half round about {axis_words(turn.axis)}"
+        yield _advice(how, f"{turn.parameter} of the gyroscope", turn.before, turn.after)
+
+
+def _advice(how: str, parameter: str, before: float, after: float) -> str:
+    gain = f"{significant(100.0 * before, 2)} % to {significant(100.0 * after, 2)} %"
+    return f"Next: {how}; lowers the largest sigma, of {parameter}, from {gain}"
+
+
+def _quantity(value: float, unit: str) -> str:
+    scale = readable_scale(unit, value)
+    return f"{significant(scale.factor * value, 2)} {scale.unit}"
+
+
+def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
+    """List how it was done."""
+    options = [
+        "g-sensitivity" if result.options.get("g-sensitivity") else "",
+        "the Earth's rotation taken off" if result.options.get("earth-rate") else "",
+        "readings are counts" if result.options.get("raw") else "",
+        "six faces" if result.options.get("faces") else "",
+    ]
+    return (
+        ("source", result.source),
+        ("gravity", f"{result.gravity:.6g} m/s², {result.gravity_source}"),
+        ("limits of stillness", f"{result.tolerance:g} times the usual"),
+        ("asked for", ", ".join(option for option in options if option) or "nothing besides"),
+        ("case frame", _case_frame(result)),
+        ("software", result.software),
+    )
+
+
+def _case_frame(result: MultiposeResult) -> str:
+    if result.faces is not None:
+        return "the faces of the box: what was up on face x is axis x, and so on"
+    return "x along the accelerometer's axis x, y in the plane of its axes x and y"

@@ -1,0 +1,149 @@
+"""Section lists: which samples of a log show what, as a user labelled them or other tools wrote them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import acquire
+from tumble.acquisition.imu import pose_files
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.files import note_input
+from tumble.foundation.recording import FloatArray, Recording
+
+REST = "rest"
+"""Label of a stretch at rest in an orientation that nobody states."""
+LABELS = _core.VOCABULARY["section"]
+"""`x_p` is a rest with axis x up, `x_a` with it down, `x_rot` a full turn about it while it is vertical."""
+FULL_TURNS = tuple(label for label in LABELS if label.endswith("_rot"))
+SHORTEST = 20
+"""Samples that a section has at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A stretch of a log, by the numbers of its samples from 0."""
+
+    label: str
+    start: int
+    end: int
+    """The first sample after it."""
+
+
+CLOSE = 1e-6
+"""s, to which the times of rests are known."""
+
+Sections: TypeAlias = str | Path | Sequence[Section]
+"""A file, or what it would hold."""
+
+
+def sections_of(given: Sections) -> tuple[Section, ...]:
+    """Read a section list: CSV with the columns label, start and end, or JSON {label: {start, end}}.
+
+    Raises `ProcedureError`, in one line, for what is not such a list, a label that nobody knows, and sections
+    that are too short or overlap.
+    """
+    if not isinstance(given, str | Path):
+        return _checked(given, "sections")
+    path = Path(given)
+    try:
+        note_input(path)
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "is no text"
+        raise ProcedureError(f"section list cannot be read: {reason}", about=str(path)) from None
+    rows = _json_rows(text, path) if path.suffix.lower() == ".json" else _csv_rows(text, path)
+    return _checked([_section(row, path) for row in rows], str(path))
+
+
+def sections_of_folder(recording: Recording) -> tuple[Section, ...]:
+    """Give the rest of each file of a folder with one a pose; a file named as a label bears it.
+
+    Raises `ProcedureError` where a file shows no rest, or two have one name.
+    """
+    found = []
+    before = 0
+    for name, part in zip(pose_files(recording), recording.parts, strict=True):
+        label = name if name in LABELS else REST
+        times = np.concatenate([chunk.time for chunk in part.chunks()])
+        first, end = (0, len(times)) if label in FULL_TURNS else _longest_rest(part, times)
+        found.append(Section(label, before + first, before + end))
+        before += len(times)
+    return _checked(found, recording.name)
+
+
+def _longest_rest(part: Recording, times: FloatArray) -> tuple[int, int]:
+    rests = acquire(part).acquired.rest_times
+    if not len(rests):
+        raise ProcedureError("shows no rest of 1 s or longer; record this pose again", about=part.name)
+    longest = rests[np.argmax(rests[:, 1] - rests[:, 0])]
+    first, end = np.searchsorted(times, longest - CLOSE)
+    return int(first), int(end)
+
+
+def _json_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
+    try:
+        content = json.loads(text)
+        return [(label, span["start"], span["end"]) for label, span in content.items()]
+    except (ValueError, AttributeError, KeyError, TypeError):
+        raise ProcedureError(
+            'is no section list; expected {"x_p": {"start": 540, "end": 1271}, ...}, in samples',
+            about=str(path),
+        ) from None
+
+
+def _csv_rows(text: str, path: Path) -> Iterable[tuple[str, object, object]]:
+    reader = csv.DictReader(text.splitlines())
+    columns = [name.strip() for name in reader.fieldnames or ()]
+    if columns[1:3] != ["start", "end"]:
+        found = ",".join(columns) or "nothing"
+        raise ProcedureError(f"expected the columns label,start,end, found {found}", about=str(path))
+    rows = csv.reader(text.splitlines()[1:])
+    return [(row[0].strip(), row[1], row[2]) for row in rows if len(row) >= 3]
+
+
+def _section(row: tuple[str, object, object], path: Path) -> Section:
+    label, start, end = row
+    try:
+        return Section(label, int(str(start)), int(str(end)))
+    except ValueError:
+        raise ProcedureError(
+            f"{label}: {start} to {end} are no numbers of samples", about=str(path)
+        ) from None
+
+
+def _checked(sections: Sequence[Section], about: str) -> tuple[Section, ...]:
+    if not sections:
+        raise ProcedureError("holds no sections", about=about)
+    for each in sections:
+        if each.label not in LABELS:
+            known = ", ".join(LABELS)
+            raise ProcedureError(f"{each.label!r} is no label; known are {known}", about=about)
+        if each.start < 0 or each.end - each.start < SHORTEST:
+            span = f"{each.label}, samples {each.start} to {each.end}"
+            raise ProcedureError(f"{span}: a section has {SHORTEST} samples or more", about=about)
+    in_order = tuple(sorted(sections, key=lambda each: each.start))
+    for each, following in pairwise(in_order):
+        if following.start < each.end:
+            raise ProcedureError(
+                f"{each.label} and {following.label} overlap at sample {following.start}", about=about
+            )
+    if (REST in {each.label for each in sections}) and any(each.label != REST for each in sections):
+        raise ProcedureError(
+            f"holds {REST} beside labelled faces; six faces are a session of their own, so label all or none",
+            about=about,
+        )
+    return in_order
+
+
+def are_faces(sections: Sequence[Section]) -> bool:
+    """Tell whether the sections are those of six faces, not rests in any orientation."""
+    return any(each.label != REST for each in sections)

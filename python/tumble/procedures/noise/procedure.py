@@ -1,0 +1,217 @@
+"""The noise procedure: logs of a sensor that stands still become deviations and the terms they show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import acquire, refuse_if_damaged
+from tumble.acquisition.imu import Imu, digest_of, log_name
+from tumble.acquisition.joined import progress_of_log, refuse_other_triads
+from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.acquisition.stamps import open_sampled
+from tumble.calibration.document import Calibration
+from tumble.calibration.start import started_from
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.noise_terms import TERM_UNITS
+from tumble.foundation.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
+from tumble.foundation.results import INTERVAL, Parameter
+from tumble.foundation.units import UNITS, Triad
+from tumble.logs import ReadOptions
+from tumble.procedures.noise import messages
+from tumble.procedures.noise.result import ChannelNoise, DeviationCurve, Disturbance, NoiseResult, StillPart
+from tumble.procedures.noise.samples import StillSamples, without
+
+LARGEST_RATE_DIFFERENCE = 0.02
+"""Share by which the rates of logs that are joined may differ."""
+
+
+def noise(
+    sources: RecordingSource | Sequence[RecordingSource],
+    *,
+    start: Calibration | str | Path | None = None,
+    read: ReadOptions | None = None,
+    progress: SampleProgress | None = None,
+) -> NoiseResult:
+    """Find the noise of a sensor from one log or several in which it stands still.
+
+    Of each log only the part that stands still is used; gaps part it into stretches, and no difference spans
+    one. Steps, ramps and knocks are found, named and left out.
+
+    Several logs are records of one sensor. Memory does not grow with their length. `start` is a
+    calibration that the noise is added to. `progress` is told samples done, and samples expected where they
+    are known.
+
+    Raises `TumbleError`, in one line, where a log cannot be read, does not stand still, or is of another rate
+    than the first.
+
+    Method: docs/theory/noise.md.
+    """
+    recordings = [open_sampled(source, read) for source in sources_of(sources)]
+    first = recordings[0]
+    before = started_from(start, first.metadata)
+    triads = first.metadata.triads
+    units: list[Imu] = []
+    for recording in recordings:
+        refuse_other_triads(first, recording)
+        unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
+        _refuse_unless_still(unit)
+        _refuse_other_rate(units[0] if units else unit, unit)
+        units.append(unit)
+    rests = [np.array(unit.acquired.rest_times) for unit in units]
+    found, part, disturbances = _without_disturbances(recordings, rests, progress)
+    channels = tuple(
+        _channel(f"{triad} {axis}", triad, found[3 * number + k])
+        for number, triad in enumerate(triads)
+        for k, axis in enumerate("xyz")
+    )
+    return NoiseResult(
+        name=first.name,
+        sources=tuple(log_name(recording) for recording in recordings),
+        serial=first.metadata.serial or (before.serial if before else ""),
+        still=part,
+        channels=channels,
+        disturbances=disturbances,
+        temperature=_temperature(units),
+        logs=tuple(replace(unit.log, sha256=digest_of(unit.recording)) for unit in units),
+        start_hash=before.hash() if before else "",
+        start=before.content() if before else {},
+        warnings=(
+            *_notices(units),
+            *messages.disturbances(disturbances, {unit.name: unit.log.time for unit in units}),
+            *messages.warnings_of(part, channels),
+        ),
+        software=f"tumble {_core.__version__}",
+    )
+
+
+def _without_disturbances(
+    recordings: Sequence[Recording], rests: Sequence[FloatArray], progress: SampleProgress | None
+) -> tuple[list[_core.NoiseFigures], StillPart, tuple[Disturbance, ...]]:
+    """Read logs at their rests (k, 2), s; again without what disturbs them, where anything does."""
+    triads = recordings[0].metadata.triads
+    watch = _core.NoiseWatch(3 * len(triads))
+    figures, part = _read(recordings, rests, progress, watch)
+    disturbances = tuple(_disturbances(watch, triads))
+    disturbed = [
+        [(each.start, each.end) for each in disturbances if each.log == log and each.left_out]
+        for log in range(len(recordings))
+    ]
+    parted = [without(rest, times) for rest, times in zip(rests, disturbed, strict=True)]
+    if all(map(np.array_equal, parted, rests)):
+        return figures, part, disturbances
+    return *_read(recordings, parted, progress), disturbances
+
+
+def _read(
+    recordings: Sequence[Recording],
+    rests: Sequence[FloatArray],
+    progress: SampleProgress | None,
+    watch: _core.NoiseWatch | None = None,
+) -> tuple[list[_core.NoiseFigures], StillPart]:
+    still = StillSamples(recordings[0].metadata.triads, watch)
+    for recording, times in zip(recordings, rests, strict=True):
+        still.read(recording, times, progress)
+    return still.finish()
+
+
+def _disturbances(watch: _core.NoiseWatch, triads: Sequence[Triad]) -> list[Disturbance]:
+    found = [
+        Disturbance(
+            channel=f"{triads[place // 3]} {'xyz'[place % 3]}",
+            unit=UNITS[triads[place // 3]],
+            kind=each["kind"],
+            log=each["log"],
+            start=each["time"][0],
+            end=each["time"][1],
+            size=each["size"],
+            sigma=each["sigma"],
+            left_out=not more,
+        )
+        for place, (of_channel, more) in enumerate(watch.conclude())
+        for each in of_channel
+    ]
+    return sorted(found, key=lambda each: (each.log, each.start))
+
+
+def _refuse_unless_still(unit: Imu) -> None:
+    """Raise `ProcedureError`, in one line, where a log has no part that stands still."""
+    refuse_if_damaged(unit.name, unit, unit.faults)
+    if len(unit.acquired.rest_times):
+        return
+    why = ", ".join(
+        f"{unit.log.time.span(start, end)} s {REST_REJECTIONS[reason]}"
+        for start, end, reason in unit.acquired.rejected_rests[:3]
+    )
+    raise ProcedureError(
+        f"{unit.name}: never stands still for a second{': ' if why else ''}{why}; "
+        "let the unit lie untouched, away from motors and draughts, and record again"
+    )
+
+
+def _refuse_other_rate(first: Imu, unit: Imu) -> None:
+    rates = [each.acquired.samples / each.log.duration for each in (first, unit) if each.log.duration]
+    if len(rates) == 2 and abs(math.log(rates[1] / rates[0])) > LARGEST_RATE_DIFFERENCE:
+        raise ProcedureError(
+            f"{unit.name}: has {rates[1]:.4g} samples a second, {first.name} {rates[0]:.4g}; "
+            "join logs of one rate only"
+        )
+
+
+def _temperature(units: Sequence[Imu]) -> tuple[float, float, float] | None:
+    known = [unit.acquired.temperature for unit in units if unit.acquired.temperature is not None]
+    if not known:
+        return None
+    low, mean, high = zip(*known, strict=True)
+    return min(low), float(np.mean(mean)), max(high)
+
+
+def _notices(units: Sequence[Imu]) -> Iterator[str]:
+    for unit in units:
+        whose = f"{unit.name}: " if len(units) > 1 else ""
+        for line in (*unit.recording.metadata.remarks, *unit.notices):
+            yield f"{whose}{line}"
+        refused = unit.acquired.rejected_rests
+        if refused:
+            begin, end, reason = max(refused, key=lambda each: each[1] - each[0])
+            more = f", and {len(refused) - 1} more" if len(refused) > 1 else ""
+            yield f"{whose}not used: {unit.log.time.span(begin, end)} s {REST_REJECTIONS[reason]}{more}"
+
+
+def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise:
+    fit = found["fit"]
+    curves = _curve(found["allan"]), _curve(found["modified"]), _curve(found["hadamard"])
+    units = TERM_UNITS[triad]
+    if fit is None:
+        why = messages.TOO_SHORT if np.all(curves[0].deviation > 0.0) else messages.NO_NOISE
+        nan, inf = math.nan, math.inf
+        terms = tuple(Parameter(word, unit, nan, inf, nan, nan, False, why) for word, unit in units.items())
+        return ChannelNoise(name, triad, *curves, terms, np.full(len(units), nan), nan)
+    return ChannelNoise(
+        name,
+        triad,
+        *curves,
+        terms=tuple(_term(term, units[term["term"]]) for term in fit["terms"]),
+        model=fit["coefficients"],
+        chi_square=fit["chi_square"],
+        degrees_of_freedom=fit["degrees_of_freedom"],
+        misfit=fit["misfit"],
+        filter=fit["filter"],
+    )
+
+
+def _curve(found: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> DeviationCurve:
+    return DeviationCurve(*found.T.copy())
+
+
+def _term(found: _core.NoiseTermFigures, unit: str) -> Parameter:
+    low, high = found["low"], found["high"]
+    if found["identifiable"]:
+        return Parameter(found["term"], unit, found["value"], 0.5 * (high - low) / INTERVAL, low, high)
+    reason = messages.not_identifiable(high, unit, found["needed"])
+    return Parameter(found["term"], unit, math.nan, math.inf, 0.0, high, False, reason)

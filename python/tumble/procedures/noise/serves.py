@@ -1,0 +1,12 @@
+"""What a recording has to show for the noise of its sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tumble.foundation.services import Evidence, Service
+
+
+def services(evidence: Evidence) -> Iterator[Service]:
+    """Judge a recording."""
+    yield evidence.service("noise", evidence.lacking_still)

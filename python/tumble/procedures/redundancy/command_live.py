@@ -1,0 +1,272 @@
+"""`tumble redundancy --live`: the monitor beside running sensors, its events and output at once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import typer
+
+from tumble.cli.exit_code import ExitCode
+from tumble.cli.live_screen import print_listening
+from tumble.cli.output import folder_named_after
+from tumble.cli.screen import print_json_line
+from tumble.foundation.errors import ProcedureError
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
+    from tumble.foundation.results import Precision
+    from tumble.live import LiveSet
+    from tumble.logs.options import ReadOptions
+    from tumble.logs.session import SessionClock
+    from tumble.procedures.redundancy.factory import Factory
+    from tumble.procedures.redundancy.live import LiveRedundancy, LiveStep
+    from tumble.procedures.redundancy.monitor import RedundancyMonitor
+    from tumble.procedures.redundancy.result import RedundancyResult
+    from tumble.procedures.redundancy.settings import RedundancySettings
+    from tumble.procedures.redundancy.witness_live import LiveWitness
+    from tumble.tools.record.writer import SessionWriter
+
+Show: TypeAlias = "Callable[[LiveStep], None]"
+"""Told every step."""
+REPLAY = "replay"
+"""Scheme of logs that are replayed."""
+PRIMARY = "primary"
+"""Name of the unit that is the primary, unless another is named."""
+
+
+def watch_sources(
+    words: Sequence[str],
+    primary: str | None,
+    output: Path | None,
+    read_options: Mapping[str, ReadOptions],
+    *,
+    settings: RedundancySettings,
+    calibration: Calibration | None = None,
+    store: Path | None = None,
+    factory: Factory = (),
+    precision: Precision = "f64",
+    as_published: bool = False,
+    to: str | None = None,
+    record: Path | None = None,
+    duration: float | None = None,
+    dashboard: bool = False,
+    sender: str | None = None,
+    witness: Sequence[str] = (),
+    witness_sigma: float | None = None,
+    as_json: bool = False,
+) -> RedundancyResult:
+    """Watch units, `NAME=SOURCE`, until they end, for `duration` s, or until a signal; write the results.
+
+    Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then. Ends with
+    `NOT_ALL_WELL`, once all is written, where many samples are missing.
+    """
+    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE
+    from tumble.foundation.files import PAGE, check_output, no_empty_folder, prepare_folder
+    from tumble.live import open_set
+    from tumble.live.naming import parse_named_sources
+    from tumble.live.outputs import OF_A_SET, STDOUT, parse_output
+    from tumble.logs.writer import Facts
+    from tumble.procedures.redundancy.command_files import EVENTS_KIND, write_results
+    from tumble.procedures.redundancy.live import LiveRedundancy
+    from tumble.procedures.redundancy.monitor import RedundancyMonitor
+    from tumble.procedures.redundancy.summary import json_content, show_results
+    from tumble.procedures.redundancy.witness_log import WitnessLog
+    from tumble.tools.record.command_screen import is_whole
+
+    typed = {name: address.text for name, address in parse_named_sources(words).items()}
+    names = _primary_first(list(typed), primary)
+    if to == STDOUT and as_json:
+        raise ProcedureError("--to stdout and --json both want standard output; send the output elsewhere")
+    going_to = None if to is None else parse_output(to)
+    units = open_set(
+        [f"{name}={typed[name]}" for name in names], read_options, sender=sender, keep_going=True
+    )
+    stated = {name: options.serial for name, options in read_options.items()}
+    serials = {
+        name: stated.get(name, "") or getattr(source, "serial", "") for name, source in units.sources.items()
+    }
+    monitor = RedundancyMonitor(
+        names[0],
+        names[1:],
+        settings=settings,
+        calibration=calibration,
+        store=store,
+        factory=factory,
+        serials=serials,
+        precision=precision,
+        as_published=as_published,
+    )
+    witnesses = _witnesses(witness, typed.values(), monitor, units, witness_sigma, sender)
+    folder = output or folder_named_after("redundancy")
+    with no_empty_folder(folder), ExitStack() as opened:
+        prepare_folder(folder)
+        check_output(folder / EVENTS, EVENTS_KIND)
+        check_output(folder / REDUNDANCY_PAGE, PAGE)
+        writer = None if going_to is None else opened.enter_context(going_to.open(Facts(further=OF_A_SET)))
+        session = _session(opened, units, record, typed, serials)
+        live = LiveRedundancy(
+            units,
+            monitor,
+            output=writer,
+            session=session,
+            witnesses=witnesses,
+            witness_log=WitnessLog(record, monitor.units) if record is not None and witness else None,
+        )
+        with stopped_by_signals(live.stop), _shown(names, as_json, dashboard) as show:
+            for step in live.steps(duration):
+                show(step)
+    result = live.result("as published" if as_published else "")
+    files = write_results(result, folder)
+    if as_json:
+        print_json_line({"event": "result", **json_content(result, files)})
+    else:
+        # Where samples go to standard output, nothing else does.
+        with redirect_stdout(sys.stderr if to == STDOUT else sys.stdout):
+            show_results(result, files, as_json=False)
+            _print_delays(live)
+    if not is_whole(units.losses):
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
+    return result
+
+
+def names_of(words: Sequence[str]) -> list[str]:
+    """Give the names of the units; raises `LogError` where words do not name units."""
+    from tumble.live.naming import parse_named_sources
+
+    return list(parse_named_sources(words))
+
+
+def _witnesses(
+    words: Sequence[str],
+    typed: Iterable[str],
+    monitor: RedundancyMonitor,
+    units: LiveSet,
+    sigma: float | None,
+    sender: str | None,
+) -> list[LiveWitness]:
+    """Find who else is to be heard; a log of a witness is told to the monitor at once.
+
+    Raises `LogError` where there is nobody, `ProcedureError` where units are replayed and a witness is not.
+    """
+    from tumble.live import parse_address
+    from tumble.logs.witness import Witness
+    from tumble.procedures.redundancy.witness_live import LiveWitness
+
+    found = []
+    lines = {parse_address(source).line for source in typed}
+    for word in words:
+        address = parse_address(word)
+        if units.is_replay != (address.scheme == REPLAY):
+            wanted = "replay:FILE, of the clock of the logs" if units.is_replay else "udp://:9200 or the like"
+            heard = "replayed" if units.is_replay else "heard as they are now"
+            raise ProcedureError(f"--witness {word}: units are {heard}; give {wanted}")
+        if address.line in lines:
+            raise ProcedureError(f"--witness {word}: is the source of a unit; give it a line of its own")
+        if units.is_replay:
+            for each in Witness.load(address.place, sigma):
+                monitor.witness(each)
+        else:
+            names = monitor.units
+            found.append(LiveWitness(word, names, sigma=sigma, sender=sender, clock_rate=units.clock_rate))
+    return found
+
+
+def _session(
+    opened: ExitStack,
+    units: LiveSet,
+    folder: Path | None,
+    typed: Mapping[str, str],
+    serials: Mapping[str, str],
+) -> SessionWriter | None:
+    """Begin to record into a folder, if there is one."""
+    if folder is None:
+        return None
+    from tumble.tools.record.writer import RecordedUnit, SessionWriter
+
+    described = {
+        name: RecordedUnit(source, typed[name], serials[name]) for name, source in units.sources.items()
+    }
+    clock: SessionClock = "log" if units.is_replay else "host"
+    return opened.enter_context(SessionWriter(folder, described, clock, clock_rate=units.clock_rate))
+
+
+def _primary_first(names: list[str], primary: str | None) -> list[str]:
+    wanted = primary or PRIMARY
+    if wanted not in names:
+        raise ProcedureError(
+            f"{wanted}: is none of {', '.join(names)}; name the primary, as {PRIMARY}=SOURCE "
+            "or with --primary NAME"
+        )
+    return [wanted, *(name for name in names if name != wanted)]
+
+
+@contextmanager
+def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Show]:
+    """Give what shows each step while the block runs: JSON on standard output, else on standard error."""
+    if as_json:
+        yield _with_listening(_print_json, lambda: print_listening(names))
+    elif dashboard:
+        with _dashboard(names) as show:
+            yield show
+    else:
+        from tumble.procedures.redundancy.command_dashboard import event_line
+        from tumble.procedures.redundancy.result import RedundancyEvent
+
+        def show_line(step: LiveStep) -> None:
+            if isinstance(step, RedundancyEvent):
+                print(event_line(step), file=sys.stderr, flush=True)
+
+        def say_listening() -> None:
+            print(f"Watching {', '.join(names)}. Ctrl-C ends.", file=sys.stderr, flush=True)
+
+        yield _with_listening(show_line, say_listening)
+
+
+def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
+    """Return what shows steps, and says before the first that all lines are open: that is its meaning."""
+    is_said = False
+
+    def shown(step: LiveStep) -> None:
+        nonlocal is_said
+        if not is_said:
+            is_said = True
+            say_listening()
+        show(step)
+
+    return shown
+
+
+@contextmanager
+def _dashboard(names: Sequence[str]) -> Iterator[Show]:
+    from rich.live import Live
+
+    from tumble.cli.screen import message_console
+    from tumble.procedures.redundancy.command_dashboard import Dashboard
+
+    board = Dashboard(names)
+    with Live(board.rendered(), console=message_console(), auto_refresh=False) as screen:
+
+        def show(step: LiveStep) -> None:
+            board.take(step)
+            screen.update(board.rendered(), refresh=True)
+
+        yield show
+
+
+def _print_json(step: LiveStep) -> None:
+    from tumble.procedures.redundancy.command_files import event_content
+    from tumble.procedures.redundancy.result import RedundancyEvent
+
+    if isinstance(step, RedundancyEvent):
+        print_json_line(event_content(step))
+
+
+def _print_delays(live: LiveRedundancy) -> None:
+    if live.delays.largest:
+        half, most = (f"{1e3 * live.delays.quantile(share):.2g} ms" for share in (0.5, 0.99))
+        print(f"Output {half} after samples came (99 % within {most})")

@@ -1,0 +1,209 @@
+"""What is known to be wrong and stayed so: what a summary says first, and why not all went well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import TYPE_CHECKING, Literal
+
+from tumble.procedures.redundancy.spans import Span, disagreements, of_unit, unhealthy_spans
+
+if TYPE_CHECKING:
+    from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult
+
+    WrongSpans = Callable[[RedundancyResult, str], Iterable[Span]]
+
+KnownFaultKind = Literal[
+    "no samples",
+    "no source",
+    "source unhealthy",
+    "source deviates",
+    "disagreement",
+    "source not calibrated",
+    "refuted",
+    "not calibrated",
+]
+
+NO_SAMPLES: Literal["no samples"] = "no samples"
+"""Also the event of a set none of whose units says anything, which samples alone cannot show."""
+
+OF_THE_SET: tuple[KnownFaultKind, ...] = (
+    "no samples",
+    "no source",
+    "source unhealthy",
+    "source deviates",
+    "disagreement",
+)
+"""Kinds by which what the platform would have used is wrong, or may be."""
+
+COVERED = "already calibrating"
+"""Why nothing more is done about a deviation: a calibration under way covers it, so it is no news."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFault:
+    """Something that was known to be wrong while nothing was done about it."""
+
+    kind: KnownFaultKind
+    start: float
+    end: float
+    """s of the recordings' common clock."""
+    units: tuple[str, ...]
+    """Whom it concerns; none where there was no source."""
+    cause: RedundancyEvent | None = None
+    """What told of it; `None` where nothing did."""
+
+
+def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
+    """Give all of a replay, those of the set before those of single units."""
+    yield from _without_samples(result)
+    yield from _without_source(result)
+    yield from _wrong_source(result, "source unhealthy", _unhealthy)
+    yield from _wrong_source(result, "source deviates", _deviating)
+    for dispute in disagreements(result.events, result.end):
+        if dispute.is_open:
+            yield KnownFault("disagreement", dispute.start, dispute.end, dispute.units, dispute.cause)
+    yield from _uncalibrated_source(result)
+    for unit in result.secondaries:
+        yield from _of_secondary(result, unit)
+
+
+def _without_samples(result: RedundancyResult) -> Iterator[KnownFault]:
+    """Give where time went on in all units at once: they were silent, or their clock jumped."""
+    for place, event in enumerate(result.events):
+        by = event.figures.get("by")
+        if event.event == "time jumped" and isinstance(by, float) and by > 0.0:
+            yield KnownFault(NO_SAMPLES, event.time - by, event.time, (), event)
+        elif event.event == NO_SAMPLES and all(
+            later.event != "time jumped" for later in result.events[place:]
+        ):
+            ending = next((later.time for later in result.events[place + 1 :]), result.end)
+            yield KnownFault(NO_SAMPLES, float(str(event.figures["since"])), ending, (), event)
+
+
+def _without_source(result: RedundancyResult) -> Iterator[KnownFault]:
+    if not result.selected:
+        yield KnownFault("no source", result.start, result.end, ())
+    for span in result.selected:
+        if not span.unit:
+            yield KnownFault("no source", span.start, span.end, ())
+
+
+def _wrong_source(
+    result: RedundancyResult, kind: KnownFaultKind, wrong_spans: WrongSpans
+) -> Iterator[KnownFault]:
+    """Give where the source was known to be wrong and nothing took its place."""
+    sources = {span.unit for span in result.selected}
+    own = {unit: of_unit(result.events, unit) for unit in sources}
+    wrongs = {unit: tuple(wrong_spans(result, unit)) for unit in sources}
+    for place, span in enumerate(result.selected):
+        is_last = place == len(result.selected) - 1
+        for wrong in wrongs[span.unit]:
+            start, end = max(wrong.start, span.start), min(wrong.end, span.end)
+            replaced = not is_last and wrong.end >= span.end
+            if start < end and not replaced:
+                yield KnownFault(kind, start, end, (span.unit,), _cause(own[span.unit], kind, wrong))
+
+
+def _unhealthy(result: RedundancyResult, unit: str) -> Iterable[Span]:
+    return unhealthy_spans(result.events, unit, result.end)
+
+
+def _deviating(result: RedundancyResult, unit: str) -> Iterable[Span]:
+    """Return where the latest rest had shown that a unit deviates from gravity, or from standing still."""
+    for sensor in ("accelerometer", "gyroscope"):
+        since: float | None = None
+        for event in of_unit(result.events, unit):
+            if event.figures.get("sensor") != sensor:
+                continue
+            exceeds = _exceeds_the_norm(event)
+            if exceeds and since is None:
+                since = event.time
+            elif since is not None and (exceeds is False or event.event == "adopted"):
+                yield Span(since, event.time, sensor)
+                since = None
+        if since is not None:
+            yield Span(since, result.end, sensor)
+
+
+def _exceeds_the_norm(event: RedundancyEvent) -> bool | None:
+    """Whether a rest showed a deviation; None for any other event."""
+    if event.event != "evaluated" or event.figures.get("check") != "norm":
+        return None
+    return bool(event.figures.get("exceeded"))
+
+
+def _cause(own: Sequence[RedundancyEvent], kind: KnownFaultKind, wrong: Span) -> RedundancyEvent | None:
+    """Return the last that was told of it within its time."""
+    inside = (event for event in reversed(own) if wrong.start <= event.time <= wrong.end)
+    if kind == "source unhealthy":
+        return next((event for event in inside if event.event == "unhealthy"), None)
+    shown = (event for event in inside if event.figures.get("sensor") == wrong.kind)
+    return next((event for event in shown if _exceeds_the_norm(event)), None)
+
+
+def _uncalibrated_source(result: RedundancyResult) -> Iterator[KnownFault]:
+    """Give where a secondary was the source that was never calibrated nor found to need none."""
+    for span in result.selected:
+        if span.unit not in result.secondaries:
+            continue
+        before = [event for event in of_unit(result.events, span.unit) if event.time <= span.start]
+        stored = [error for error in result.errors if error.unit == span.unit]
+        for sensor in ("accelerometer", "gyroscope"):
+            has_error = any(
+                error.sensor == sensor and (error.adopted is None or error.adopted <= span.start)
+                for error in stored
+            )
+            if not has_error and not _agrees(before, sensor):
+                yield KnownFault("source not calibrated", span.start, span.end, (span.unit,))
+                break
+
+
+def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
+    own = of_unit(result.events, unit)
+    refuted = _refuted(own)
+    if refuted is not None:
+        yield KnownFault("refuted", refuted.time, result.end, (unit,), refuted)
+        return
+    wanted = [
+        event
+        for event in own
+        if event.event == "triggered" or (event.event == "withheld" and event.figures["reason"] != COVERED)
+    ]
+    adopted = any(event.event == "adopted" for event in own)
+    known = any(error.unit == unit for error in result.errors) or any(
+        event.event == "evaluated" for event in own
+    )
+    last = wanted[-1] if wanted else None
+    absolved = last is not None and last.event == "withheld" and _agrees(own, str(last.figures["sensor"]))
+    if not adopted and (not known or (last is not None and not absolved)):
+        ending = [event for event in own if event.event in ("triggered", "withheld", "refused", "abandoned")]
+        start = last.time if last is not None else result.start
+        cause = ending[-1] if ending else _unhealthy_at_the_end(own)
+        yield KnownFault("not calibrated", start, result.end, (unit,), cause)
+
+
+def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
+    """Return what refuted a unit that has not been healthy since."""
+    refuted = (event for event in _since_healthy(own) if event.figures.get("reason") == "refuted")
+    return next(refuted, None)
+
+
+def _unhealthy_at_the_end(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
+    """Return what was wrong last with a unit that has not been healthy since."""
+    return next(_since_healthy(own), None)
+
+
+def _since_healthy(own: Sequence[RedundancyEvent]) -> Iterator[RedundancyEvent]:
+    """Give what was told of a unit's faults since it was healthy, the latest first."""
+    told = (event for event in reversed(own) if event.event in ("unhealthy", "healthy"))
+    return takewhile(lambda event: event.event == "unhealthy", told)
+
+
+def _agrees(own: Sequence[RedundancyEvent], sensor: str) -> bool:
+    """Whether the latest evaluation of a sensor, by whatever checks, was within its thresholds."""
+    found = [event for event in own if event.event == "evaluated" and event.figures.get("sensor") == sensor]
+    return bool(found) and not any(
+        event.figures.get("exceeded") for event in found if event.time == found[-1].time
+    )

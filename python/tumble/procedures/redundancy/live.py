@@ -1,0 +1,275 @@
+"""The monitor beside running sensors: samples go in as they come, and what they lead to comes out at once."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_time import LogTime
+from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, nothing_came
+from tumble.live.host_clock import DelayCounts
+from tumble.live.outputs import SetChunk
+from tumble.logs.writer import Writer
+from tumble.procedures.redundancy.monitor import ALL_WITHIN, RedundancyMonitor
+from tumble.procedures.redundancy.procedure import result_of
+from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult
+from tumble.procedures.redundancy.witness_live import LiveWitness
+from tumble.procedures.redundancy.witness_log import WitnessLog
+from tumble.tools.record.writer import EndReason, SessionWriter
+
+REPORT_EVERY = 0.5
+"""s between two looks at how the set is."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnitRate:
+    """What comes of one unit."""
+
+    name: str
+    samples: int
+    rate: float
+    """Hz, gaps left out; NaN before it is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetState:
+    """How the set is now."""
+
+    elapsed: float
+    """s since it began."""
+    time: float
+    """s of the common clock: of the newest sample; NaN before the first."""
+    source: str
+    """Name of the unit that the output comes from; empty where there is none."""
+    units: tuple[UnitRate, ...]
+    """Primary first."""
+
+
+LiveStep: TypeAlias = RedundancyEvent | SetState
+
+
+class LiveRedundancy:
+    """Runs a monitor beside a `LiveSet` of the same units: exhaust `steps`, then ask for the `result`.
+
+    The set goes on without a unit whose source is lost, if it was made with `keep_going`. Compensated output
+    goes to `output` before anything else is done with a sample. `session` records all samples, in the order
+    in which the monitor took them in, so that a replay of the session gives the same; `witness_log` beside it
+    what `witnesses` said. What is adopted is in the store of the monitor at once.
+    """
+
+    def __init__(
+        self,
+        units: LiveSet,
+        monitor: RedundancyMonitor,
+        *,
+        output: Writer | None = None,
+        session: SessionWriter | None = None,
+        witnesses: Sequence[LiveWitness] = (),
+        witness_log: WitnessLog | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._set = units
+        self._monitor = monitor
+        self._output = output
+        self._session = session
+        self._witnesses = witnesses
+        self._witness_log = witness_log
+        self._clock = clock
+        self._happened: list[SourceEvent] = []
+        units.on_event = self._happened.append
+        self._events: list[RedundancyEvent] = []
+        self._samples = dict.fromkeys(monitor.units, 0)
+        self._unheard = set(monitor.units)
+        """Units that never sent anything, and were not told of."""
+        self._began = self._ended = math.nan
+        self._waited_since: float | None = None
+        """s at which the first sample came."""
+        self._waiting_for = set(monitor.units)
+        self._is_watching = units.is_replay
+        """Whether samples count: those that came before all units were heard are left out."""
+        self._heard = -math.inf
+        """s of `time.monotonic()`: turn of the last sample."""
+        self._latest_turn = -math.inf
+        """s after which the next sample has its turn."""
+        self._stopped = False
+        self._of_lines: list[str] = []
+        """What befell sources, and stands in no recording."""
+        self.delays = DelayCounts()
+        """s from the arrival of samples to when what they gave was on its way."""
+
+    def stop(self) -> None:
+        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        self._stopped = True
+
+    def steps(self, duration: float | None = None) -> Iterator[LiveStep]:
+        """Watch until the sources end, for `duration` s, or until `stop`; give what happens as it happens.
+
+        Besides the events of the monitor there are those of sources, `lost` and `returned`, and `silent` of a
+        unit that never sent anything; every `REPORT_EVERY` there is a `SetState`.
+
+        Raises `LogError` where a source cannot be opened, `OutputError` where output, store or session cannot
+        be written, `ProcedureError` where no unit sent anything to the end.
+        """
+        reason: EndReason = "end of sources"
+        self._monitor.save()
+        with self._set as units, ExitStack() as listening:
+            for witness in self._witnesses:
+                listening.enter_context(witness)
+            self._began = report_at = self._clock()
+            yield self._state()
+            for name, chunk in units:
+                yield from self._of_sources()
+                yield from self._of_witnesses()
+                yield from self._take(name, chunk) if len(chunk) and self._counts(name) else self._wait()
+                if self._session is not None:
+                    self._session.flush()
+                if (now := self._clock()) >= report_at + REPORT_EVERY:
+                    report_at = now
+                    yield from self._never_heard(now)
+                    yield self._state()
+                if self._stopped:
+                    reason = "stopped"
+                elif duration is not None and self._elapsed >= duration:
+                    reason = "duration"
+                if reason != "end of sources":
+                    break
+            yield from self._wait()
+            self._ended = self._clock()
+            if self._session is not None:
+                self._session.finish(reason, units.remarks, closed=self._ended)
+        yield self._state()
+        if not any(self._samples.values()):
+            raise ProcedureError(
+                f"{', '.join(self._samples)}: none of these units sent a sample; are they on, and do they "
+                "send to these addresses?"
+            )
+
+    def result(self, preset: str = "") -> RedundancyResult:
+        """Give what was done and found, once `steps` has come to its end; without traces and output.
+
+        `preset` is what the settings began from, where these were not the usual ones.
+        """
+        silence = self._ended - self._heard if self._monitor.is_silent else 0.0
+        return result_of(
+            self._monitor,
+            self._events,
+            end=self._monitor.newest + silence,
+            warnings=(*self._remarks(), *self._of_lines, *self._monitor.notices()),
+            preset=preset,
+        )
+
+    def _counts(self, name: str) -> bool:
+        """Whether samples of a unit count yet: the primary's are the first to."""
+        if self._is_watching:
+            return True
+        now = self._clock()
+        since = self._waited_since = now if self._waited_since is None else self._waited_since
+        primary = self._monitor.units[0]
+        hears_primary = primary not in self._waiting_for
+        self._waiting_for.discard(name)
+        together = not self._waiting_for or now - since >= ALL_WITHIN
+        self._is_watching = together and (name == primary or not hears_primary)
+        return self._is_watching
+
+    def _take(self, name: str, chunk: LiveChunk) -> Iterator[RedundancyEvent]:
+        came = self._clock() if chunk.arrival is None else chunk.arrival
+        # No two turns are alike, so that a recording has them in this order.
+        turn = max(came, math.nextafter(self._latest_turn, math.inf))
+        yield from self._note(self._tick(turn))
+        self._heard = self._latest_turn = turn
+        happened = self._monitor.push(name, chunk)
+        if self._witness_log is not None and self._monitor.heard:
+            self._witness_log.write(self._monitor.heard, turn)
+        output = self._monitor.output
+        if self._output is not None and len(output):
+            unit = int(output.source[0])
+            said = (output.time, output.specific_force, output.angular_rate)
+            self._output.write(SetChunk(*said, unit=unit, source=output.units[unit], flags=output.flags))
+        if chunk.arrival is not None and len(output):
+            self.delays.add([self._clock() - chunk.arrival])
+        self._samples[name] += len(chunk)
+        if self._session is not None:
+            self._session.take(name, replace(chunk, arrival=turn))
+        if any(event.event == "adopted" for event in happened):
+            self._monitor.save()
+        yield from self._note(happened)
+
+    def _wait(self) -> Iterator[RedundancyEvent]:
+        """Let the monitor know that time passes though nobody says anything."""
+        now = self._clock()
+        happened = self._tick(now)
+        if happened:
+            # What comes from now on comes after that.
+            self._latest_turn = now
+        yield from self._note(happened)
+
+    def _tick(self, now: float) -> tuple[RedundancyEvent, ...]:
+        return (
+            self._monitor.tick(self._monitor.newest + (now - self._heard))
+            if any(self._samples.values())
+            else ()
+        )
+
+    def _note(self, events: Sequence[RedundancyEvent]) -> Iterator[RedundancyEvent]:
+        self._events += events
+        yield from events
+
+    def _of_sources(self) -> Iterator[RedundancyEvent]:
+        """Tell of sources that were lost, and that are there again."""
+        while self._happened:
+            event = self._happened.pop(0)
+            figures = {"reason": event.reason} if event.reason else {}
+            yield self._told(RedundancyEvent(event.time, event.name, event.kind, figures))
+
+    def _of_witnesses(self) -> Iterator[RedundancyEvent]:
+        """Hand on what witnesses say, and tell of those that were lost."""
+        for witness in self._witnesses:
+            for heard in witness.take():
+                if isinstance(heard, RedundancyEvent):
+                    yield self._told(heard)
+                elif self._is_watching:
+                    self._monitor.witness(heard)
+
+    def _never_heard(self, now: float) -> Iterator[RedundancyEvent]:
+        """Tell, once, of units that never sent anything."""
+        if now - self._began <= FIRST_SAMPLE_WITHIN:
+            return
+        for name in [name for name in self._monitor.units if name in self._unheard]:
+            self._unheard.discard(name)
+            if not self._samples[name]:
+                reason = str(nothing_came(name)).removeprefix(f"{name}: ")
+                yield self._told(RedundancyEvent(now, name, "silent", {"reason": reason}))
+
+    def _told(self, event: RedundancyEvent) -> RedundancyEvent:
+        """Keep what a recording cannot tell for the summary."""
+        reason = event.figures.get("reason")
+        when = LogTime(self._monitor.start).at(event.time, 2)
+        self._of_lines.append(f"{event.unit}: {event.event} at {when}{f': {reason}' if reason else ''}")
+        return event
+
+    def _remarks(self) -> Iterator[str]:
+        for name, remarks in self._set.remarks.items():
+            yield from (f"{name}: {remark}" for remark in remarks)
+        for witness in self._witnesses:
+            yield from (f"{witness.name}: {remark}" for remark in witness.remarks)
+
+    @property
+    def _elapsed(self) -> float:
+        if self._set.is_replay and any(self._samples.values()):
+            return self._monitor.newest - self._monitor.start
+        return self._clock() - self._began
+
+    def _state(self) -> SetState:
+        rates = tuple(
+            UnitRate(name, samples, 1.0 / self._set.timing[name].interval)
+            for name, samples in self._samples.items()
+        )
+        newest = self._monitor.newest
+        return SetState(
+            self._elapsed, newest if math.isfinite(newest) else math.nan, self._monitor.source, rates
+        )

@@ -1,0 +1,61 @@
+"""What witnesses said while a session was recorded, as a table that `Witness.load` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tumble.foundation.errors import OutputError
+from tumble.foundation.file_names import WITNESS_FILE
+from tumble.foundation.files import append_line
+from tumble.logs.witness import (
+    ARRIVAL,
+    SCORE,
+    SIGMA,
+    TIME,
+    NativeWitness,
+    WitnessKind,
+    measured_columns,
+)
+
+
+class WitnessLog:
+    """Writes a line for all that is said, at once, so that a kill loses nothing.
+
+    `units` are the names of the set, primary first. Raises `OutputError` where the folder holds such a table
+    already, or cannot be written to.
+    """
+
+    def __init__(self, folder: Path, units: Sequence[str]) -> None:
+        self._path = folder / WITNESS_FILE
+        self._scores = tuple(f"{SCORE}{unit}" for unit in units)
+        kinds: tuple[WitnessKind, ...] = ("velocity", "body velocity", "heading")
+        measured = [name for kind in kinds for name in measured_columns(kind)]
+        self._names = (TIME, ARRIVAL, *measured, *(f"{SIGMA}_{name}" for name in measured), *self._scores)
+        if self._path.exists():
+            raise OutputError(f"{self._path}: is there already; give another folder")
+        self._is_empty = True
+
+    def write(self, said: Sequence[NativeWitness], turn: float) -> None:
+        """Write what counted from the samples of a turn on, s; raises `OutputError` where that fails."""
+        for witness in said:
+            if self._is_empty:
+                append_line(self._path, ",".join(self._names))
+                self._is_empty = False
+            cells = {TIME: witness[0], ARRIVAL: turn, **self._figures(witness)}
+            append_line(
+                self._path, ",".join(repr(cells[name]) if name in cells else "" for name in self._names)
+            )
+
+    def _figures(self, witness: NativeWitness) -> dict[str, float]:
+        _, kind, unit, value, sigma, _ = witness
+        if kind == "score":
+            return {self._scores[unit]: float(value[0])}
+        names = measured_columns(kind)
+        measured = [place for place in range(len(names)) if np.isfinite(sigma[place])]
+        return {
+            **{names[place]: float(value[place]) for place in measured},
+            **{f"{SIGMA}_{names[place]}": float(sigma[place]) for place in measured},
+        }

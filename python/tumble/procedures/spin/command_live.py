@@ -1,0 +1,259 @@
+"""`tumble spin --live`: says what the robot is to do, shows how far it is, writes the calibration file."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from tumble.cli.screen import print_json_line
+from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.words import LISTENING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from tumble.calibration.document import Calibration
+    from tumble.foundation.results import Precision
+    from tumble.logs.options import ReadOptions
+    from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions, LiveStep
+    from tumble.procedures.spin.preset import TurnPreset
+    from tumble.procedures.spin.result import SpinResult
+    from tumble.procedures.spin.turns import TrueTurns
+
+Show: TypeAlias = "Callable[[LiveStep], None]"
+"""Told every step of the procedure."""
+
+SESSION_FOLDER = "session"
+"""Where the samples of a live spin are, in the folder of its results."""
+REPLAY = "replay:"
+"""How a source begins that is a log, and so recorded."""
+BAR_WIDTH = 18
+"""Leaves room for the readings on a line of 80 columns."""
+HINTS = {
+    "none": "",
+    "good": "good",
+    "too slow": "turn faster",
+    "too fast": "turn more slowly",
+}
+"""What to say of each pace of the turn."""
+
+
+def run_live(
+    source: str,
+    output: Path | None,
+    read_options: ReadOptions,
+    *,
+    still: float | None = None,
+    preset: TurnPreset,
+    sender: str | None = None,
+    level_floor: bool = False,
+    true_turns: TrueTurns | None = None,
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    calibration: Calibration | None = None,
+    precision: Precision = "f64",
+    record: Path | None = None,
+    keep: bool = True,
+    wait: float | None = None,
+    then_apply: str | None = None,
+    as_json: bool = False,
+) -> None:
+    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what `source` may be.
+
+    `still` is in s; it and what `preset` leaves open stand at the core's defaults. Of a network only `sender`
+    is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. All samples are
+    recorded into the folder `record`, or beside the results unless they come from a log, or not to be kept.
+    `wait` is how long, s, the robot may take to stand still. Once the calibration is found, samples go to
+    `then_apply`, corrected.
+    With `as_json` every event is a line of JSON on standard output, and nothing else is.
+
+    Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
+    as it was.
+    """
+    from tumble.calibration.unit_files import prepare_unit_files
+    from tumble.cli.output import folder_named_after
+    from tumble.cli.results import end_unless, show_results
+    from tumble.foundation.files import no_empty_folder
+    from tumble.live import open_source
+    from tumble.live.continued import ContinuedSource
+    from tumble.live.outputs import STDOUT, parse_output
+    from tumble.procedures.spin import summary
+    from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
+    from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
+    from tumble.tools.apply.command_live import correct
+    from tumble.tools.record.recorded_source import recorded_source
+
+    if true_turns is not None:
+        raise ProcedureError(
+            "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
+            "record a log and give it instead of --live"
+        )
+    asked = preset.completed(DEFAULT.rate, DEFAULT_TURNS)
+    options = LiveSpinOptions(
+        still=still or DEFAULT.still,
+        turns=asked.turns or DEFAULT_TURNS,
+        rate=asked.rate or DEFAULT.rate,
+        duration=preset.duration,
+        wait=wait,
+        level_floor=level_floor,
+        gravity=gravity,
+        latitude=latitude,
+        height=height,
+    )
+    stream = open_source(source, read_options, sender=sender)
+    folder = output or folder_named_after(stream.name)
+    going_on = None if then_apply is None else parse_output(then_apply, as_json=as_json)
+    serial = read_options.serial or getattr(stream, "serial", "")
+    session = record or (session_folder(folder) if keep and not source.startswith(REPLAY) else None)
+    recorded = recorded_source(ContinuedSource(stream), session, typed=source, serial=serial)
+    with no_empty_folder(folder), recorded as samples, samples:
+        prepare_unit_files(folder, stream.name, "live")
+        live = LiveSpin(
+            samples, options, typed=source, serial=serial, calibration=calibration, precision=precision
+        )
+        _run(live, source, options, as_json, session)
+        result = live.result()
+        all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
+        with _written(result, folder, meanwhile=going_on is not None and all_found) as files:
+            # Where samples go to standard output, no text does.
+            with redirect_stdout(sys.stderr if then_apply == STDOUT and not as_json else sys.stdout):
+                show_results(summary, result, files, as_json, live=True)
+            if going_on is not None and all_found:
+                # The stream the calibration was found on is the one it is for.
+                correct(result.calibration, samples, going_on, serial=serial, force=True)
+    end_unless(result.verdict == "calibrated")
+
+
+@contextmanager
+def _written(result: SpinResult, folder: Path, *, meanwhile: bool) -> Iterator[dict[str, Path]]:
+    """Have the files written: at once, or the page while the block runs."""
+    from tumble.procedures.spin.command_files import page_written_meanwhile
+
+    if not meanwhile:
+        yield result.save(folder)
+        return
+    with page_written_meanwhile(result, folder) as files:
+        yield files
+
+
+def session_folder(folder: Path) -> Path:
+    """Name a folder for the samples of this run beside its results, in which none lie yet."""
+    taken = next(number for number in itertools.count(1) if not (folder / _session_name(number)).exists())
+    return folder / _session_name(taken)
+
+
+def _session_name(number: int) -> str:
+    return SESSION_FOLDER if number == 1 else f"{SESSION_FOLDER}-{number}"
+
+
+def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool, session: Path | None) -> None:
+    """Go through the procedure and show it."""
+    try:
+        with _shown(source, options, as_json) as show:
+            for step in live.steps():
+                show(step)
+    except TumbleError as error:
+        if as_json:
+            recorded = {} if session is None else {"recorded": str(session)}
+            print_json_line({"event": "failed", "reason": str(error), **recorded})
+        _print_prompt("" if session is None else f"What was received is in {session}.")
+        raise
+    except KeyboardInterrupt:
+        kept = "nothing was written" if session is None else f"what was received is in {session}"
+        print(f"tumble: interrupted; {kept}", file=sys.stderr)
+        raise
+
+
+@contextmanager
+def _shown(source: str, options: LiveSpinOptions, as_json: bool) -> Iterator[Show]:
+    """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
+    from tumble.cli.screen import message_console
+
+    console = message_console()
+    if as_json:
+        yield _print_json
+    elif console.is_terminal:
+        with _bars(console, source, options) as show:
+            yield show
+    else:
+        yield lambda step: _print_prompt(_prompt(step, source, options))
+
+
+def _print_json(step: LiveStep) -> None:
+    figures = {"event": step.kind, "time": step.time, "state": step.state, **step.progress, "pace": step.pace}
+    print_json_line(figures)
+
+
+def _print_prompt(text: str) -> None:
+    if text:
+        print(text, file=sys.stderr, flush=True)
+
+
+def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
+    """Say what the robot is to do now; empty where it is to go on."""
+    still = f"stand still for {options.still:g} s"
+    if step.kind == LISTENING:
+        return f"Listening to {source}. Let the robot {still}."
+    if step.kind == "turning first":
+        return f"It turns before it stood still. Stop it, and let it {still}."
+    if step.kind == "still broken":
+        return f"It moved. Let it {still}, from the beginning."
+    if step.kind == "still done":
+        turns = "1 turn" if options.turns == 1.0 else f"{options.turns:.4g} turns"
+        return (
+            f"Now turn on the spot, either way, at about {options.rate:.3g} rad/s "
+            f"({math.degrees(options.rate):.0f} deg/s), {turns}."
+        )
+    return "Done." if step.kind == "done" else ""
+
+
+@contextmanager
+def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[Show]:
+    """Show a bar for standing and one for turning, with the rate of turn and how it pleases."""
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.description:12}"),
+        BarColumn(BAR_WIDTH),
+        TextColumn("{task.fields[reading]}"),
+    )
+    with Progress(*columns, console=console, auto_refresh=False) as bars:
+        standing = bars.add_task("stand still", total=options.still, reading="")
+        turning = bars.add_task("turn", total=None, reading="", visible=False)
+
+        def show(step: LiveStep) -> None:
+            progress = step.progress
+            if text := _prompt(step, source, options):
+                console.print(text, highlight=False)
+            bars.update(
+                standing,
+                completed=progress["still"],
+                total=progress["still_wanted"],
+                reading=f"{progress['still']:.1f} of {progress['still_wanted']:g} s",
+            )
+            bars.update(
+                turning,
+                completed=progress["turned"],
+                total=progress["turned_wanted"],
+                reading=_turn_reading(step),
+                visible=step.state != "still",
+            )
+            bars.refresh()
+
+        yield show
+
+
+def _turn_reading(step: LiveStep) -> str:
+    """Angle turned, rate, and whether to turn faster or more slowly."""
+    progress = step.progress
+    turned = f"{math.degrees(progress['turned']):.0f}"
+    wanted = f"{math.degrees(progress['turned_wanted']):.0f}"
+    hint = "stands still: turn now" if progress["at_rest"] else HINTS[step.pace]
+    rate = f"{progress['rate']:+.2f} rad/s"
+    return ", ".join(filter(None, (f"{turned} of {wanted} deg", rate, hint)))

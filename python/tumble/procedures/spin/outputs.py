@@ -1,0 +1,246 @@
+"""What the core found of one spin, described: parameters with names and units, and what to beware of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from tumble import _core
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import INTERVAL, NOT_SHOWN, Parameter, Rest
+from tumble.procedures.spin.preset import TurnPreset
+from tumble.procedures.spin.result import FULL_TURN, BiasEstimate, Spin, SpinBlocks, misfit
+
+NOTABLE_TILT = math.radians(5.0)
+"""A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
+USUAL_TILT = math.radians(1.0)
+"""Of a floor that nobody has measured."""
+NOTABLE_LEVER_ARM = 1.0
+"""m; few robots are so large."""
+NOTABLE_WANDERING = 1e-4
+"""rad/s, 20 deg/h: bias instability does as much in any MEMS gyroscope."""
+SLOW = 0.2
+"""rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
+CONTRADICTION = 5.0
+"""Sigmas by which two results may differ before a user is told."""
+
+
+def describe_spin(
+    figures: _core.SpinFigures,
+    blocks: _core.SpinBlockFigures | None,
+    rests: tuple[Rest, ...],
+    span: tuple[float, float],
+    *,
+    label: str,
+    gravity: float,
+    level_floor: bool,
+    preset: TurnPreset,
+) -> Spin:
+    """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept."""
+    default = figures["level_free_is_default"]
+    level_free = _level_free(figures)
+    covariance, published = _published(figures, gravity, level_floor)
+    return Spin(
+        label=label,
+        start=span[0],
+        end=span[1],
+        rests=rests,
+        turned_clockwise=figures["turned_clockwise"],
+        turned_counter_clockwise=figures["turned_counter_clockwise"],
+        heading_span=figures["heading_span"],
+        rate=figures["rate"],
+        turning_time=figures["turning_time"],
+        method="level-free" if default else "published",
+        gyroscope_bias=_bias(figures["gyroscope_bias"]),
+        level_free=level_free,
+        published=published,
+        up=figures["up"],
+        parameters=tuple(_parameters(figures, level_free if default else published)),
+        slow_turn=_parameter("slow turn at rest", "rad/s", figures["slow_turn"]),
+        chi_square=figures["chi_square"],
+        degrees_of_freedom=figures["degrees_of_freedom"],
+        widening=figures["widening"],
+        covariance=covariance,
+        noise=figures["noise"],
+        blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
+        warnings=(
+            *preset.departures(figures["turning_time"], figures["rate"], _turns(figures)),
+            *_warnings(figures, gravity, level_floor),
+            *_about_the_rests(figures, rests),
+        ),
+    )
+
+
+def _turns(figures: _core.SpinFigures) -> float:
+    return (figures["turned_clockwise"] + figures["turned_counter_clockwise"]) / FULL_TURN
+
+
+def _bias(figures: _core.BiasFigures, reason: str = "") -> BiasEstimate:
+    observed = figures["observed"]
+    value = figures["value"] if observed else np.full(3, np.nan)
+    sigma = figures["sigma"] if observed else np.full(3, np.inf)
+    return BiasEstimate(value, sigma, observed, reason or ("" if observed else NOT_SHOWN))
+
+
+def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
+    """Take the level-free bias; where less than a turn was made, say how far it can be trusted."""
+    degrees = math.degrees(figures["heading_span"])
+    if not figures["level_free"]["observed"]:
+        return _bias(
+            figures["level_free"],
+            f"{degrees:.0f} deg of heading do not separate bias from the tilt of the floor",
+        )
+    if figures["heading_span"] >= FULL_TURN:
+        return _bias(figures["level_free"])
+    worst = float(figures["level_free"]["sigma"].max())
+    return _bias(
+        figures["level_free"], f"{degrees:.0f} deg of heading show it to {worst:.2g} m/s^2, no better"
+    )
+
+
+def _published(
+    figures: _core.SpinFigures, gravity: float, level_floor: bool
+) -> tuple[FloatArray, BiasEstimate]:
+    """Take the published bias, and the covariance of the result.
+
+    Where it is the result for want of a full turn, and nobody said that the floor is level, its sigma carries
+    the tilt the floor seems to have, or one that is usual.
+    """
+    published = _bias(figures["published"])
+    covariance = np.array(figures["covariance"])
+    if level_floor or figures["level_free_is_default"] or not published.observable:
+        return covariance, published
+    tilt, sigma = figures["floor_tilt"]
+    tilt = math.hypot(tilt, sigma) if sigma < USUAL_TILT else USUAL_TILT
+    across = np.eye(3) - np.outer(figures["up"], figures["up"])
+    covariance[:3, :3] += (gravity * math.sin(tilt)) ** 2 * across
+    widened = np.sqrt(np.diag(covariance)[:3])
+    reason = f"found as on a level floor; its sigma includes a tilt of {math.degrees(tilt):.1f} deg"
+    return covariance, BiasEstimate(published.value, widened, True, reason)
+
+
+def _parameters(figures: _core.SpinFigures, force_bias: BiasEstimate) -> Iterator[Parameter]:
+    rate_bias = _bias(figures["gyroscope_bias"])
+    yield from _by_axis("gyroscope bias", "rad/s", rate_bias.value, rate_bias.sigma)
+    yield from _by_axis("accelerometer bias", "m/s^2", force_bias.value, force_bias.sigma, force_bias.reason)
+    yield _angle("mounting roll", figures["roll"])
+    yield _angle("mounting pitch", figures["pitch"])
+    few = "the heading changed too little to separate the tilt of the floor from bias"
+    yield _angle("floor tilt", figures["floor_tilt"], few)
+    flat = "the floor is too level to show an uphill direction"
+    yield _angle("uphill bearing", figures["uphill_bearing"], flat)
+    slow = "the robot turned too slowly or evenly to separate the lever arm from bias"
+    yield from _by_axis("lever arm", "m", figures["lever_arm"], figures["lever_arm_sigma"], slow)
+    unsaid = "the angle truly turned is not known; give it with --true-turns"
+    level = "gravity changes too little with the heading to measure it"
+    yield _scale("gyroscope scale about the axis", figures["heading_scale"], level)
+    yield _scale("gyroscope scale clockwise", figures["scale_clockwise"], unsaid)
+    yield _scale("gyroscope scale counter-clockwise", figures["scale_counter_clockwise"], unsaid)
+
+
+def _by_axis(
+    name: str, unit: str, values: FloatArray, sigmas: FloatArray, reason: str = NOT_SHOWN
+) -> Iterator[Parameter]:
+    for axis, value, sigma in zip("xyz", values, sigmas, strict=True):
+        yield _parameter(f"{name} {axis}", unit, (float(value), float(sigma)), reason)
+
+
+def _angle(name: str, figures: tuple[float, float], reason: str = NOT_SHOWN) -> Parameter:
+    value, sigma = figures
+    return _parameter(name, "deg", (math.degrees(value), math.degrees(sigma)), reason)
+
+
+def _scale(name: str, error: tuple[float, float], reason: str) -> Parameter:
+    """Describe a scale, which is 1 for a perfect gyroscope, by its error."""
+    value, sigma = error
+    return _parameter(name, "1", (1.0 + value, sigma), reason)
+
+
+def _parameter(name: str, unit: str, figures: tuple[float, float], reason: str = NOT_SHOWN) -> Parameter:
+    value, sigma = figures
+    if not (math.isfinite(value) and math.isfinite(sigma)):
+        return Parameter(name, unit, math.nan, math.inf, math.nan, math.nan, False, reason)
+    half = INTERVAL * sigma
+    return Parameter(name, unit, value, sigma, value - half, value + half)
+
+
+def _no_blocks() -> SpinBlocks:
+    nothing = np.empty(0)
+    return SpinBlocks(
+        nothing, nothing, nothing, nothing, np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 3))
+    )
+
+
+def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> Iterator[str]:
+    yield from _about_the_turn(figures, gravity)
+    yield from _about_the_floor(figures, gravity, level_floor)
+    arm = float(np.linalg.norm(figures["lever_arm"]))
+    if arm > NOTABLE_LEVER_ARM:
+        yield f"the IMU is {arm:.1f} m from the turning axis: did the robot drive a circle?"
+    turn, turn_sigma = figures["slow_turn"]
+    if figures["turned_while_still"]:
+        yield (
+            f"turned at {turn:.3g} +- {turn_sigma:.2g} rad/s while it seemed to stand still, as gravity "
+            "shows; the gyroscope bias is corrected for that"
+        )
+    if figures["widening"] > 1.0:
+        yield misfit(figures["chi_square"], figures["degrees_of_freedom"], figures["widening"])
+
+
+def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:
+    """Say that the gyroscope's bias did not stay where it was, unless a slow turn explains that."""
+    if len(rests) < 2 or figures["turned_while_still"]:
+        return
+    rates = np.array([rest.angular_rate for rest in rests])
+    sigmas = np.array([rest.angular_rate_sigma for rest in rests])
+    apart = np.abs(rates[:, None] - rates[None])
+    chance = CONTRADICTION * np.hypot(sigmas[:, None], sigmas[None])
+    if (apart > chance + NOTABLE_WANDERING).any():
+        yield (
+            f"the gyroscope's bias drifted by {apart.max():.2g} rad/s between the rests, which its sigma "
+            "does not include: let the unit warm up, or turn for a shorter time"
+        )
+
+
+def _about_the_turn(figures: _core.SpinFigures, gravity: float) -> Iterator[str]:
+    """Say how far the accelerometer bias can be trusted, where the robot did not turn once round."""
+    if figures["heading_span"] < FULL_TURN:
+        degrees = math.degrees(figures["heading_span"])
+        level_free = figures["level_free"]
+        known = (
+            f"known to {float(level_free['sigma'].max()):.2g} m/s^2"
+            if level_free["observed"]
+            else "not shown at all"
+        )
+        advice = "turn once round or more"
+        if figures["level_free_is_default"]:
+            yield f"only {degrees:.0f} deg of a turn: the accelerometer bias is {known}; {advice}"
+        else:
+            yield (
+                f"only {degrees:.0f} deg of a turn: level-free, the accelerometer bias is {known}; the "
+                "published method, which is the result, holds on a level floor only, and errs by "
+                f"{gravity * math.radians(1.0):.2g} m/s^2 for each degree of its tilt; {advice}"
+            )
+    if figures["rate"] < SLOW:
+        yield (
+            f"turned at {figures['rate']:.2g} rad/s: at so low a rate the gyroscope's bias drifts meanwhile, "
+            "and the lever arm hardly shows; about 1 rad/s is good"
+        )
+
+
+def _about_the_floor(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> Iterator[str]:
+    tilt, sigma = figures["floor_tilt"]
+    if not (math.isfinite(tilt) and math.isfinite(sigma)):
+        return
+    if tilt > NOTABLE_TILT:
+        yield f"the floor tilts by {math.degrees(tilt):.1f} deg; find a more level place"
+    gap = np.abs(figures["level_free"]["value"] - figures["published"]["value"])
+    both = np.hypot(figures["level_free"]["sigma"], figures["published"]["sigma"])
+    contradicted = tilt > CONTRADICTION * sigma and bool((gap > CONTRADICTION * both).any())
+    if level_floor and contradicted:
+        yield (
+            f"the floor tilts by {math.degrees(tilt):.2f} +- {math.degrees(sigma):.1g} deg, which adds "
+            f"{gravity * math.sin(tilt):.2g} m/s^2 to the accelerometer bias of --level-floor; leave it out"
+        )

@@ -1,0 +1,74 @@
+"""`tumble thermal`: reads logs of a unit that warms and cools at rest, writes its drift over temperature."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from tumble.cli.json_option import JsonOption
+from tumble.cli.maker_options import with_maker
+from tumble.cli.output import OutputFolder, folder_for
+from tumble.cli.read_options import with_read_options
+from tumble.cli.results import end_unless, show_results
+from tumble.cli.start import StartOption
+from tumble.logs.options import ReadOptions
+
+
+@with_maker
+@with_read_options
+def thermal_command(
+    read_options: ReadOptions,
+    logs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="LOG...",
+            help="Logs of one unit at rest, with its temperature: LOG, or LOG:NAME for one IMU of several. "
+            "Several are sessions of the same unit.",
+        ),
+    ],
+    output: OutputFolder = None,
+    start: StartOption = None,
+    start_temperature: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEGC", help="Temperature that calibration was made at, where it does not say so."
+        ),
+    ] = None,
+    fixture: Annotated[
+        bool,
+        typer.Option(
+            "--fixture",
+            help="A table or jig returned the unit to each orientation exactly; else each rest is by itself.",
+        ),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Find how bias and scale of a unit change with temperature.
+
+    The unit lies untouched while it warms and cools through all temperatures it will meet, an hour or longer.
+
+    Example: tumble thermal freezer.csv -o results
+
+    Writes a calibration file and a page. The exit code is 0 if drift and hysteresis of all axes were found, 3
+    if hysteresis is not known or too large for one curve, 2 if nothing could be done.
+    """
+    from tumble.calibration.unit_files import prepare_unit_files
+    from tumble.cli.progress import sample_progress
+    from tumble.logs import open_recording
+    from tumble.procedures.thermal import summary
+    from tumble.procedures.thermal.procedure import thermal
+
+    recordings = [open_recording(log, read_options) for log in logs]
+    folder = output or folder_for(logs[0])
+    prepare_unit_files(folder, recordings[0].name, "thermal")
+    with sample_progress("reading") as advance:
+        result = thermal(
+            recordings,
+            fixture=fixture,
+            start=start,
+            start_temperature=start_temperature,
+            progress=advance,
+        )
+    show_results(summary, result, result.save(folder), as_json)
+    end_unless(result.verdict == "measured")

@@ -1,0 +1,88 @@
+"""The page of a drift over temperature: curves, orders, parameters, method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tumble.foundation.units import Triad
+from tumble.procedures.thermal.report.figures import drift_figure
+from tumble.procedures.thermal.report.text import (
+    COLUMNS,
+    axis_rows,
+    method_lines,
+    parameter_rows,
+    score_rows,
+    score_scale,
+    sentences,
+    unseen,
+)
+from tumble.procedures.thermal.result import ThermalResult
+from tumble.report.identity import Identity
+from tumble.report.page import Picture, ResultPage
+
+
+@dataclass(frozen=True, slots=True)
+class TriadSection:
+    """Everything shown of one triad."""
+
+    name: Triad
+    picture: Picture
+    parameters: tuple[tuple[str, tuple[str, ...]], ...]
+    score_unit: str
+    scores: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalPage:
+    """What the template of the page is given."""
+
+    name: str
+    serial: str
+    verdict: str
+    sentences: tuple[str, ...]
+    unseen: tuple[str, ...]
+    warnings: tuple[str, ...]
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]
+    triads: tuple[TriadSection, ...]
+    method: tuple[tuple[str, str], ...]
+
+
+def thermal_page(result: ThermalResult) -> ThermalPage:
+    """Gather the page."""
+    return ThermalPage(
+        name=result.name,
+        serial=result.serial,
+        verdict=result.verdict,
+        sentences=tuple(sentences(result)),
+        unseen=tuple(unseen(result)),
+        warnings=result.warnings,
+        columns=COLUMNS,
+        rows=axis_rows(result),
+        triads=tuple(_section(result, triad) for triad in result.triads),
+        method=method_lines(result),
+    )
+
+
+def _section(result: ThermalResult, triad: Triad) -> TriadSection:
+    caption = (
+        "Above: means over stretches at rest, less what was read in the same pose at the reference. Filled: "
+        "while warming; hollow: while cooling. Lines: the curve that is stored and its 95 % interval, with "
+        "half the hysteresis where that is clear. Below: the same less the curve."
+    )
+    axes = result.of_triad(triad)
+    scale = score_scale(axes)
+    return TriadSection(
+        name=triad,
+        picture=Picture(drift_figure(axes, result.blocks, f"drift-{triad}"), caption),
+        parameters=parameter_rows(result, triad),
+        score_unit=scale.unit,
+        scores=score_rows(axes, scale),
+    )
+
+
+def _identity(result: ThermalResult) -> Identity:
+    return Identity("Thermal", result.name, result.serial, result.provenance, result.software, result.started)
+
+
+THERMAL_REPORT = ResultPage("tumble.procedures.thermal.report", "thermal.html.j2", thermal_page, _identity)

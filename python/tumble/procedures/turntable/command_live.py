@@ -1,0 +1,217 @@
+"""`tumble turntable --live`: leads through the poses, and leaves the session to be calibrated."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from tumble.cli.durations import seconds_of
+from tumble.cli.live_options import LIVE, pose_seconds
+from tumble.cli.read_options import read_options_for
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.words import join
+from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.logs.session import SessionProcedure
+    from tumble.poses.pose_list import PoseList
+    from tumble.procedures.turntable.live import LiveTurntable
+    from tumble.procedures.turntable.so_far import OpenSession
+
+
+def _option(*names: str, metavar: str = "", text: str) -> object:
+    return typer.Option(*names, metavar=metavar or None, help=text, rich_help_panel=LIVE, show_default=False)
+
+
+LiveOption: TypeAlias = Annotated[
+    bool,
+    _option(
+        "--live",
+        text="Calibrate now: NAME=SOURCE for each unit takes the place of recordings; see the documentation.",
+    ),
+]
+PoseSecondsOption: TypeAlias = Annotated[str | None, pose_seconds("10s")]
+NoTurnsOption: TypeAlias = Annotated[
+    bool, _option("--no-turns", text="Ask for no turns: the gyroscopes get what poses show of them.")
+]
+TableOption: TypeAlias = Annotated[
+    str | None,
+    _option(
+        "--table",
+        metavar="DRIVER[:ADDRESS]",
+        text="Have a rate table go through poses and turns by itself; see tumble table list.",
+    ),
+]
+TableLimitsOption: TypeAlias = Annotated[
+    str,
+    _option(
+        "--table-limits",
+        metavar="[AXIS.]KEY=VALUE,...",
+        text="Limits of the table on top of the maker's, in deg: rate=30, acceleration=20, "
+        "outer.angle=-90..90.",
+    ),
+]
+ArmedOption: TypeAlias = Annotated[
+    bool, _option("--armed", text="Let the table move. Without it, its plan is printed.")
+]
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """What was typed that only a live session needs."""
+
+    until: str | None
+    pose_seconds: str | None
+    turns: bool
+    table: str | None
+    table_limits: str
+    armed: bool
+    sender: str | None
+
+    def refuse_without_live(self) -> None:
+        """Raise `ProcedureError` where one of them was typed with recordings."""
+        typed = {
+            "--until": self.until,
+            "--pose-seconds": self.pose_seconds,
+            "--no-turns": not self.turns,
+            "--table": self.table,
+            "--table-limits": self.table_limits,
+            "--armed": self.armed,
+            "--from": self.sender,
+        }
+        for name, value in typed.items():
+            if value:
+                raise ProcedureError(f"{name} is for units that are read live; add --live, or leave it out")
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedSession:
+    """What a live session left to be calibrated."""
+
+    folder: Path
+    is_all: bool
+    """Whether all poses, all turns and the goal were reached, and few samples are missing."""
+    not_shown: tuple[str, ...]
+    """Poses of which nothing is there."""
+
+
+def record_live(
+    words: Sequence[str],
+    folder: Path,
+    live: LiveOptions,
+    *,
+    reference: str | None,
+    poses: PoseList | None,
+    read: ReadOptions,
+    exceptions: Sequence[str],
+    open_reference: OpenSession,
+    operator: str,
+    station: str,
+    resume: bool,
+    as_json: bool,
+    quiet: bool,
+) -> RecordedSession | None:
+    """Lead through the session and record it; None where only the plan was asked for.
+
+    Raises `TumbleError`, in one line, where that cannot be done, and `KeyboardInterrupt` at Ctrl-C and
+    SIGTERM; what was recorded stays.
+    """
+    from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.goal import Goal
+    from tumble.live import open_set
+    from tumble.live.naming import parse_named_sources
+    from tumble.poses.pose_list import SIX_FACES
+    from tumble.procedures.turntable.command_live_screen import shown
+    from tumble.procedures.turntable.live import POSE_SECONDS, REFERENCE, SESSION_FOLDER, LiveTurntable
+    from tumble.procedures.turntable.session_poses import poses_of
+    from tumble.procedures.turntable.table_plan import turned_table
+    from tumble.tools.record.command_screen import is_whole
+
+    typed = {name: address.text for name, address in parse_named_sources(words).items()}
+    goal = Goal.parse(live.until) if live.until else None
+    seconds = POSE_SECONDS if live.pose_seconds is None else seconds_of("--pose-seconds", live.pose_seconds)
+    if resume and poses is None:
+        poses = poses_of(folder / SESSION_FOLDER)
+    table = turned_table(live.table, live.table_limits, seconds, poses, live.turns) if live.table else None
+    if table is not None:
+        _say(table.lines())
+        if not live.armed:
+            _say(["nothing moved, as it is not --armed"])
+            return None
+    elif live.armed:
+        raise ProcedureError("--armed lets a table move; name it with --table, or leave --armed out")
+    options = read_options_for(read, exceptions, list(typed))
+    units = open_set(words, options, sender=live.sender, keep_going=True)
+    with table.entered() if table is not None else nullcontext(None) as driver:
+        session = LiveTurntable(
+            units,
+            folder,
+            sources=typed,
+            serials={name: each.serial for name, each in options.items()},
+            reference=reference or REFERENCE,
+            poses=table.poses if table is not None else poses or SIX_FACES,
+            pose_seconds=seconds,
+            turns=live.turns and (table is None or bool(table.by_hand)),
+            goal=goal,
+            open_reference=open_reference,
+            driver=driver,
+            procedure=_procedure(live, seconds, operator, station, resume=resume),
+            resume=resume,
+        )
+        with stopped_by_signals(session.stop), shown(as_json, quiet) as show:
+            for step in session.steps():
+                show(step)
+    if session.was_stopped:
+        _say_how_to_go_on(session)
+        raise KeyboardInterrupt
+    _refuse_if_unheard(session, reference or REFERENCE, typed)
+    reached = session.is_complete and session.goal_is_met
+    return RecordedSession(session.session, is_whole(units.losses) and reached, session.not_shown)
+
+
+def _procedure(
+    live: LiveOptions, seconds: float, operator: str, station: str, *, resume: bool
+) -> SessionProcedure:
+    from tumble.logs.session import SessionProcedure
+
+    said: Mapping[str, str | None] = {"goal": live.until, "table": live.table}
+    return SessionProcedure(
+        name="turntable",
+        operator=operator,
+        station=station,
+        options={
+            "pose-seconds": seconds,
+            **{name: value for name, value in said.items() if value},
+            **({"resumed": True} if resume else {}),
+        },
+    )
+
+
+def _refuse_if_unheard(session: LiveTurntable, reference: str, names: Iterable[str]) -> None:
+    silent = [name for name in names if name not in session.heard]
+    if reference in silent or not session.heard - {reference}:
+        raise ProcedureError(
+            f"there is nothing to calibrate, as no sample came of {join(silent)}; check power, cables and "
+            "addresses, and go on with --resume"
+        )
+
+
+def _say_how_to_go_on(session: LiveTurntable) -> None:
+    _say(
+        [
+            f"interrupted; what was recorded is in {session.session}: go on with the same command and "
+            f"--resume, or calibrate what there is with tumble turntable {session.session}",
+            *filter(None, [session.missed]),
+        ]
+    )
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        print(f"tumble: {line}", file=sys.stderr, flush=True)

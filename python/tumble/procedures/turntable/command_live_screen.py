@@ -1,0 +1,138 @@
+"""How a live session shows: faces that are ticked on a terminal, else a line for what matters; or JSON."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from tumble.cli.live_screen import DONE, OPEN, SHOWN, STYLES, bar, goal_contents, goal_lines, goal_words
+from tumble.cli.screen import print_json_line
+from tumble.foundation.words import LISTENING
+
+if TYPE_CHECKING:
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    from tumble.procedures.turntable.live import PoseProgress, TurntableStep
+
+Show: TypeAlias = "Callable[[TurntableStep], None]"
+"""Told every step of the session."""
+
+TROUBLE = ("warning", "ended early")
+"""What is said even where little is."""
+A_ROW = 6
+"""Poses beside each other."""
+
+
+@contextmanager
+def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
+    """Give what shows each step while the block runs, on standard error; JSON on standard output."""
+    from rich.live import Live
+
+    from tumble.cli.screen import message_console
+
+    console = message_console()
+    if as_json:
+        yield lambda step: print_json_line(event_of(step))
+    elif not console.is_terminal or quiet:
+        yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
+    else:
+        with Live(console=console, auto_refresh=False) as screen:
+
+            def show(step: TurntableStep) -> None:
+                if step.kind in (*TROUBLE, "done"):
+                    screen.console.print(prompt(step), style="yellow" if step.text else "", highlight=False)
+                screen.update(drawn(step), refresh=True)
+
+            yield show
+
+
+def event_of(step: TurntableStep) -> dict[str, Any]:
+    """Give a step as plain data: `event` first, goals by their name."""
+    content = asdict(step)
+    return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
+
+
+def prompt(step: TurntableStep) -> str:
+    """Say what happened, and what to do now; empty where nothing is new."""
+    names = ", ".join(unit.name for unit in step.units)
+    done = sum(pose.done for pose in step.poses)
+    again = f" again: {step.text}" if step.text else ""
+    return {
+        LISTENING: f"Listening to {names}. Ctrl-C ends; --resume goes on.",
+        "pose wanted": f"Go to {step.subject}, and let it stand still{again}.",
+        "pose done": f"{step.subject} done, {done} of {len(step.poses)}{goal_words(step.goals)}.",
+        "turn wanted": f"Turn about {step.subject} by a quarter or more, then let it stand still.",
+        "turn done": f"Turn about {step.subject} done.",
+        "warning": f"Warning: {step.subject}: {step.text}",
+        "done": "Done.",
+        "ended early": f"Ended early: {step.text}.",
+    }.get(step.kind, "")
+
+
+def drawn(step: TurntableStep) -> Group:
+    """Draw poses and turns with ticks, each unit, and sigmas against the goal."""
+    from rich.console import Group
+
+    return Group(_poses(step), *_turns(step), *_table(step), _units(step), *goal_lines(step.goals))
+
+
+def _print_line(text: str) -> None:
+    if text:
+        print(text, file=sys.stderr, flush=True)
+
+
+def _poses(step: TurntableStep) -> Table:
+    from rich.box import ROUNDED
+    from rich.table import Table
+    from rich.text import Text
+
+    faces = Table(box=ROUNDED, show_header=False, show_lines=True)
+    cells = [
+        Text(
+            f"[{DONE if pose.done else OPEN}] {pose.name}\n{bar(pose.seconds / pose.wanted)}\n"
+            f"{pose.seconds:.0f} of {pose.wanted:.0f} s{_ticks(pose)}",
+            style="green" if pose.done else "bold cyan" if pose.name == step.at else "",
+        )
+        for pose in step.poses
+    ]
+    for first in range(0, len(cells), A_ROW):
+        faces.add_row(*cells[first : first + A_ROW])
+    return faces
+
+
+def _ticks(pose: PoseProgress) -> str:
+    """Draw a tick for each target, a line each."""
+    return "".join(f"\n[{DONE if unit.done else OPEN}] {unit.name}" for unit in pose.units)
+
+
+def _turns(step: TurntableStep) -> Iterator[Text]:
+    from rich.text import Text
+
+    if step.turns:
+        each = (
+            f"[{DONE if turn.done else OPEN}] {turn.name} {turn.count}/{turn.wanted}" for turn in step.turns
+        )
+        yield Text("turns  " + "  ".join(each))
+
+
+def _table(step: TurntableStep) -> Iterator[Text]:
+    from rich.text import Text
+
+    if step.table:
+        yield Text(f"table  {step.table}")
+
+
+def _units(step: TurntableStep) -> Table:
+    from rich.table import Table
+
+    units = Table(box=None, show_header=False)
+    for unit in step.units:
+        rate = "" if math.isnan(unit.rate) else f"{unit.rate:.4g} Hz"
+        units.add_row(unit.name, f"[{STYLES[unit.condition]}]{SHOWN[unit.condition]}", rate)
+    return units

@@ -1,0 +1,109 @@
+"""What is kept of each attempt at a target: enough for summary and report without its recording."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+from tumble.foundation.plain import finite
+from tumble.foundation.results import LimitCheck, Verdict
+from tumble.procedures.turntable.result import GOOD
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedParameter:
+    """One estimated number."""
+
+    name: str
+    """With its triad: `accelerometer bias x`."""
+    unit: str
+    value: float | None
+    """None where the data did not show it."""
+    sigma: float | None
+    inherited: float | None = None
+    """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetRecord:
+    """One attempt at one target, as a line of `batch.jsonl`."""
+
+    target: str
+    stem: str
+    """Name of its files, without their endings."""
+    attempt: int
+    """From 1."""
+    date: str
+    verdict: Verdict
+    reason: str
+    """Why it failed or has no calibration; empty where neither is so."""
+    sentence: str
+    """What the report says of the verdict."""
+    serial: str
+    operator: str
+    station: str
+    source: str
+    log_sha256: str
+    duration: float
+    """s."""
+    missing_samples: int
+    temperature: tuple[float, float, float] | None
+    """Lowest, mean and highest at rest, degC."""
+    reference: str
+    reference_serial: str
+    reference_sha256: str
+    """Of the reference's recording."""
+    reference_calibration: str
+    """sha256 of the calibration that was applied to the reference; empty if there was none."""
+    software: str
+    key: str
+    """sha256 of everything that the result follows from: another run of the same key finds the same."""
+    calibration_sha256: str
+    """Of the calibration file; empty where there is none."""
+    page: bool
+    """Whether it has a page of its own."""
+    warnings: tuple[str, ...]
+    remarks: str
+    """What the report says beside it in a word or two."""
+    fits: tuple[str, str]
+    """Chi-square over degrees of freedom, accelerometer and gyroscope, as printed."""
+    before: float | None
+    after: float | None
+    """m/s^2: error of |specific force| at rest without and with the calibration."""
+    parameters: tuple[RecordedParameter, ...]
+    checks: tuple[LimitCheck, ...]
+    columns: dict[str, str] = field(default_factory=dict)
+    """What else a manifest says of it, by column."""
+
+    @property
+    def fails(self) -> bool:
+        """Whether it has no calibration, or one that is known to be wrong."""
+        return self.verdict not in GOOD
+
+    def line(self) -> str:
+        """Print it as one line of JSON."""
+        return json.dumps(finite(asdict(self)), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+    @classmethod
+    def from_line(cls, line: str | bytes) -> TargetRecord:
+        """Read a line; raises `ValueError` where it is not one of these."""
+        try:
+            content: dict[str, Any] = json.loads(line)
+            known = {each.name for each in fields(cls)}
+            kept: dict[str, Any] = {name: _frozen(value) for name, value in content.items() if name in known}
+            parameters = tuple(RecordedParameter(**each) for each in content["parameters"])
+            checks = tuple(_check(each) for each in content["checks"])
+            return cls(**kept | {"parameters": parameters, "checks": checks})
+        except (TypeError, KeyError, AttributeError) as error:
+            raise ValueError(f"no record of a target: {error}") from error
+
+
+def _frozen(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _check(content: dict[str, Any]) -> LimitCheck:
+    value = content["value"]
+    return LimitCheck(**content | {"value": math.nan if value is None else value})

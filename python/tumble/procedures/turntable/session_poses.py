@@ -1,0 +1,21 @@
+"""The pose list that a recorded session brings: what was asked of the table while it was recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tumble.poses.pose_list import SIX_FACES, PoseList
+
+FILE = "poses.yaml"
+
+
+def poses_of(session: Path | str) -> PoseList | None:
+    """Give the list that lies in the folder of a session; None where there is none."""
+    path = Path(session) / FILE
+    return PoseList.load(path) if path.is_file() else None
+
+
+def keep_poses(session: Path, poses: PoseList) -> None:
+    """Have a list lie in the folder of a session, unless it is the usual one, or lies there already."""
+    if poses is not SIX_FACES and not (session / FILE).exists():
+        poses.save(session / FILE)

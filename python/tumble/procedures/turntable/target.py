@@ -1,0 +1,295 @@
+"""One target of a turntable session: calibrated, described, held against its limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import (
+    refuse_if_unfit,
+    rejected_rests_of,
+    rests_of,
+    scale_notice,
+    trace_of,
+)
+from tumble.acquisition.imu import Imu, log_name
+from tumble.acquisition.notices import notices
+from tumble.acquisition.twins import twins
+from tumble.calibration.limits import Limits
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.provenance import NO_LOG
+from tumble.foundation.results import Trace, TriadResult
+from tumble.foundation.units import TRIADS
+from tumble.poses.triads import triad_result
+from tumble.procedures.turntable.matching import PoseMatch
+from tumble.procedures.turntable.messages import explain
+from tumble.procedures.turntable.off_diagonals import Treatment, off_diagonals
+from tumble.procedures.turntable.rates import axis_responses
+from tumble.procedures.turntable.reference import mounting_result
+from tumble.procedures.turntable.result import AxisReading, ClockFit, OffDiagonal, TargetResult
+
+PARTS_PER_MILLION = 1e6
+LARGEST_RESIDUAL = 0.5
+"""m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
+
+UNLIKELY = 1e-4
+"""Chance of a chi-square so small that it deserves a remark, as one too large does."""
+
+LARGEST_NON_ORTHOGONALITY = 3.0
+"""deg: 5 % of cross-axis sensitivity, the worst that data sheets of consumer sensors allow."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetProcedure:
+    """What all targets of a session share."""
+
+    reference: Imu
+    fitted: _core.Reference
+    match: PoseMatch
+    settings: _core.TurntableSettings
+    compared: Mapping[Treatment, _core.TurntableSettings]
+    """The same with other truths, for comparison."""
+    gravity: float
+    limits: Limits | None
+    response_asked_for: bool = False
+    """Whether the response of gyroscopes to specific force is fitted by request."""
+    gyroscopes: dict[str, str] = field(default_factory=dict)
+    """Name of the first unit with each gyroscope, by its digest."""
+
+    def first_with_gyroscope(self, name: str, unit: Imu | TumbleError) -> str:
+        """Give the first unit with the gyroscope of this one: itself, unless one sensor has two names."""
+        if isinstance(unit, TumbleError) or not unit.gyroscope_digest:
+            return name
+        return self.gyroscopes.setdefault(unit.gyroscope_digest, name)
+
+    def _twin(self, name: str, unit: Imu) -> Iterator[str]:
+        first = self.first_with_gyroscope(name, unit)
+        return twins([(each, unit.gyroscope_digest) for each in (first, name)] if first != name else [])
+
+    def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
+        """Calibrate one target; what hinders it becomes its failure."""
+        if isinstance(unit, TumbleError):
+            return _failed(name, unit)
+        seen = _core.as_reference(self.reference.acquired, unit.acquired, self.settings)
+        unit = replace(unit, acquired=seen)
+        try:
+            refuse_if_unfit(name, unit, self.gravity)
+            figures = _core.calibrate_target(
+                self.reference.acquired,
+                self.fitted,
+                unit.acquired,
+                self.match.ups,
+                self.settings,
+                self._triads(name, unit),
+            )
+        except _core.CoreError as error:
+            return _failed(name, ProcedureError(explain(error, self.match.names), about=name), unit)
+        except TumbleError as error:
+            return _failed(name, error, unit)
+        stray = self._stray_rest(figures)
+        if stray:
+            return _failed(name, ProcedureError(stray, about=name), unit)
+        result = self._result(name, unit, figures)
+        return replace(result, checks=self.limits.check(result)) if self.limits else result
+
+    def _triads(self, name: str, unit: Imu) -> tuple[bool, bool]:
+        """Say which triads can be calibrated: turns have to be shown by both units."""
+        accelerometer, gyroscope = (triad in unit.triads for triad in TRIADS)
+        gyroscope = gyroscope and "gyroscope" in self.reference.triads
+        if not (accelerometer or gyroscope):
+            raise ProcedureError(
+                "has gyroscope readings only, and the reference has none to hold them against", about=name
+            )
+        return accelerometer, gyroscope
+
+    def _stray_rest(self, figures: _core.TargetFigures) -> str:
+        """Name the rest at which the target cannot have stood as the reference did; empty if none."""
+        accelerometer = figures["accelerometer"]
+        if accelerometer is None:
+            return ""
+        residuals = np.linalg.norm(accelerometer["residuals"], axis=1)
+        worst = int(np.argmax(residuals))
+        if residuals[worst] <= LARGEST_RESIDUAL:
+            return ""
+        _, rest, _ = accelerometer["labels"][worst]
+        pose = f" ({self.match.names[rest]})" if rest in self.match.names else ""
+        return (
+            f"differs by {residuals[worst]:.2g} m/s^2 from what the reference measured, most at rest "
+            f"{rest + 1}{pose}: it did not turn as the reference did; fasten it, and check that both logs, "
+            "and the names of their files, belong together"
+        )
+
+    def _result(self, name: str, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
+        noise, instability = unit.acquired.noise_density, unit.acquired.bias_instability
+        names = self.match.names
+        poses = {
+            rest: names[seen]
+            for seen, first, last in figures["pairs"]
+            if seen in names
+            for rest in range(first, last + 1)
+        }
+        result = TargetResult(
+            name=name,
+            source=log_name(unit.recording),
+            serial=unit.recording.metadata.serial,
+            accelerometer=triad_result(
+                "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
+            ),
+            gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
+            rests=rests_of(unit.acquired, poses, unit.triads) + rejected_rests_of(unit.acquired),
+            trace=trace_of(unit.acquired, unit.triads),
+            clock=None if unit.recording.parts else _clock(figures["clock"]),
+            axis_readings=(),
+            temperature=unit.acquired.temperature,
+            missing_samples=unit.acquired.missing,
+            log=unit.log,
+        )
+        return replace(
+            result,
+            axis_readings=self._axis_readings(result, figures),
+            off_diagonals=self._off_diagonals(unit),
+            responses=axis_responses(figures["responses"]),
+            warnings=(
+                *notices(unit),
+                *scale_notice(unit.acquired, self.gravity),
+                *self._unshown(unit),
+                *self._twin(name, unit),
+                *self._warnings(result, figures),
+            ),
+        )
+
+    def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
+        """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
+        mounting = mounting_result(self.fitted)
+        known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
+        if mounting is None or not known or figures["accelerometer"] is None:
+            return ()
+        ideal = self.gravity * self.match.ups[[seen for seen, _ in known]]
+        rests = [result.rests[first] for _, first in known]
+        measured = np.array([rest.specific_force for rest in rests])
+        sigma = np.array([rest.specific_force_sigma for rest in rests])
+        compensated = mounting.in_table_frame(measured)
+        labels = tuple(self.match.names[seen] for seen, _ in known)
+        return (
+            AxisReading("X", labels, ideal[:, 0], measured[:, 0], compensated[:, 0], sigma[:, 0]),
+            AxisReading("Y", labels, ideal[:, 1], measured[:, 1], compensated[:, 1], sigma[:, 1]),
+        )
+
+    def _off_diagonals(self, unit: Imu) -> tuple[OffDiagonal, ...]:
+        """Fit once more as if mounting were ignored, compensated as published, and measured."""
+        if mounting_result(self.fitted) is None or "accelerometer" not in unit.triads:
+            return ()
+        try:
+            fits = {each: self._accelerometer(unit, settings) for each, settings in self.compared.items()}
+        except _core.CoreError:
+            # What one of the other truths cannot be fitted to is compared with nothing.
+            return ()
+        return off_diagonals(fits)
+
+    def _accelerometer(self, unit: Imu, settings: _core.TurntableSettings) -> _core.TriadFigures:
+        figures = _core.calibrate_target(
+            self.reference.acquired, self.fitted, unit.acquired, self.match.ups, settings, (True, False)
+        )
+        accelerometer = figures["accelerometer"]
+        assert accelerometer is not None, "it was asked for"
+        return accelerometer
+
+    def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
+        """Say that the response to specific force was fitted although nobody asked for it."""
+        if self.response_asked_for or gyroscope is None or gyroscope.g_sensitivity is None:
+            return
+        largest = math.degrees(float(np.abs(gyroscope.g_sensitivity).max())) * STANDARD_GRAVITY
+        yield (
+            f"gyroscope responds to specific force, by up to {largest:.2g} deg/s at 1 g: its residuals show "
+            f"that (chance alone does in 1 of {1 / _core.RESPONSE_FALSE_ALARM:.0f} sessions), so the "
+            "response was fitted; --no-g-sensitivity leaves it out"
+        )
+
+    def _unshown(self, unit: Imu) -> Iterator[str]:
+        """Say what a unit of one triad, or beside one, leaves open."""
+        if "gyroscope" in unit.triads and "gyroscope" not in self.reference.triads:
+            yield "the reference has no gyroscope, so the gyroscope could not be calibrated"
+        if "gyroscope" not in unit.triads and not unit.recording.parts and self._shares_no_clock(unit):
+            yield "its clock is taken for that of the reference, as without a gyroscope no turn shows another"
+
+    def _shares_no_clock(self, unit: Imu) -> bool:
+        """Whether nothing says that target and reference were stamped by one clock."""
+        clock = unit.recording.metadata.clock
+        return not clock or clock != self.reference.recording.metadata.clock
+
+    def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
+        contradiction = figures["clock"]["contradiction"]
+        if contradiction:
+            yield (
+                f"the turns lie {contradiction[0]:.3f} s apart although the clock is stated to be shared; "
+                "try --clock apart"
+            )
+        seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
+        lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
+        if lost:
+            yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
+        yield from self._response(result.gyroscope)
+        for triad in (result.accelerometer, result.gyroscope):
+            if triad and triad.widening > 1.0:
+                worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
+                yield (
+                    f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
+                    f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
+                    f"all sigmas were widened by a factor of {triad.widening:.2g}"
+                )
+            if triad and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
+                yield (
+                    f"{triad.triad} residuals are smaller than the noise explains (chi-square "
+                    f"{triad.chi_square:.3g} for {triad.degrees_of_freedom}; chance leaves so little in "
+                    f"fewer than 1 of {1 / UNLIKELY:.0f} sessions): the sigmas are too large"
+                )
+            if triad:
+                yield from _skewed_axes(triad)
+
+
+def _skewed_axes(triad: TriadResult) -> Iterator[str]:
+    """Name axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
+    for parameter in triad.parameters:
+        if parameter.name.startswith("non-orthogonality") and parameter.observable:
+            at_least = max(parameter.low, -parameter.high)
+            if at_least > LARGEST_NON_ORTHOGONALITY:
+                yield (
+                    f"{triad.triad} {parameter.name} is {parameter.value:.1f} deg, more than usual for a "
+                    "sensor: did the unit slip in its fixture between poses? Fasten it and record again"
+                )
+
+
+def _clock(figures: _core.ClockFigures) -> ClockFit:
+    return ClockFit(
+        shared=figures["shared"],
+        offset=figures["offset"],
+        offset_sigma=figures["offset_sigma"],
+        skew=figures["skew"] * PARTS_PER_MILLION,
+        skew_sigma=figures["skew_sigma"] * PARTS_PER_MILLION,
+        turns=figures["turns"],
+    )
+
+
+def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetResult:
+    nothing = np.empty((0, 3))
+    return TargetResult(
+        name=name,
+        source=log_name(unit.recording) if unit else name,
+        serial=unit.recording.metadata.serial if unit else "",
+        accelerometer=None,
+        gyroscope=None,
+        rests=rests_of(unit.acquired, triads=unit.triads) + rejected_rests_of(unit.acquired) if unit else (),
+        trace=trace_of(unit.acquired, unit.triads) if unit else Trace(np.empty(0), nothing, nothing),
+        clock=None,
+        axis_readings=(),
+        temperature=unit.acquired.temperature if unit else None,
+        missing_samples=unit.acquired.missing if unit else 0,
+        log=unit.log if unit else NO_LOG,
+        failure=str(error),
+        failure_reason=error.why,
+    )

@@ -1,0 +1,1 @@
+"""Live sessions, tables, files of other programs, simulation: no procedure by name."""

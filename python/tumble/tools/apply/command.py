@@ -1,0 +1,104 @@
+"""`tumble apply`: a log, a calibration, and out comes the corrected log."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tumble.cli.json_option import JsonOption
+from tumble.cli.live_options import LIVE, SenderOption, ToOption
+from tumble.cli.output import file_named_after, output_path
+from tumble.cli.read_options import with_read_options
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.words import count_of
+from tumble.logs.options import ReadOptions
+
+
+@with_read_options
+def apply_command(
+    calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="Calibration file of the unit.")],
+    log: Annotated[
+        str,
+        typer.Argument(
+            metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several; with --live SOURCE."
+        ),
+    ],
+    read_options: ReadOptions,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            parser=output_path,
+            help="Corrected log to write; ./NAME-tumble, in the format of the log, if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    format_name: Annotated[
+        str | None,
+        typer.Option("--format", metavar="csv|parquet|mcap", help="Format, if not that of OUT's name."),
+    ] = None,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force", help="Correct a log of another unit, or one that was corrected already, all the same."
+        ),
+    ] = False,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=LIVE),
+    ] = False,
+    to: ToOption = None,
+    sender: SenderOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Correct a log with a calibration.
+
+    Example: tumble apply results/target_1.yaml drive.bag:/imu/data -o drive.mcap
+
+    Writes time in s, specific force in m/s^2 and angular rate in rad/s, freed of the calibrated errors.
+
+    Logs of any length are read and written piece by piece. A log of another unit, by its serial number, or
+    one that was corrected already is refused.
+
+    With --live, samples of a source go on at once, corrected, until Ctrl-C:
+    tumble apply --live unit.yaml serial:/dev/ttyUSB0 --to udp://10.0.0.2:9000
+    """
+    if live or to is not None:
+        _check_live(live, to, output, format_name)
+        from tumble.tools.apply.command_live import apply_source
+
+        apply_source(calibration, log, to or "", read_options, sender=sender, force=force, as_json=as_json)
+        return
+    from tumble.calibration.document import Calibration
+    from tumble.cli.progress import sample_progress
+    from tumble.logs import open_recording
+    from tumble.tools.apply.procedure import apply
+
+    found = Calibration.load(calibration)
+    recording = open_recording(log, read_options)
+    with sample_progress("correcting") as advance:
+        applied = apply(
+            found,
+            recording,
+            output or file_named_after(recording.name, format_name or recording.metadata.format),
+            format_name=format_name,
+            force=force,
+            progress=advance,
+        )
+    for warning in applied.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
+    print(f"{count_of('sample', applied.samples)} corrected: {applied.path}")
+
+
+def _check_live(live: bool, to: str | None, output: Path | None, format_name: str | None) -> None:
+    if not live:
+        raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
+    if to is None:
+        raise ProcedureError("--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT or FILE")
+    if output is not None or format_name is not None:
+        raise ProcedureError("-o and --format are for logs; with --live give --to FILE")

@@ -1,0 +1,140 @@
+"""Correct a recording with a calibration, chunk by chunk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
+from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import count_of
+from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer
+from tumble.logs.spec import files_of
+
+
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """A corrected log."""
+
+    path: Path
+    samples: int
+    """Samples written."""
+    warnings: tuple[str, ...]
+    """What a user should know before using it."""
+
+    def __repr__(self) -> str:
+        head = f"Applied({count_of('sample', self.samples)} to {self.path})"
+        return "\n".join([head, *map("  {}".format, self.warnings)])
+
+
+def apply(
+    calibration: Calibration | str | Path,
+    recording: RecordingSource,
+    output: Path | str,
+    *,
+    format_name: str | None = None,
+    read: ReadOptions | None = None,
+    force: bool = False,
+    progress: SampleProgress | None = None,
+) -> Applied:
+    """Write a recording, corrected, to `output`, in SI units; memory does not grow with its length.
+
+    `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
+    decides. `progress` is told samples done, and samples expected where they are known beforehand. `force`
+    turns it into a warning that the calibration is of another unit, or that the log was corrected before.
+
+    Raises `ProcedureError` for either of these, `LogError` where the recording cannot be read to its end,
+    `OutputError` where `output` cannot be written; what was there before is then untouched.
+    """
+    output = Path(output)
+    calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    recording = open_recording(recording, read)
+    metadata = recording.metadata
+    misuses = tuple(
+        misuses_of(calibration, serial=metadata.serial, already_corrected=metadata.already_corrected)
+    )
+    if misuses and not force:
+        raise ProcedureError(
+            f"{misuses[0]}; give the log as recorded and the calibration of its unit, or --force",
+            about=metadata.source,
+        )
+    _refuse_without_force(calibration, recording)
+    serial = metadata.serial or calibration.serial
+    facts = Facts(
+        metadata.frame,
+        serial,
+        f"sha256:{calibration.hash()}",
+        metadata.triads,
+        doubts=tuple(doubts(calibration)),
+    )
+    samples = 0
+    temperatures = TemperatureCounts(calibration, metadata.triads)
+    stream = recording.chunks()
+    expected = stream.expected if isinstance(stream, ChunkStream) else None
+    with open_writer(output, format_name, facts, inputs=files_of(recording)) as writer:
+        for chunk in stream:
+            temperatures.add(len(chunk), chunk.temperature)
+            accelerometer, gyroscope = calibration.correct(
+                chunk.accelerometer, chunk.gyroscope, chunk.temperature
+            )
+            writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+            samples += len(chunk)
+            if progress is not None:
+                progress(samples, expected)
+    left_out = stream.counts.notices() if isinstance(stream, ChunkStream) else ()
+    warnings = warnings_on(
+        calibration, what="log", name=metadata.name, serial=metadata.serial, triads=metadata.triads
+    )
+    return Applied(
+        output, samples, (*map("the log {}".format, misuses), *warnings, *temperatures.notices(), *left_out)
+    )
+
+
+def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
+    """Raise `ProcedureError` where the gyroscope is corrected by specific force that was not recorded."""
+    gyroscope = calibration.gyroscope
+    if gyroscope and gyroscope.g_sensitivity is not None and "accelerometer" not in recording.metadata.triads:
+        raise ProcedureError(
+            "holds no accelerometer readings, which this calibration of the gyroscope needs for its "
+            "g-sensitivity; give a log with both, or a calibration without",
+            about=recording.metadata.source,
+        )
+
+
+def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool | None) -> Iterator[str]:
+    """Say what would make corrected samples worse than those of the unit of that serial number."""
+    if already_corrected:
+        yield "was corrected already"
+    if calibration.serial and serial and calibration.serial != serial:
+        yield f"is of unit {serial}, the calibration of unit {calibration.serial}"
+
+
+def _is_spin(calibration: Calibration) -> bool:
+    """Whether bias is all that the procedure is for, so that whoever applies it expects no more."""
+    return calibration.method is not None and calibration.method.procedure == "spin"
+
+
+def warnings_on(
+    calibration: Calibration, *, what: str, name: str, serial: str, triads: Sequence[Triad] = TRIADS
+) -> tuple[str, ...]:
+    """Say what the calibration leaves open for `what`, a log or a source, of that name and these triads."""
+    warnings = [f"{doubt}; what is corrected with it is no better" for doubt in doubts(calibration)]
+    if calibration.name != name and not (calibration.serial and serial):
+        silent = what if calibration.serial else "calibration"
+        warnings.append(
+            f"whether the {what} {name} is of the unit of the calibration, {calibration.name}, is not "
+            f"known: the {silent} has no serial number"
+        )
+    for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
+        if name not in triads:
+            continue
+        if triad is None:
+            warnings.append(f"the calibration has no {name} section; the {name} is left as measured")
+        elif "matrix" not in triad.estimated and triad.estimated and not _is_spin(calibration):
+            warnings.append(f"the calibration of the {name} has only its bias")
+    return tuple(warnings)

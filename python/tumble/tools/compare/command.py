@@ -1,0 +1,57 @@
+"""`tumble compare`: reads calibrations, says whether they are the same."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from tumble.cli.json_option import JsonOption
+from tumble.cli.maker_options import with_maker
+from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.results import end_unless, show_results
+
+
+@with_maker
+def compare_command(
+    calibrations: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="CALIBRATION...",
+            help="Two files or more: calibrations, or files of other programs that tumble import reads, as "
+            "FILE:NAME where one holds several IMUs. The first is held against each of the others.",
+        ),
+    ],
+    output: OutputFolder = None,
+    rate: Annotated[
+        float,
+        typer.Option(
+            metavar="RAD/S", help="Largest rate of the turns at which an error of a gyroscope is told."
+        ),
+    ] = 1.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Say whether calibrations are the same within what is known of each.
+
+    Three or more of one unit are also laid over time, with a straight line through each parameter.
+
+    Example: tumble compare results/january.yaml results/june.yaml
+
+    Writes a page. The exit code is 0 if all are the same within their uncertainty, 3 if one differs from the
+    first or nothing shows whether it does, 2 if nothing could be done.
+    """
+    from tumble.foundation.file_names import COMPARE_PAGE
+    from tumble.foundation.files import PAGE, check_output, prepare_folder
+    from tumble.tools.compare import summary
+    from tumble.tools.compare.procedure import compare
+    from tumble.tools.compare.report.page import COMPARE_REPORT
+
+    result = compare(calibrations, largest_rate=rate)
+    page = prepare_folder(output or folder_named_after(result.names[0])) / COMPARE_PAGE
+    check_output(page, PAGE)
+    COMPARE_REPORT.write(result, page)
+    for warning in result.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
+    show_results(summary, result, {"report": page}, as_json)
+    end_unless(result.verdict == "same")

@@ -1,0 +1,104 @@
+"""What to know of calibrations before their differences are believed, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import join
+from tumble.tools.compare.unit import UnitModel
+
+INDEPENDENT = (
+    "errors of different calibrations are taken as independent of each other, and so are those of "
+    "accelerometer and gyroscope of one"
+)
+_NEAR = 2.0
+"""K between two calibrations that are not worth a word."""
+
+
+def notes_on(
+    first: Calibration, second: Calibration, models: tuple[UnitModel, UnitModel], *, turned: bool
+) -> Iterator[str]:
+    """Say what makes a pair less comparable than it looks."""
+    labels = models[0].label, models[1].label
+    if first.serial != second.serial and first.serial and second.serial:
+        yield f"serial {first.serial} and serial {second.serial}: these are two units"
+    yield from _missing(models)
+    if turned:
+        yield (
+            "one is in the axes of its accelerometer, the other is not: both were turned into these, so the "
+            "mounting of the accelerometer is left out, and that of the gyroscope is relative to it"
+        )
+    yield from _shared(first, second)
+    for calibration, label in zip((first, second), labels, strict=True):
+        yield from warnings_on(calibration, label)
+    yield from _stated(models)
+
+
+def warnings_on(calibration: Calibration, label: str) -> Iterator[str]:
+    """Say of a calibration of that label what is known to be wrong with it."""
+    return (f"{label}: {doubt}" for doubt in doubts(calibration))
+
+
+def _missing(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
+    for triad in TRIADS:
+        lacking = [model.label for model in models if model.says_nothing_of(triad)]
+        if len(lacking) == 1:
+            yield f"{lacking[0]} has no calibration of the {triad}, which is not compared"
+    silent = [model.label for model in models if model.response is None]
+    if len(silent) == 1:
+        yield f"{silent[0]} says nothing of g-sensitivity, which is not compared"
+
+
+def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
+    if first.reference is not None and second.reference is not None:
+        names = {(each.name, each.serial) for each in (first.reference, second.reference)}
+        if len(names) == 1:
+            yield (
+                f"both were held against the reference {first.reference.name}: what that is off by is in "
+                "both, and does not show here"
+            )
+    logs = {each.log.sha256 for each in (first, second) if each.log is not None and each.log.sha256}
+    if len(logs) == 1 and first.log is not None and second.log is not None:
+        yield (
+            "both were found from one log, so that they err alike and their difference is smaller than its "
+            "sigma says"
+        )
+
+
+def _stated(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
+    for model, other in (models, models[::-1]):
+        if alone := [triad for triad in TRIADS if triad in model.stated and triad not in other.stated]:
+            yield (
+                f"{model.label} states no uncertainty of {join(alone)}: its numbers are taken as they are, "
+                f"and the question is whether {other.label} bears them out"
+            )
+
+
+def temperature_notes(
+    calibrations: Sequence[Calibration], labels: Sequence[str], temperatures: dict[Triad, float]
+) -> Iterator[str]:
+    """Say at which temperature units were compared, and where nobody knows what temperature did."""
+    for triad, temperature in temperatures.items():
+        knowing = [
+            label
+            for each, label in zip(calibrations, labels, strict=True)
+            if triad in each.temperature_drifts()
+        ]
+        only = "" if len(knowing) == len(labels) else f", as {join(knowing)} knows how to"
+        yield f"{triad}: compared at {temperature:.1f} degC{only}"
+        unplaced = [
+            label
+            for each, label in zip(calibrations, labels, strict=True)
+            if label not in knowing and each.temperature is None and getattr(each, triad) is not None
+        ]
+        if unplaced:
+            yield f"{triad}: {join(unplaced)} does not say at which temperature it holds"
+    means = [each.temperature.mean for each in calibrations if each.temperature is not None]
+    if not temperatures and means and max(means) - min(means) > _NEAR:
+        yield (
+            f"made at {min(means):.1f} to {max(means):.1f} degC, and none knows its drift: some of a "
+            "difference may be temperature"
+        )

@@ -1,0 +1,151 @@
+"""Calibrations held against each other, and over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+from tumble import _core
+from tumble.calibration.document import Calibration
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.units import TRIADS, Triad
+from tumble.logs.spec import parse_spec
+from tumble.tools.compare.chi_square import group_tests, joint_test, largest_of
+from tumble.tools.compare.common import (
+    ACCELEROMETER,
+    brought_to,
+    common_temperature,
+    in_own_axes,
+    turned_to_own_axes,
+)
+from tumble.tools.compare.history import FEWEST, histories, years_of
+from tumble.tools.compare.messages import INDEPENDENT, notes_on, temperature_notes, warnings_on
+from tumble.tools.compare.motion import motion_errors
+from tumble.tools.compare.parameters import differences
+from tumble.tools.compare.result import CompareResult, History, Pair
+from tumble.tools.compare.source import CalibrationSource, date_of, open_calibration
+from tumble.tools.compare.temperature import drift_differences
+from tumble.tools.compare.unit import UnitModel, unit_model
+from tumble.tools.exchange.parts import TYPICAL
+
+LARGEST_RATE = TYPICAL["gyroscope"]
+"""rad/s of the turns that a difference of gyroscopes is stated at."""
+
+
+def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGEST_RATE) -> CompareResult:
+    """Hold the first calibration against each of the others.
+
+    A source is a `Calibration`, a file of one, or a file of another program that `import_calibrations` reads,
+    as FILE:NAME where it holds several IMUs. All are brought to one temperature and one frame. Three or more
+    of one unit with different dates are also laid over time. `largest_rate`, rad/s, is that of the turns for
+    which a difference is told as an error.
+
+    Raises `TumbleError`, in one line, where a file cannot be read, there are fewer than two, or the rate is
+    not above zero.
+
+    Method: docs/theory/compare.md.
+    """
+    if len(sources) < len(("first", "second")):
+        raise ProcedureError("give two calibrations or more")
+    if not 0.0 < largest_rate < np.inf:
+        raise ProcedureError(f"--rate {largest_rate:g}: give a rate above zero, rad/s")
+    calibrations = [open_calibration(source) for source in sources]
+    labels = _labels(sources, calibrations)
+    units = [unit_model(*each) for each in zip(calibrations, labels, strict=True)]
+    temperatures = {
+        triad: temperature
+        for triad in TRIADS
+        if (temperature := common_temperature(calibrations, triad)) is not None
+    }
+    for triad, temperature in temperatures.items():
+        for k, calibration in enumerate(calibrations):
+            if (drift := calibration.temperature_drifts().get(triad)) is not None:
+                units[k] = brought_to(units[k], triad, drift, temperature)
+    own_axes = [ACCELEROMETER in unit.triads and in_own_axes(unit) for unit in units]
+    framed = [own for own, unit in zip(own_axes, units, strict=True) if ACCELEROMETER in unit.triads]
+    turned = any(framed) and not all(framed)
+    if turned:
+        units = [turned_to_own_axes(unit) for unit in units]
+    pairs = [
+        _pair((calibrations[0], calibrations[k]), (units[0], units[k]), temperatures, largest_rate, turned)
+        for k in range(1, len(units))
+    ]
+    dates = tuple(date_of(each) for each in calibrations)
+    history, history_notes = _history(calibrations, units, dates, own_axes=any(framed))
+    return CompareResult(
+        names=tuple(labels),
+        files=tuple("" if isinstance(source, Calibration) else str(source) for source in sources),
+        serials=tuple(each.serial for each in calibrations),
+        dates=dates,
+        pairs=tuple(pairs),
+        history=history,
+        notes=(INDEPENDENT, *temperature_notes(calibrations, labels, temperatures), *history_notes),
+        warnings=tuple(
+            warning
+            for each, label in zip(calibrations, labels, strict=True)
+            for warning in warnings_on(each, label)
+        ),
+        options={"largest_rate": largest_rate},
+        software=f"tumble {_core.__version__}",
+    )
+
+
+def _pair(
+    calibrations: tuple[Calibration, Calibration],
+    units: tuple[UnitModel, UnitModel],
+    temperatures: dict[Triad, float],
+    largest_rate: float,
+    turned: bool,
+) -> Pair:
+    own_axes = all(in_own_axes(unit) for unit in units)
+    found = differences(*units, own_axes=own_axes)
+    drifts = [
+        row
+        for triad, temperature in temperatures.items()
+        for row in drift_differences(*calibrations, triad, temperature)
+    ]
+    return Pair(
+        first=units[0].label,
+        second=units[1].label,
+        differences=(*found.rows, *drifts),
+        groups=tuple(group_tests(found)),
+        joint=joint_test(found),
+        temperature=largest_of(drifts),
+        motion=tuple(motion_errors(*units, largest_rate)),
+        notes=tuple(notes_on(*calibrations, units, turned=turned)),
+    )
+
+
+def _history(
+    calibrations: Sequence[Calibration],
+    units: Sequence[UnitModel],
+    dates: Sequence[str],
+    *,
+    own_axes: bool,
+) -> tuple[tuple[History, ...], list[str]]:
+    """Give what three calibrations or more show over time, or why they do not."""
+    if len(units) < FEWEST:
+        return (), []
+    if len({each.serial for each in calibrations}) > 1:
+        return (), ["nothing is laid over time, as the serials differ"]
+    found = tuple(histories(units, years_of(dates), own_axes))
+    return found, [] if found else ["nothing is laid over time, as there are no three different dates"]
+
+
+def _labels(sources: Sequence[CalibrationSource], calibrations: Sequence[Calibration]) -> list[str]:
+    """Name each by its file, or itself, with a number where names are alike."""
+    labels: list[str] = []
+    for source, calibration in zip(sources, calibrations, strict=True):
+        wanted = calibration.name if isinstance(source, Calibration) else _name_of(source)
+        others = (f"{wanted} ({n})" for n in count(2))
+        labels.append(wanted if wanted not in labels else next(each for each in others if each not in labels))
+    return labels
+
+
+def _name_of(source: Path | str) -> str:
+    """Give `vehicle` of `logs/vehicle.params`, `vehicle:imu1` of `logs/vehicle.params:imu1`."""
+    spec = parse_spec(source)
+    return spec.path.stem if spec.imu is None else f"{spec.path.stem}:{spec.imu}"

@@ -1,0 +1,117 @@
+"""What a calibration says of a unit: M and b of both triads as one vector, with its covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.calibration.document import Calibration, Triad
+from tumble.foundation.factors import PAIRS, factor_jacobian, propagated
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.foundation.units import Triad as TriadName
+
+OF_A_TRIAD = 12
+"""Elements of [M row by row, b]."""
+PLACES: Mapping[TriadName, slice] = {
+    triad: slice(OF_A_TRIAD * k, OF_A_TRIAD * (k + 1)) for k, triad in enumerate(TRIADS)
+}
+"""Where those of a triad stand among the 24 of a unit."""
+_STEP = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class UnitModel:
+    """`y = M u + b` of both triads, and how well each number is known."""
+
+    label: str
+    triads: tuple[TriadName, ...]
+    """Those that were calibrated."""
+    stated: frozenset[TriadName]
+    """Those without any uncertainty: their numbers are taken as they are."""
+    values: FloatArray
+    """(24,) [M row by row, b] of accelerometer and gyroscope; ideal where a triad was not calibrated."""
+    covariance: FloatArray
+    """(24, 24); NaN for what is not observable, zero for what is stated."""
+    response: FloatArray | None
+    """(3, 3) g-sensitivity, rad/s per m/s^2; None where the calibration says nothing of it."""
+    response_sigma: FloatArray
+    """(3, 3) 1-sigma of it."""
+
+    def matrix(self, triad: TriadName) -> FloatArray:
+        """(3, 3) M."""
+        return self.values[PLACES[triad]][:9].reshape(3, 3)
+
+    def bias(self, triad: TriadName) -> FloatArray:
+        """(3,) b."""
+        return self.values[PLACES[triad]][9:]
+
+    def says_nothing_of(self, triad: TriadName) -> bool:
+        """Whether nothing of a triad is known, nor stated."""
+        return triad not in self.triads
+
+
+def unit_model(calibration: Calibration, label: str) -> UnitModel:
+    """Gather what a calibration says."""
+    sections = {
+        triad: section
+        for triad in TRIADS
+        if (section := getattr(calibration, triad)) is not None and _is_calibrated(section)
+    }
+    values = np.tile(np.concatenate([np.eye(3).ravel(), np.zeros(3)]), len(TRIADS))
+    covariance = np.full((len(values), len(values)), np.nan)
+    # Calibration files keep no covariance between the triads.
+    covariance[PLACES[TRIADS[0]], PLACES[TRIADS[1]]] = 0.0
+    covariance[PLACES[TRIADS[1]], PLACES[TRIADS[0]]] = 0.0
+    for triad, section in sections.items():
+        values[PLACES[triad]] = np.concatenate([section.M.ravel(), section.b])
+        covariance[PLACES[triad], PLACES[triad]] = _covariance(section)
+    gyroscope = calibration.gyroscope
+    response = None if gyroscope is None else gyroscope.g_sensitivity
+    sigma = None if gyroscope is None else gyroscope.g_sensitivity_sigma
+    return UnitModel(
+        label=label,
+        triads=tuple(sections),
+        stated=frozenset(triad for triad, section in sections.items() if _is_stated(section)),
+        values=values,
+        covariance=covariance,
+        response=response,
+        response_sigma=np.zeros((3, 3)) if sigma is None else sigma,
+    )
+
+
+def jacobian(function: Callable[[FloatArray], FloatArray], at: FloatArray) -> FloatArray:
+    """(m, n) derivatives of (m,) by (n,) numbers of about one."""
+    steps = _STEP * np.eye(len(at))
+    columns = [(function(at + step) - function(at - step)) / (2.0 * _STEP) for step in steps]
+    found: FloatArray = np.array(columns).T
+    return found
+
+
+def _is_calibrated(section: Triad) -> bool:
+    """Whether it is more than a place for noise or drift over temperature, as `noise` makes."""
+    ideal = np.array_equal(section.M, np.eye(3)) and not section.b.any()
+    return not (ideal and _is_stated(section))
+
+
+def _is_stated(section: Triad) -> bool:
+    return section.covariance is None and section.sigma is None
+
+
+def _covariance(section: Triad) -> FloatArray:
+    """(12, 12) of [M row by row, b]; from sigmas alone where the file has no more."""
+    if section.covariance is not None:
+        return section.covariance
+    if section.sigma is None:
+        held = [not section.estimated or group in section.estimated for group in ("matrix", "bias")]
+        return np.diag(np.where(np.repeat(held, (9, 3)), 0.0, np.nan))
+    angles = section.sigma.non_orthogonality
+    pairs = [np.nan if (angle := getattr(angles, pair)) is None else angle for pair in PAIRS]
+    sigmas = np.concatenate([section.sigma.scale, np.radians([*pairs, *section.sigma.mounting])])
+    inverse = np.asarray(np.linalg.inv(factor_jacobian(section.M)), np.float64)
+    found = np.zeros((OF_A_TRIAD, OF_A_TRIAD))
+    found[:9, :9] = propagated(inverse, np.diag(sigmas**2))
+    found[9:, 9:] = np.diag(section.sigma.bias**2)
+    return found

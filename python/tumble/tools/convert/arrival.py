@@ -1,0 +1,63 @@
+"""How the clock of a sensor runs beside that of who recorded it: skew, and jitter of the way between.
+
+A delay is never less than that of the way, so that the skew is the slope of a line below all delays: the edge
+of their lower convex hull over the mean of all times (Moon, Skelly, Towsley, "Estimation and removal of clock
+skew from network delay measurements", INFOCOM 1999).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tumble.foundation.clock_line import add_corner
+from tumble.foundation.recording import FloatArray
+from tumble.tools.convert.result import Arrival
+
+_PIECES = 32
+"""Of a chunk, of each of which the least delay is looked at."""
+
+
+class ArrivalWatch:
+    """Gathers delays as samples stream by; memory does not grow with their number."""
+
+    def __init__(self) -> None:
+        self._origin: tuple[float, float] | None = None
+        self._hull: list[tuple[float, float]] = []
+        self._count = 0
+        self._sums = np.zeros(5)
+        """Of t, d, t t, t d and d d, of time and delay since the first."""
+
+    def push(self, time: FloatArray, received: FloatArray) -> None:
+        """Take in (n,) times by the sensor and (n,) by the recorder, s."""
+        if self._origin is None:
+            self._origin = float(time[0]), float(received[0] - time[0])
+        t, d = time - self._origin[0], received - time - self._origin[1]
+        self._count += len(t)
+        self._sums += (t.sum(), d.sum(), t @ t, t @ d, d @ d)
+        for piece in np.array_split(np.arange(len(t)), min(_PIECES, len(t))):
+            at = piece[np.argmin(d[piece])]
+            add_corner(self._hull, (float(t[at]), float(d[at])))
+
+    def conclude(self) -> Arrival | None:
+        """Give what was found; None where the recorder kept no time of its own."""
+        if self._origin is None or len(self._hull) < 2:
+            return None
+        n, (t, d, tt, td, dd) = self._count, self._sums
+        (x0, y0), (x1, y1) = self._edge_over(t / n)
+        slope = (y1 - y0) / (x1 - x0)
+        level = y0 - slope * x0
+        if not self._hull[-1][0] > 0.0 or (slope == 0.0 and dd == 0.0):
+            return None
+        # Of the delays above that line, by sums alone.
+        mean = d / n - level - slope * t / n
+        squares = (dd - 2.0 * (level * d + slope * td) + slope * slope * tt) / n
+        squares += level * level + 2.0 * level * slope * t / n
+        return Arrival(self._origin[1] + level, slope, math.sqrt(max(0.0, squares - mean * mean)))
+
+    def _edge_over(self, middle: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        for left, right in zip(self._hull, self._hull[1:], strict=False):
+            if right[0] >= middle:
+                return left, right
+        return self._hull[-2], self._hull[-1]

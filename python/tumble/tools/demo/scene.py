@@ -1,0 +1,39 @@
+"""What the demo shows: five targets of different grades beside a reference, one of them faulty."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from tumble.foundation.documents import document_kind
+from tumble.foundation.files import prepare_folder, write_text
+
+GRADES = ("consumer", "consumer", "industrial", "tactical", "industrial")
+TARGETS = tuple(f"target_{number}" for number in range(1, len(GRADES) + 1))
+"""As the simulator names them."""
+FAULTY = "target_5"
+"""One of its axes reads 10 % too much, so that it fails its limits."""
+SEED = "7"
+SESSION = "session"
+LIMITS = "limits.yaml"
+
+
+def simulating(folder: Path) -> list[str]:
+    """Give what follows `tumble` to make the session, in a folder of its own."""
+    fault = f"{FAULTY}:scale:axis=y:size=1.1"
+    scene = ["--grades", ",".join(GRADES), "--fault", fault, "--clocks", "apart", "--seed", SEED]
+    return ["simulate", "turntable", *scene, "-o", str(folder / SESSION)]
+
+
+def calibrating(folder: Path) -> list[str]:
+    """Give what follows `tumble` to calibrate the targets of the session."""
+    session = folder / SESSION
+    recordings = [str(session / f"{name}.csv") for name in ("reference", *TARGETS)]
+    options = ["--poses", str(session / "poses.yaml"), "--limits", str(folder / LIMITS), "--g-sensitivity"]
+    return ["turntable", *recordings, *options, "-o", str(folder)]
+
+
+def write_limits(folder: Path) -> None:
+    """Put the limits beside the results; raises `OutputError` where the folder cannot be written to."""
+    text = (resources.files("tumble.tools.demo") / LIMITS).read_text(encoding="utf-8")
+    write_text(prepare_folder(folder) / LIMITS, text, document_kind("tumble-limits/1"))

@@ -1,0 +1,91 @@
+"""Which libraries are installed, in which version, and whether they can be imported."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module, metadata
+
+from tumble.tools.doctor.result import Finding, State
+
+PACKAGE = "tumble-imu"
+_REQUIREMENT = re.compile(
+    r"(?P<name>[\w.-]+)(?:\[[^\]]*\])?\s*(?P<versions>[^;]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?"
+)
+_VERSION = re.compile(r"(>=|<)\s*([\d.]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """A library as `pyproject.toml` asks for it."""
+
+    name: str
+    versions: str
+    """`>=0.12,<0.29`; empty where any will do."""
+    extra: str
+    """With which it comes; empty where it is always needed."""
+
+    def holds(self, version: str) -> bool:
+        """Whether a version is within the bounds.
+
+        >>> Requirement("typer", ">=0.12,<0.29", "").holds("0.9.1")
+        False
+        """
+        return all(
+            (_numbers(version) >= _numbers(bound)) == (sign == ">=")
+            for sign, bound in _VERSION.findall(self.versions)
+        )
+
+
+def requirements() -> Iterator[Requirement]:
+    """Read what the installed package asks for."""
+    for line in metadata.requires(PACKAGE) or ():
+        found = _REQUIREMENT.match(line)
+        if found and found["name"] != PACKAGE:
+            yield Requirement(found["name"], found["versions"].strip(), found["extra"] or "")
+
+
+def library(requirement: Requirement, remedy: str) -> Finding:
+    """Look at a library: whether it is there, of a version that will do, and can be imported."""
+    name = requirement.name
+    try:
+        version = metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return Finding(name, State.MISSING, "not installed", remedy)
+    if not requirement.holds(version):
+        return Finding(name, State.BROKEN, f"{version}; needed is {requirement.versions}", remedy)
+    for module in _modules().get(_normal(name), ()):
+        if why := why_not_imported(module):
+            return Finding(name, State.BROKEN, f"{version}; {why}", remedy)
+    return Finding(name, State.WORKS, version)
+
+
+def why_not_imported(module: str) -> str:
+    """Import a module; say why that fails, empty where it does not."""
+    try:
+        import_module(module)
+    except Exception as error:
+        return f"import {module}: {' '.join(str(error).split()) or type(error).__name__}"
+    return ""
+
+
+@lru_cache(maxsize=1)
+def _modules() -> Mapping[str, list[str]]:
+    """Find the modules that each library brings, those of its own only."""
+    found: dict[str, list[str]] = {}
+    for module, names in metadata.packages_distributions().items():
+        if len(names) == 1 and not module.startswith("_") and module.isidentifier():
+            found.setdefault(_normal(names[0]), []).append(module)
+    return found
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Give the numbers of a version, those after its first letter left out."""
+    plain = re.match(r"[\d.]*", version)
+    return tuple(int(part) for part in (plain[0] if plain else "").split(".") if part)

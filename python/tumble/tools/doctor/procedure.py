@@ -1,0 +1,67 @@
+"""Looks at one part after the other; where looking fails, that is what is found of it."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from importlib import import_module, metadata
+from pathlib import Path
+
+from tumble.logs.optional import EXTRAS, install_command
+from tumble.tools.doctor.devices import iio_devices, serial_ports
+from tumble.tools.doctor.libraries import PACKAGE, Requirement, library, requirements
+from tumble.tools.doctor.result import Diagnosis, Finding, Section, State
+from tumble.tools.doctor.terminal import terminal
+
+INSTALL_AGAIN = f"python -m pip install --force-reinstall {PACKAGE}"
+DATA_FRAMES = Requirement("pandas", "", "")
+"""What gives results as data frames; it comes with no extra."""
+
+
+def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:
+    """Look at this machine: devices below `root`, what a shell completes below `home`, that of the user."""
+    return Diagnosis(
+        (
+            _section("Tumble", _tumble, is_needed=True),
+            _section("Libraries", partial(_libraries, "", INSTALL_AGAIN), is_needed=True),
+            *(
+                _section(f"Extra {extra}: {what}", partial(_libraries, extra, install_command(extra)))
+                for extra, what in EXTRAS.items()
+            ),
+            _section("Data frames", lambda: [library(DATA_FRAMES, "python -m pip install pandas")]),
+            _section("Serial ports", partial(serial_ports, root)),
+            _section("Sensors of Linux (IIO)", partial(iio_devices, root)),
+            _section("Terminal", partial(terminal, home or Path.home())),
+        )
+    )
+
+
+def _section(name: str, look: Callable[[], Iterable[Finding]], *, is_needed: bool = False) -> Section:
+    found: list[Finding] = []
+    try:
+        found.extend(look())
+    except Exception as error:
+        what = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        found.append(Finding(name, State.BROKEN, what, INSTALL_AGAIN))
+    return Section(name, tuple(found), is_needed)
+
+
+def _tumble() -> Iterator[Finding]:
+    """Look at the package and its native module, which is to be of the same version."""
+    wanted = metadata.version(PACKAGE)
+    yield Finding("tumble", State.WORKS, wanted)
+    system = f"{platform.system()} {platform.machine()}"
+    yield Finding("Python", State.WORKS, f"{platform.python_version()} on {system}")
+    core = import_module("tumble._core")
+    if core.__version__ == wanted:
+        yield Finding("native module", State.WORKS, f"{wanted}, {core.__file__}")
+    else:
+        what = f"{core.__version__}, while the package is {wanted}"
+        yield Finding("native module", State.BROKEN, what, INSTALL_AGAIN)
+
+
+def _libraries(extra: str, remedy: str) -> Iterator[Finding]:
+    for requirement in requirements():
+        if requirement.extra == extra:
+            yield library(requirement, remedy)

@@ -1,0 +1,60 @@
+"""What the terminal shows, and whether its shell completes what is typed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from tumble.tools.doctor.result import Finding, State
+
+COMPLETIONS = {
+    "bash": ".bash_completions/tumble.sh",
+    "zsh": ".zfunc/_tumble",
+    "fish": ".config/fish/completions/tumble.fish",
+}
+"""Where `tumble --install-completion` puts its file, below the home folder, for each shell."""
+SHOWN = "±°²"
+"""Signs that tables of results hold."""
+
+
+def terminal(home: Path) -> Iterator[Finding]:
+    """Look at the screen, the command and, with the files in `home`, its completion."""
+    yield _screen()
+    yield _command()
+    yield _completion(home)
+
+
+def _screen() -> Finding:
+    """Say how wide the terminal is, and whether it can show the signs of results."""
+    encoding = getattr(sys.stdout, "encoding", None) or "ascii"
+    width = shutil.get_terminal_size().columns
+    kind = f"terminal of {width} columns" if sys.stdout.isatty() else "no terminal, but a file or a pipe"
+    try:
+        SHOWN.encode(encoding)
+    except UnicodeEncodeError:
+        remedy = "set PYTHONUTF8=1, or a locale with UTF-8"
+        return Finding("screen", State.BROKEN, f"{kind}; {encoding} cannot show {SHOWN!a}", remedy)
+    return Finding("screen", State.WORKS, f"{kind}, {encoding}")
+
+
+def _command() -> Finding:
+    """Say which `tumble` a shell would start."""
+    found = shutil.which("tumble")
+    if found is None:
+        remedy = f"add {Path(sys.executable).parent} to it"
+        return Finding("command", State.MISSING, "tumble is not on the PATH", remedy)
+    return Finding("command", State.WORKS, found)
+
+
+def _completion(home: Path) -> Finding:
+    """Say whether the shell of this user completes commands and options."""
+    shell = Path(os.environ.get("SHELL", "")).name
+    if shell not in COMPLETIONS:
+        known = ", ".join(COMPLETIONS)
+        return Finding("completion", State.MISSING, f"shell {shell or 'not known'}; there is one for {known}")
+    if (home / COMPLETIONS[shell]).exists():
+        return Finding("completion", State.WORKS, f"installed for {shell}")
+    return Finding("completion", State.MISSING, f"not installed for {shell}", "tumble --install-completion")

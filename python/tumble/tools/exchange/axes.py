@@ -1,0 +1,108 @@
+"""Axes in which another program corrects readings, and calibrations turned into them.
+
+With R the rotation from the axes of a calibration to those of the program, `y' = R y` and `u' = R u` turn
+`y = (1 + s) M u + b + d + G f` into `M' = R M R^T`, `G' = R G R^T`, `b' = R b`, `d' = R d`. R exchanges
+axes and changes signs, so that no digit is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from tumble.calibration.contributions import NOISE, NOISE_FOR_FILTERS
+from tumble.calibration.document import Calibration, GyroscopeCalibration, Triad
+from tumble.calibration.temperature_drift import TemperatureDrift
+from tumble.foundation.body_axes import in_words, rotation
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.remark_lines import comment
+
+SETTING = "axes"
+"""Name of the setting that states the axes of a calibration."""
+_OF_ONE_AXES = ("K", "L", "Q", "angles", "sigma", "residuals", "constant_rates", "g_sensitivity_sigma")
+"""Keys of a triad that no program takes, and that hold in the axes of the log alone."""
+_AnyTriad = TypeVar("_AnyTriad", bound=Triad)
+
+
+def turned(calibration: Calibration, to: str) -> Calibration:
+    """Return a calibration of known axes in axes `to`, as far as programs take it."""
+    assert calibration.axes is not None, "axes are known"
+    matrix = np.array(rotation(to, calibration.axes), dtype=np.float64)
+    sections: dict[str, Triad] = {
+        triad: _turned(section, matrix)
+        for triad in TRIADS
+        if (section := getattr(calibration, triad)) is not None
+    }
+    return calibration.model_copy(update={**sections, "axes": to})
+
+
+def statement(expected: str, words: str, before: Sequence[Calibration]) -> str:
+    """State the axes of a program, `expected` of a vehicle or empty, and those of the calibrations before."""
+    found = list(dict.fromkeys(filter(None, (_about(expected, each) for each in before))))
+    return f"axes: {'; '.join([words, *found])}"
+
+
+def _about(expected: str, calibration: Calibration) -> str:
+    """State how a calibration got into the axes of the program."""
+    if not expected:
+        return (
+            f"{calibration.name} was calibrated in {in_words(calibration.axes)}" if calibration.axes else ""
+        )
+    if not calibration.axes:
+        return (
+            f"the log of {comment(calibration.name)} does not define its axes: they are taken for these, or "
+            f"give --set {SETTING}=..."
+        )
+    if calibration.axes == expected:
+        return f"{comment(calibration.name)} was calibrated in these"
+    return f"{_calibrated(calibration, calibration.axes)}, and is turned into these"
+
+
+def _calibrated(calibration: Calibration, axes: str) -> str:
+    return f"{comment(calibration.name)} was calibrated in {in_words(axes)}"
+
+
+def _turned(section: _AnyTriad, matrix: FloatArray) -> _AnyTriad:
+    known = {key for key in _OF_ONE_AXES if key in type(section).model_fields}
+    update: dict[str, Any] = {key: type(section).model_fields[key].get_default() for key in known}
+    update |= {"M": matrix @ section.M @ matrix.T, "b": matrix @ section.b}
+    order = np.abs(matrix).argmax(axis=1)
+    update |= {
+        key: values[order]
+        for key in (*NOISE, *NOISE_FOR_FILTERS)
+        if (values := getattr(section, key)) is not None
+    }
+    if isinstance(section, GyroscopeCalibration) and section.g_sensitivity is not None:
+        update["g_sensitivity"] = matrix @ section.g_sensitivity @ matrix.T
+    if section.temperature_drift is not None:
+        update["temperature_drift"] = _turned_drift(section.temperature_drift, matrix)
+    if section.covariance is not None:
+        update["covariance"] = _turned_covariance(section.covariance, matrix)
+    if section.inherited is not None:
+        covariance = _turned_covariance(section.inherited.covariance, matrix)
+        update["inherited"] = section.inherited.model_copy(update={"covariance": covariance})
+    return section.model_copy(update=update)
+
+
+def _turned_drift(drift: TemperatureDrift, matrix: FloatArray) -> TemperatureDrift:
+    order = np.abs(matrix).argmax(axis=1)
+    return TemperatureDrift(
+        reference=drift.reference,
+        range=drift.range,
+        bias=tuple(matrix @ power for power in drift.bias),
+        scale=tuple(power[order] for power in drift.scale),
+    )
+
+
+def _turned_covariance(covariance: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Turn (12, 12) of [M row by row, b]; gaps, NaN, go where their parameter goes."""
+    whole = np.zeros((12, 12))
+    whole[:9, :9] = np.kron(matrix, matrix)
+    whole[9:, 9:] = matrix
+    order = np.abs(whole).argmax(axis=1)
+    signs = whole[np.arange(12), order]
+    moved: FloatArray = covariance[np.ix_(order, order)] * np.outer(signs, signs)
+    return moved

@@ -1,0 +1,167 @@
+"""`tumble export`: a calibration in the file of another program."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.json_option import JsonOption
+from tumble.cli.output import output_path
+from tumble.cli.screen import print_json
+from tumble.foundation.errors import CommandError, ProcedureError
+from tumble.foundation.words import count_of
+
+if TYPE_CHECKING:
+    from tumble.tools.exchange.target import Exported
+
+LIST = "list"
+
+
+def export_command(
+    calibrations: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="CALIBRATION...",
+            help="Calibration files; several where a format holds several IMUs, in their order.",
+            show_default=False,
+        ),
+    ] = None,
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            metavar="FORMAT",
+            help="Format of another program; --to list shows all.",
+            show_default=False,
+        ),
+    ] = LIST,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="What the format has to be told and no calibration knows, such as accelerometer-id=2490378; "
+            "with several calibrations a value for all, or one for each with commas between.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            parser=output_path,
+            help="File to write; ./NAME-tumble with the ending of the format if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Write nothing where the format cannot hold all of it.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a calibration for another program.
+
+    Example: tumble export results/imu.yaml --to ardupilot -o imu.param
+
+    What a format cannot hold is said, with the error that stays in the unit of the sensor. Names, units and
+    formulas are those of each program's documentation; --to list shows what each holds and needs.
+    """
+    if to == LIST:
+        _list(as_json)
+        return
+    if not calibrations:
+        raise CommandError("missing CALIBRATION; see tumble export --help")
+    from tumble.calibration.document import Calibration
+    from tumble.foundation.file_names import file_stem
+    from tumble.foundation.files import check_output, replacing
+    from tumble.tools.exchange.procedure import export
+    from tumble.tools.exchange.registry import target
+
+    format_ = target(to)
+    units = [Calibration.load(path) for path in calibrations]
+    exported = export(units, to, _typed(settings or []))
+    if strict and exported.losses:
+        raise ProcedureError("; ".join(map(str, exported.losses)))
+    path = output or Path(f"{file_stem(units[0].name)}-tumble{format_.ending}")
+    check_output(path, format_.kind, inputs=calibrations)
+    with replacing(path, format_.kind, inputs=calibrations) as file:
+        file.write(exported.content)
+    _say(exported, path, len(units), as_json=as_json)
+
+
+def _typed(settings: list[str]) -> dict[str, str]:
+    pairs = [setting.partition("=") for setting in settings]
+    for name, sign, value in pairs:
+        if not (name and sign and value):
+            raise CommandError(f"--set {name}{sign}{value}: give NAME=VALUE")
+    return {name: value for name, _, value in pairs}
+
+
+def _say(exported: Exported, path: Path, units: int, *, as_json: bool) -> None:
+    if as_json:
+        losses = [
+            {
+                "unit": each.unit,
+                "triad": each.triad,
+                "part": each.part,
+                "size": each.size,
+                "at": each.condition,
+            }
+            for each in exported.losses
+        ]
+        print_json(
+            {
+                "file": str(path),
+                "losses": losses,
+                "remarks": list(exported.remarks),
+                "warnings": list(exported.warnings),
+            }
+        )
+        return
+    for warning in exported.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
+    for loss in exported.losses:
+        print(f"tumble: warning: {loss}", file=sys.stderr)
+    print(f"{count_of('calibration', units)} written: {path}")
+    for remark in exported.remarks:
+        print(f"Note: {remark}")
+
+
+def _list(as_json: bool) -> None:
+    from tumble.tools.exchange.registry import TARGETS
+
+    if as_json:
+        print_json(
+            {
+                word: {
+                    "title": each.title,
+                    "ending": each.ending,
+                    "holds": {triad: list(parts) for triad, parts in each.holds.items()},
+                    "needs": {setting.name: setting.meaning for setting in each.settings},
+                    "imported": each.read is not None,
+                    "axes": each.axes_in_words,
+                    "source": each.source,
+                }
+                for word, each in TARGETS.items()
+            }
+        )
+        return
+    from rich.table import Table
+
+    from tumble.cli.screen import print_summary
+
+    table = Table("--to", "format", "holds of accelerometer", "of gyroscope", "needs --set", "import")
+    for word, each in TARGETS.items():
+        needs = [setting.name for setting in each.settings if setting.default is None]
+        accelerometer, gyroscope = (
+            ", ".join(each.holds.get(triad, ())) for triad in ("accelerometer", "gyroscope")
+        )
+        imported = "yes" if each.read is not None else ""
+        table.add_row(word, each.title, accelerometer, gyroscope, ", ".join(needs), imported)
+    print_summary(table)
+    print("All settings, with what they mean: tumble export --to list --json")

@@ -1,0 +1,220 @@
+"""Records as devices keep them in flash (docs/record-format.md), written and read by the core's own code.
+
+A record is about one sensor of a unit: its error, `y = M u + b`, or what temperature does to it. That of a
+unit against the truth is stored as that of a primary is, whose case frame its M leads from.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.temperature_drift import TemperatureDrift
+from tumble.foundation.errors import CalibrationFileError, ProcedureError
+from tumble.foundation.files import FileKind
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS, UNITS
+from tumble.foundation.units import Triad as TriadName
+from tumble.tools.exchange.parts import BIAS, MATRIX, Part
+from tumble.tools.exchange.target import AS_CALIBRATED, Content, Setting, Settings, Target, Written
+
+BYTES = "latin-1"
+"""Encoding by which text is bytes."""
+_HELD: tuple[Part, ...] = (*BIAS, *MATRIX, "bias over temperature", "scale over temperature")
+_MAGIC = b"TR"
+_LARGEST_IDENTITY = 2**64 - 1
+_A_LINE = 12
+"""Bytes of a line of C."""
+
+
+def write_bytes(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write records one after the other."""
+    return Written("".join(record.decode(BYTES) for _, record in _records(calibrations, settings)))
+
+
+def write_hexadecimal(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write a record a line."""
+    return Written("".join(f"{record.hex()}\n" for _, record in _records(calibrations, settings)))
+
+
+def write_c(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write an array of C for each record."""
+    name = settings.c_name("name")
+    lines = ["/* Records of a calibration by Tumble, for tumble_record_decode(). */", "#include <stdint.h>"]
+    for sensor, record in _records(calibrations, settings):
+        rows = (record[k : k + _A_LINE] for k in range(0, len(record), _A_LINE))
+        body = [f"    {', '.join(f'0x{byte:02X}' for byte in row)}," for row in rows]
+        lines += ["", f"static const uint8_t {name}_{sensor}[{len(record)}] = {{", *body, "};"]
+    return Written("\n".join(lines) + "\n")
+
+
+def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterator[tuple[str, bytes]]:
+    """Give the records of a calibration, each with the name of what it is about."""
+    from tumble import _core
+
+    (calibration,) = calibrations
+    identity = settings.whole_number("identity")
+    if not 0 <= identity <= _LARGEST_IDENTITY:
+        raise settings.refusal("identity", "give a whole number of 64 bits")
+    temperature = None if calibration.temperature is None else calibration.temperature.mean
+    for triad in TRIADS:
+        section = getattr(calibration, triad)
+        if section is None:
+            continue
+        drift = section.temperature_drift
+        held_at = temperature if drift is None else drift.reference
+        try:
+            yield triad, _core.encode_record(_record(identity, triad, section), held_at)
+            if drift is not None:
+                yield f"{triad}_drift", _core.encode_drift_record(identity, triad, _drift(drift))
+        except _core.CoreError as error:
+            raise ProcedureError(f"{calibration.name}: {triad}: {error}") from None
+
+
+def _record(identity: int, triad: TriadName, section: Triad) -> dict[str, Any]:
+    stated = section.total_covariance
+    sigma = np.full(12, np.nan) if stated is None else np.sqrt(np.diag(stated))
+    known = np.where(np.isfinite(sigma), sigma, np.inf)
+    has_matrix = not np.array_equal(section.M, np.eye(3))
+    return {
+        "identity": identity,
+        "sensor": triad,
+        "matrix": np.ascontiguousarray(section.M),
+        "bias": section.b,
+        "matrix_sigma": known[:9].reshape(3, 3),
+        "bias_sigma": known[9:],
+        "rung": "affine" if has_matrix else "offset",
+        "directions": 3 if has_matrix else 0,
+        # It was fitted to no pairs with a primary, and has followed none.
+        "residual": np.inf,
+        "residual_before": np.inf,
+        "pairs": 0,
+        "sequence": 1,
+        "followed": np.zeros(3),
+    }
+
+
+def _drift(drift: TemperatureDrift) -> dict[str, Any]:
+    return {
+        "reference": drift.reference,
+        "range": drift.range.tolist(),
+        "bias": [power.tolist() for power in drift.bias],
+        "scale": [power.tolist() for power in drift.scale],
+    }
+
+
+def read_bytes(text: str) -> list[Content]:
+    """Read records that stand one after the other."""
+    return _units(_split(text.encode(BYTES)))
+
+
+def read_hexadecimal(text: str) -> list[Content]:
+    """Read records in hexadecimal digits."""
+    try:
+        return _units(_split(bytes.fromhex(text)))
+    except ValueError:
+        raise CalibrationFileError("holds what is no hexadecimal digit") from None
+
+
+def read_c(text: str) -> list[Content]:
+    """Read records in arrays of C."""
+    arrays = re.findall(r"\{([^}]*)\}", text)
+    try:
+        return _units([bytes(int(word, 0) for word in array.replace(",", " ").split()) for array in arrays])
+    except ValueError:
+        raise CalibrationFileError("holds an array of what is no byte") from None
+
+
+def _split(content: bytes) -> Iterator[bytes]:
+    """Take records apart by the lengths that they say they have; what says none is all there is."""
+    from tumble import _core
+
+    while content:
+        length = _core.record_length(content) or len(content)
+        yield content[:length]
+        content = content[length:]
+
+
+def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
+    """Put the records of each unit together."""
+    from tumble import _core
+
+    units: dict[int, dict[str, Any]] = {}
+    try:
+        for record in records:
+            is_drift = record.startswith(_MAGIC + bytes([_core.DRIFT_RECORD_VERSION]))
+            found = _core.decode_drift_record(record) if is_drift else _core.decode_record(record)
+            identity, triad = found.pop("identity"), found.pop("sensor")
+            unit = units.setdefault(identity, {"name": f"unit-{identity}", "serial": str(identity)})
+            section = unit.setdefault(triad, {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3)})
+            section |= {"temperature_drift": _drift_section(found)} if is_drift else _error_section(found)
+            if not is_drift and found["temperature"] is not None:
+                unit["temperature"] = dict.fromkeys(("low", "mean", "high"), found["temperature"])
+    except _core.CoreError as error:
+        raise CalibrationFileError(f"a record {error}") from None
+    return list(units.values())
+
+
+def _error_section(found: dict[str, Any]) -> dict[str, Any]:
+    sigma = np.concatenate([found["matrix_sigma"].ravel(), found["bias_sigma"]])
+    section = {"M": found["matrix"], "b": found["bias"]}
+    if np.isfinite(sigma).any():
+        # A record keeps no covariance between its numbers.
+        section["covariance"] = np.diag(np.where(np.isfinite(sigma), sigma, np.nan) ** 2)
+    return section
+
+
+def _drift_section(found: dict[str, Any]) -> dict[str, Any]:
+    def rows(powers: Sequence[Sequence[float]]) -> tuple[FloatArray, ...]:
+        return tuple(np.array(power, dtype=np.float64) for power in powers)
+
+    edges = np.array(found["range"], dtype=np.float64)
+    return {
+        "reference": found["reference"],
+        "range": edges,
+        "bias": rows(found["bias"]),
+        "scale": rows(found["scale"]),
+    }
+
+
+_target = partial(
+    Target,
+    holds=dict.fromkeys(TRIADS, _HELD),
+    source="docs/record-format.md",
+    axes=AS_CALIBRATED,
+    encoding=BYTES,
+)
+_IDENTITY = Setting("identity", "of the unit, a whole number that tells it from all others")
+
+RECORD = _target(
+    word="record",
+    title="the records that a device keeps, bytes",
+    ending=".bin",
+    kind=FileKind("records of a device", re.compile(rb"\ATR[\x01-\x03]")),
+    write=write_bytes,
+    own_settings=(_IDENTITY,),
+    read=read_bytes,
+)
+RECORD_HEXADECIMAL = _target(
+    word="record-hex",
+    title="the records that a device keeps, hexadecimal",
+    ending=".hex",
+    kind=FileKind("records of a device", re.compile(rb"\A54520[1-3]")),
+    write=write_hexadecimal,
+    own_settings=(_IDENTITY,),
+    read=read_hexadecimal,
+)
+RECORD_C = _target(
+    word="record-c",
+    title="the records that a device keeps, arrays of C",
+    ending=".h",
+    kind=FileKind("records of a device", re.compile(rb"\A/\* Records of ")),
+    write=write_c,
+    own_settings=(_IDENTITY, Setting("name", "that those of the arrays begin with", "calibration")),
+    read=read_c,
+)

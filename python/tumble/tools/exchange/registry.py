@@ -1,0 +1,37 @@
+"""All formats of other programs."""
+
+from __future__ import annotations
+
+import difflib
+
+from tumble.foundation.errors import ProcedureError
+from tumble.tools.exchange.ardupilot import ARDUPILOT
+from tumble.tools.exchange.betaflight import BETAFLIGHT
+from tumble.tools.exchange.c_source import C_SOURCE
+from tumble.tools.exchange.device_record import RECORD, RECORD_C, RECORD_HEXADECIMAL
+from tumble.tools.exchange.fusion import FUSION
+from tumble.tools.exchange.imu_tk import IMU_TK_ACCELEROMETER, IMU_TK_GYROSCOPE
+from tumble.tools.exchange.imucal import IMUCAL
+from tumble.tools.exchange.kalibr import KALIBR, KALIBR_NOISE
+from tumble.tools.exchange.openvins import OPENVINS
+from tumble.tools.exchange.px4 import PX4
+from tumble.tools.exchange.robots import AUTOWARE, ROS2
+from tumble.tools.exchange.slam import ORB_SLAM, VINS
+from tumble.tools.exchange.target import Target
+
+TARGETS = {
+    target.word: target
+    for target in (
+        PX4, ARDUPILOT, BETAFLIGHT, KALIBR, KALIBR_NOISE, OPENVINS, VINS, ORB_SLAM, IMU_TK_ACCELEROMETER,
+        IMU_TK_GYROSCOPE, IMUCAL, AUTOWARE, ROS2, FUSION, C_SOURCE, RECORD, RECORD_HEXADECIMAL, RECORD_C,
+    )
+}  # fmt: skip
+
+
+def target(word: str) -> Target:
+    """Find a format; raises `ProcedureError` with the likely one where there is none of that name."""
+    if word in TARGETS:
+        return TARGETS[word]
+    near = difflib.get_close_matches(word, TARGETS, 1)
+    guess = f"did you mean {near[0]}?" if near else "see tumble export --to list"
+    raise ProcedureError(f"--to {word}: no such format; {guess}")

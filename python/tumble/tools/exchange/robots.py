@@ -1,0 +1,97 @@
+"""ROS 2 parameters: those of Autoware's corrector, and plain ones for a node of one's own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from tumble.calibration.document import Calibration
+from tumble.foundation.body_axes import FLU
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.files import FileKind
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.imu_chain import read_autoware, read_ros2
+from tumble.tools.exchange.kalibr import NOISE_SETTINGS, noise_figures
+from tumble.tools.exchange.parameters import yaml_number
+from tumble.tools.exchange.parts import BIAS, MATRIX
+from tumble.tools.exchange.remark_lines import comment
+from tumble.tools.exchange.target import Setting, Settings, Target, Written
+
+_HEAD = ["/**:", "  ros__parameters:"]
+
+
+def write_autoware(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write `imu_corrector.param.yaml`: Autoware subtracts the offset of angular velocity."""
+    (calibration,) = calibrations
+    if calibration.gyroscope is None:
+        raise ProcedureError(f"{calibration.name}: has no gyroscope section, which is all Autoware corrects")
+    lines = [f"# Calibration of {comment(calibration.name)} by Tumble for Autoware's imu_corrector.", *_HEAD]
+    for axis, value in zip("xyz", calibration.gyroscope.b, strict=True):
+        lines.append(f"    angular_velocity_offset_{axis}: {float(value):.9e}")
+    root = np.sqrt(settings.positive_number("rate"))
+    force, turning = (noise_figures(calibration, triad, settings)[0] for triad in TRIADS)
+    lines += [f"    angular_velocity_stddev_{axis}{axis}: {root * turning:.6e}" for axis in "xyz"]
+    lines.append(f"    acceleration_stddev: {root * force:.6e}")
+    # Without this, newer versions subtract nothing; older ones do not know it, and subtract always.
+    lines += ["    on_off_correction:", "      correct_for_static_bias: true"]
+    return Written("\n".join(lines) + "\n")
+
+
+def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write correction and bias of both triads as arrays of parameters."""
+    (calibration,) = calibrations
+    lines = [
+        f"# Calibration of {comment(calibration.name)} by Tumble: u = C (y - b), C row by row;",
+        "# of the gyroscope u = C (y - b - G f), f the corrected specific force. SI units.",
+        *_HEAD,
+    ]
+    for triad in TRIADS:
+        if (section := getattr(calibration, triad)) is not None:
+            lines.append(_array(f"{triad}_correction", np.linalg.inv(section.M)))
+            lines.append(_array(f"{triad}_bias", section.b))
+    gyroscope = calibration.gyroscope
+    response = None if gyroscope is None else gyroscope.g_sensitivity
+    lines.append(_array("gyroscope_g_sensitivity", np.zeros(9) if response is None else response))
+    return Written("\n".join(lines) + "\n")
+
+
+def _array(name: str, values: FloatArray) -> str:
+    return f"    {name}: [{', '.join(map(yaml_number, values.ravel()))}]"
+
+
+_AUTOWARE_KIND = FileKind(
+    "parameters of Autoware's imu_corrector", re.compile(rb"^\s+angular_velocity_offset_x:", re.MULTILINE)
+)
+_ROS2_KIND = FileKind(
+    "a calibration in parameters of ROS 2",
+    re.compile(rb"^\s+(accelerometer|gyroscope)_correction:", re.MULTILINE),
+)
+
+AUTOWARE = Target(
+    word="autoware",
+    title="Autoware, imu_corrector.param.yaml",
+    ending=".param.yaml",
+    kind=_AUTOWARE_KIND,
+    holds={"gyroscope": BIAS},
+    write=write_autoware,
+    source="https://github.com/autowarefoundation/autoware_universe/tree/main/sensing/autoware_imu_corrector",
+    axes="those of the IMU's topic, by REP 103, before tf turns into base_link",
+    body=FLU,
+    own_settings=(Setting("rate", "samples a second"), *NOISE_SETTINGS),
+    read=read_autoware,
+)
+ROS2 = Target(
+    word="ros2",
+    title="ROS 2 parameters, for a node of your own",
+    ending=".yaml",
+    kind=_ROS2_KIND,
+    holds={"accelerometer": (*BIAS, *MATRIX), "gyroscope": (*BIAS, *MATRIX, "g-sensitivity")},
+    write=write_ros2,
+    source="https://docs.ros.org/en/rolling/How-To-Guides/Using-ros2-param.html",
+    axes="those of the IMU's topic, by REP 103",
+    body=FLU,
+    read=read_ros2,
+)

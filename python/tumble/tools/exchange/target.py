@@ -1,0 +1,221 @@
+"""What a format of another program is: the parts it holds, what it has to be told, its files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from tumble.calibration.document import Calibration
+from tumble.calibration.doubts import doubts
+from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.files import FileKind
+from tumble.foundation.plain import short
+from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.words import join
+from tumble.tools.exchange import axes
+from tumble.tools.exchange.c_names import is_reserved
+from tumble.tools.exchange.parts import Loss, Part, losses
+from tumble.tools.exchange.remark_lines import with_remarks
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Something that a target has to be told and no calibration knows."""
+
+    name: str
+    """As in `--set NAME=VALUE`."""
+    meaning: str
+    default: str | None = None
+    """None where it has to be given."""
+
+
+AS_CALIBRATED = "those of the readings that were calibrated, as nothing is turned"
+OWN_AXES = "those of the accelerometer itself, nearest to those of the readings"
+ANY_AXES = "any, as noise is the root mean square over them"
+
+AXES = Setting(
+    axes.SETTING,
+    "directions of the calibration's x, y and z in the vehicle (F or B, L or R, U or D), such as "
+    f"{FLU}, in place of its log's",
+    "",
+)
+
+
+class Settings:
+    """Values of a target's settings, one for all units or, between commas, one for each."""
+
+    def __init__(self, target: str, settings: Sequence[Setting], typed: Mapping[str, str]) -> None:
+        self._target = target
+        self._settings = {setting.name: setting for setting in settings}
+        if unknown := [name for name in typed if name not in self._settings]:
+            known = join(sorted(self._settings)) or "no settings"
+            raise ProcedureError(f"{target} has no setting {short(unknown[0])}; it has {known}")
+        self._values = {name: setting.default for name, setting in self._settings.items()} | dict(typed)
+
+    def text(self, name: str, unit: int = 0, units: int = 1) -> str:
+        """Give the value for one of so many units; raises `ProcedureError` where there is none."""
+        value = self._values[name]
+        if value is None:
+            raise ProcedureError(f"{self._target} needs --set {name}=...: {self._settings[name].meaning}")
+        values = value.split(",")
+        if len(values) not in (1, units):
+            raise ProcedureError(
+                f"--set {name}={value} has {len(values)} values for {units} calibrations; give one for each"
+            )
+        return values[unit if len(values) > 1 else 0].strip()
+
+    def refusal(self, name: str, remedy: str) -> ProcedureError:
+        """Give the error for a value that will not do."""
+        return ProcedureError(f"--set {name}={self._values[name]}: {remedy}")
+
+    def whole_number(self, name: str, unit: int = 0, units: int = 1) -> int:
+        """Give it as a whole number; hexadecimal will do."""
+        text = self.text(name, unit, units)
+        try:
+            return int(text, 0)
+        except ValueError:
+            raise self.refusal(name, "give a whole number") from None
+
+    def c_name(self, name: str) -> str:
+        """Return a name that C and C++ leave to their users."""
+        text = self.text(name)
+        if not re.fullmatch(r"[A-Za-z_]\w*", text, re.ASCII):
+            raise self.refusal(name, "give a name of C")
+        if is_reserved(text):
+            raise self.refusal(name, "C, C++ or tumble.h has this name for something else; give another")
+        return text
+
+    def topic(self, name: str) -> str:
+        """Return the name of a topic of ROS."""
+        text = self.text(name)
+        if not re.fullmatch(r"[~/A-Za-z][\w/]*", text, re.ASCII):
+            raise self.refusal(name, "give a name of a topic, such as /imu/data")
+        return text
+
+    def body_axes(self, name: str, unit: int, units: int) -> str:
+        """Return directions of x, y and z in a vehicle, such as FRD; empty where none are given."""
+        text = self.text(name, unit, units).upper()
+        if text and not are_axes(text):
+            raise self.refusal(name, f"give directions of x, y and z in a vehicle, such as {FRD} or {FLU}")
+        return text
+
+    def positive_number(self, name: str) -> float:
+        """Give it as a number above zero."""
+        text = self.text(name)
+        try:
+            number = float(text)
+        except ValueError:
+            number = 0.0
+        if not 0.0 < number < float("inf"):
+            raise self.refusal(name, "give a number above zero")
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A file for another program, and what it does not say."""
+
+    content: bytes
+    losses: tuple[Loss, ...]
+    """Errors that stay, as the target cannot hold what would remove them."""
+    remarks: tuple[str, ...] = ()
+    """What to know or to do besides."""
+    warnings: tuple[str, ...] = ()
+    """Verdicts of the calibrations that whoever uses the file has to know of; they stand in its head."""
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What the writer of a target gives."""
+
+    content: str
+    losses: tuple[Loss, ...] = ()
+    """Beside those that follow from the parts that the target holds."""
+    remarks: tuple[str, ...] = ()
+
+
+Write: TypeAlias = Callable[[Sequence[Calibration], Settings], Written]
+Content: TypeAlias = dict[str, object]
+"""Of a calibration file."""
+READINGS = "readings"
+"""Key of a content: by triad, the unit of readings that are in no unit of the triad, such as counts."""
+Read: TypeAlias = Callable[[str], list[Content]]
+ReadParameters: TypeAlias = Callable[[Mapping[str, float]], list[Content]]
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A format of another program."""
+
+    word: str
+    """As after `--to`."""
+    title: str
+    ending: str
+    """Of its files, with the dot."""
+    kind: FileKind
+    """What its files begin with."""
+    holds: Mapping[Triad, Collection[Part]]
+    write: Write
+    source: str
+    """Where names, units and formula are stated."""
+    axes: str
+    """Axes in which the program corrects, in words."""
+    body: str = ""
+    """Directions of these in a vehicle, as in `body_axes`; empty where the program takes any."""
+    leaves_out: Collection[Triad] = ()
+    """Triads that its files are not about; nothing is said to be lost of these."""
+    own_settings: tuple[Setting, ...] = ()
+    """Beside that of axes."""
+    most: int = 1
+    """Units in one file."""
+    remarks: tuple[str, ...] = field(default=())
+    """What to know or to do whenever it is written."""
+    read: Read | None = None
+    """Reads its files; None where they hold no calibration, or none that can be read back."""
+    encoding: str = "utf-8"
+    """Of its text."""
+    read_parameters: ReadParameters | None = None
+    """Reads the parameters in a log of its firmware; None where it keeps none there."""
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """All that it can be told."""
+        return (*self.own_settings, AXES) if self.body else self.own_settings
+
+    @property
+    def axes_in_words(self) -> str:
+        """Axes in which the program corrects."""
+        return f"{self.axes} ({in_words(self.body)})" if self.body else self.axes
+
+    def export(self, calibrations: Sequence[Calibration], typed: Mapping[str, str]) -> Exported:
+        """Make a file of one calibration or several.
+
+        Raises `ProcedureError`, in one line, where it takes fewer, needs a setting, or takes no such values.
+        """
+        settings = Settings(self.word, self.settings, typed)
+        if len(calibrations) > self.most:
+            raise ProcedureError(
+                f"{self.word} holds {self.most} of the {len(calibrations)} calibrations; leave some out"
+            )
+        before = [self._with_axes(calibrations, place, settings) for place in range(len(calibrations))]
+        calibrations = [axes.turned(each, self.body) if self.body and each.axes else each for each in before]
+        written = self.write(calibrations, settings)
+        about = [triad for triad in TRIADS if triad not in self.leaves_out]
+        held = {triad: self.holds.get(triad, ()) for triad in about}
+        lost = [loss for each in calibrations for loss in losses(each, held)]
+        warnings = tuple(doubt for each in calibrations for doubt in doubts(each))
+        stated = axes.statement(self.body, self.axes_in_words, before)
+        noted = with_remarks(written.content, self.ending, (stated, *warnings))
+        silent = warnings and noted is None
+        no_place = (f"a file for {self.word} has no place for the warning",) if silent else ()
+        content = (noted or written.content).encode(self.encoding)
+        remarks = (stated, *self.remarks, *written.remarks, *no_place)
+        return Exported(content, (*lost, *written.losses), remarks, warnings)
+
+    def _with_axes(self, calibrations: Sequence[Calibration], place: int, settings: Settings) -> Calibration:
+        """Return a calibration with the axes that the user states, if any, in place of its log's."""
+        stated = settings.body_axes(AXES.name, place, len(calibrations)) if self.body else ""
+        return calibrations[place].model_copy(update={"axes": stated}) if stated else calibrations[place]

@@ -1,0 +1,149 @@
+"""Look at a recording from beginning to end: what it holds, how good it is, what it can serve."""
+
+from __future__ import annotations
+
+import math
+
+from tumble import _core
+from tumble.acquisition.acquire import push_recorded, rests_of, scale_notice
+from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import Metadata, RecordingSource, SampleProgress
+from tumble.foundation.services import Evidence
+from tumble.foundation.words import count_of
+from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
+from tumble.tools.inspect.result import ChannelFacts, Inspection, Timing
+from tumble.tools.inspect.samples import CHANNELS, SampleWatch
+from tumble.tools.inspect.services import faults_of, services_of
+
+_FEW_HZ = 5.0
+
+
+def inspect(
+    recording: RecordingSource, progress: SampleProgress | None = None, *, read: ReadOptions | None = None
+) -> Inspection:
+    """Inspect one recording in one pass; memory does not grow with its length.
+
+    `read` says how to read a log. `progress` is told samples done, and samples expected where they
+    are known beforehand.
+
+    Raises `LogError` where the recording breaks off or is not fit to use.
+    """
+    recording = open_recording(recording, read)
+    triads = recording.metadata.triads
+    watch, counts = SampleWatch(triads), Counts()
+    segmenter, by_hand = _core.Segmenter(), _core.Segmenter(by_hand=True)
+    for number, part in enumerate(recording.parts or (recording,)):
+        if number:
+            watch.time.begin_part()
+        for each in (segmenter, by_hand):
+            each.begin_part(part.name if recording.parts else "")
+        stream = part.chunks()
+        for chunk in stream:
+            watch.push(chunk)
+            for each in (segmenter, by_hand):
+                push_recorded(each, chunk, chunk.accelerometer, chunk.gyroscope, triads)
+            if progress is not None:
+                progress(watch.time.samples, stream.expected if isinstance(stream, ChunkStream) else None)
+        if isinstance(stream, ChunkStream):
+            counts.add(stream.counts)
+    if watch.time.samples == 0:
+        raise LogError(f"{recording.metadata.source}: holds no samples")
+    return _conclude(recording.metadata, watch, segmenter.finish(), by_hand.finish(), counts)
+
+
+def _conclude(
+    metadata: Metadata,
+    watch: SampleWatch,
+    acquired: _core.Acquired,
+    by_hand: _core.Acquired,
+    counts: Counts,
+) -> Inspection:
+    triads = metadata.triads
+    rests = rests_of(acquired, triads=triads)
+    channels = _channels(watch, acquired)
+    stuck = [channel.name for channel in channels if channel.stuck]
+    timing = _timing(watch, counts)
+    evidence = Evidence(
+        triads=triads,
+        alone=metadata.alone,
+        rests=rests,
+        rests_by_hand=rests_of(by_hand, triads=triads),
+        turn_angles=acquired.turn_angles,
+        trace=acquired.trace(),
+        temperature=watch.temperature,
+        faults=faults_of(watch.time.interval, stuck),
+    )
+    return Inspection(
+        metadata=metadata,
+        timing=timing,
+        channels=channels,
+        temperature=acquired.temperature,
+        rests=rests,
+        not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
+        directions=len(evidence.directions) if "accelerometer" in triads else 0,
+        services=tuple(services_of(evidence)),
+        remarks=(
+            *metadata.remarks,
+            *counts.notices(),
+            *scale_notice(acquired, STANDARD_GRAVITY),
+            *_warnings(metadata, timing, channels),
+        ),
+    )
+
+
+def _channels(watch: SampleWatch, acquired: _core.Acquired) -> tuple[ChannelFacts, ...]:
+    stuck = {name for name, kind, *_ in acquired.faults if kind == "stuck"}
+    noise = dict(zip(CHANNELS, acquired.noise_density, strict=True))
+    return tuple(
+        ChannelFacts(
+            channel.name,
+            channel.unit,
+            channel.low,
+            channel.mean,
+            channel.high,
+            channel.step,
+            0 if channel.name in stuck else channel.saturated,
+            channel.name in stuck,
+            float(noise[channel.name]) if noise[channel.name] > 0.0 else math.nan,
+        )
+        for channel in watch.channels
+    )
+
+
+def _timing(watch: SampleWatch, counts: Counts) -> Timing:
+    time = watch.time
+    return Timing(
+        samples=time.samples,
+        start=time.start,
+        end=time.end,
+        duration=time.duration,
+        rate=1.0 / time.interval if time.interval > 0.0 else math.nan,
+        jitter=time.jitter,
+        gaps=time.gaps,
+        missing=time.missing,
+        longest_gap=time.longest_gap,
+        longest_gap_at=time.longest_gap_at,
+        duplicates=counts.duplicates,
+        without_number=counts.without_number,
+    )
+
+
+def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, ...]) -> tuple[str, ...]:
+    warnings = []
+    if metadata.already_corrected:
+        warnings.append("the log is already corrected: a calibration made from it adds to that correction")
+    if timing.rate < _FEW_HZ:
+        warnings.append(f"{timing.rate:.3g} Hz is too slow to follow any motion")
+    if timing.jitter * timing.rate > 0.2:
+        warnings.append(
+            "the interval between samples scatters by more than a fifth: are they times of arrival?"
+        )
+    warnings += [f"{channel.name} is stuck at {channel.mean:.6g}" for channel in channels if channel.stuck]
+    warnings += [
+        f"{channel.name} is saturated in {count_of('sample', channel.saturated)}"
+        for channel in channels
+        if channel.saturated
+    ]
+    return tuple(warnings)

@@ -1,0 +1,45 @@
+"""What is wrong with a unit that is read live, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tumble.acquisition.acquire import si_unit
+from tumble.acquisition.imu import Imu
+from tumble.tools.record.procedure import RecordStep
+
+BROKEN = {
+    "silent": "is silent; check its power and cable, and that it sends to this address",
+    "lost": "was lost ({reason}); plug it in again, it is looked for every second",
+    "returned": "is there again; check that it is the same unit, in the same place",
+}
+"""By the kind of a step of a recording that says so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Objection:
+    """Something wrong with a unit, and what to do about it."""
+
+    unit: str
+    key: str
+    """The same for what is the same trouble, whatever its figures by now."""
+    text: str
+
+
+def broken(step: RecordStep) -> str:
+    """Say what became of the line of a unit; empty for a step that says nothing of a line."""
+    return BROKEN.get(step.kind, "").format(reason=step.reason)
+
+
+def faults(name: str, unit: Imu) -> Iterator[Objection]:
+    """Name channels of a unit that are stuck, or at the end of their range."""
+    remedies = {
+        "stuck": "check the sensor and its cable",
+        "saturated in motion": "turn more slowly, or choose a larger range",
+        "saturated at rest": "choose a larger range",
+    }
+    for channel, kind, value, first, *_ in unit.faults:
+        seen = "is stuck" if kind == "stuck" else "is saturated"
+        text = f"{channel} {seen} at {value:.4g} {si_unit(channel)} since {first:.1f} s; {remedies[kind]}"
+        yield Objection(name, f"{kind} {channel}", text)

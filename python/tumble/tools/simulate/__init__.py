@@ -1,0 +1,108 @@
+"""Recordings with known truth: a turntable session as it would be recorded.
+
+Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
+records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
+that stands still), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
+vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
+truth), `files` (those on disk) and `command`. `native` says how a scenario reaches the native simulator.
+`live` serves all of these, and a table, as they happen.
+
+>>> from tumble.tools.simulate import simulate_turntable
+>>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
+>>> session["target_1"].accelerometer.b.shape
+(3,)
+"""
+
+from __future__ import annotations
+
+from tumble.tools.simulate.fault import FAULTS, Fault, FaultKind
+from tumble.tools.simulate.flight.files import write_flight
+from tumble.tools.simulate.flight.procedure import (
+    FlightPath,
+    FlightTruth,
+    SimulatedFlight,
+    SimulatedFlightUnit,
+    simulate_flight,
+)
+from tumble.tools.simulate.flight.scenario import (
+    USUAL_UNITS,
+    VIBRATIONS,
+    FlightScenario,
+    FlightUnit,
+    Vibration,
+    unit_names,
+)
+from tumble.tools.simulate.grade import Grade, TriadGrade, grade_names
+from tumble.tools.simulate.live.fault import LIVE_FAULTS, LiveFault
+from tumble.tools.simulate.live.files import write_live
+from tumble.tools.simulate.live.procedure import LiveSimulation
+from tumble.tools.simulate.live.scenario import LiveScenario
+from tumble.tools.simulate.multipose.files import write_multipose
+from tumble.tools.simulate.multipose.procedure import SimulatedMultipose, simulate_multipose
+from tumble.tools.simulate.scenario import ScenarioError
+from tumble.tools.simulate.spin.files import write_spin
+from tumble.tools.simulate.spin.procedure import SimulatedSpin, simulate_spin
+from tumble.tools.simulate.spin.scenario import Disturbance, SpinScenario, Step, parse_plan
+from tumble.tools.simulate.static.files import write_static
+from tumble.tools.simulate.static.procedure import SimulatedStatic, simulate_static
+from tumble.tools.simulate.static.scenario import StaticScenario
+from tumble.tools.simulate.thermal.files import write_thermal
+from tumble.tools.simulate.thermal.procedure import SimulatedThermal, simulate_thermal
+from tumble.tools.simulate.thermal.scenario import ThermalScenario
+from tumble.tools.simulate.turntable.files import write_turntable
+from tumble.tools.simulate.turntable.procedure import SimulatedTurntable, TrueRest, simulate_turntable
+from tumble.tools.simulate.turntable.scenario import TurntableScenario
+from tumble.tools.simulate.unit import ClockTruth, SimulatedUnit, TriadTruth
+
+__all__ = [
+    "FAULTS",
+    "LIVE_FAULTS",
+    "USUAL_UNITS",
+    "VIBRATIONS",
+    "ClockTruth",
+    "Disturbance",
+    "Fault",
+    "FaultKind",
+    "FlightPath",
+    "FlightScenario",
+    "FlightTruth",
+    "FlightUnit",
+    "Grade",
+    "LiveFault",
+    "LiveScenario",
+    "LiveSimulation",
+    "ScenarioError",
+    "SimulatedFlight",
+    "SimulatedFlightUnit",
+    "SimulatedMultipose",
+    "SimulatedSpin",
+    "SimulatedStatic",
+    "SimulatedThermal",
+    "SimulatedTurntable",
+    "SimulatedUnit",
+    "SpinScenario",
+    "StaticScenario",
+    "Step",
+    "ThermalScenario",
+    "TriadGrade",
+    "TriadTruth",
+    "TrueRest",
+    "TurntableScenario",
+    "Vibration",
+    "grade_names",
+    "parse_plan",
+    "simulate_flight",
+    "simulate_multipose",
+    "simulate_spin",
+    "simulate_static",
+    "simulate_thermal",
+    "simulate_turntable",
+    "unit_names",
+    "write_flight",
+    "write_live",
+    "write_multipose",
+    "write_spin",
+    "write_static",
+    "write_thermal",
+    "write_turntable",
+]

@@ -1,0 +1,69 @@
+"""What files of all simulated recordings have in common: samples in pieces, the truth in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, fields, is_dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from tumble.foundation.recording import Chunk
+from tumble.poses.pose_list import PoseList
+from tumble.tools.simulate.unit import TriadTruth
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+LogFormat = Literal["csv", "parquet", "mcap"]
+
+TRUTH = "tumble-truth/1"
+"""Schema of what a simulation says of itself."""
+
+ROWS = 65_536
+"""Samples written at a time."""
+
+
+def pieces(samples: Chunk) -> Iterator[Chunk]:
+    """Cut samples to what is written at a time."""
+    for start in range(0, len(samples), ROWS):
+        yield cut(samples, slice(start, start + ROWS))
+
+
+def cut(samples: Chunk, rows: slice) -> Chunk:
+    """Give some of the samples."""
+    temperature = None if samples.temperature is None else samples.temperature[rows]
+    return Chunk(samples.time[rows], samples.accelerometer[rows], samples.gyroscope[rows], temperature)
+
+
+def triad_content(triad: TriadTruth) -> dict[str, Any]:
+    """Give the truth of a triad as plain figures, angles in deg beside those in rad."""
+    figures = {field.name: getattr(triad, field.name) for field in fields(triad)}
+    angles = {
+        "non_orthogonality_deg": np.degrees(triad.non_orthogonality),
+        "mounting_deg": np.degrees(triad.mounting),
+    }
+    return figures | angles
+
+
+def options(scenario: DataclassInstance) -> dict[str, object]:
+    """Give all that a scenario says."""
+    return {each.name: in_plain_words(getattr(scenario, each.name)) for each in fields(scenario)}
+
+
+def in_plain_words(value: object) -> object:
+    """Give an option as mappings, lists, numbers and text."""
+    if isinstance(value, PoseList):
+        return {pose.name: pose.up for pose in value}
+    if is_dataclass(value) and not isinstance(value, type):
+        return without_none(asdict(value))
+    if isinstance(value, Mapping):
+        return {key: in_plain_words(item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [in_plain_words(item) for item in value]
+    return value
+
+
+def without_none(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out what was not given."""
+    return {key: value for key, value in content.items() if value is not None}

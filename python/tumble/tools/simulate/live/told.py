@@ -1,0 +1,32 @@
+"""A simulated hand goes where a live session asks it to, by the events that the session prints."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import TextIO
+
+import numpy as np
+
+from tumble.tools.simulate.live.procedure import LiveSimulation
+
+WANTED = "orientation wanted"
+"""The event that asks for an orientation."""
+
+
+def follow_events(simulation: LiveSimulation, events: TextIO) -> None:
+    """Have the hand of a bench obey events, a line of JSON each; where they end, the bench does."""
+    threading.Thread(target=_obey, args=(simulation, events), name="told", daemon=True).start()
+
+
+def _obey(simulation: LiveSimulation, events: TextIO) -> None:
+    for line in events:
+        try:
+            event = json.loads(line)
+            up = np.array(event["up"], dtype=float) if event["event"] == WANTED else None
+        except (ValueError, KeyError, TypeError):
+            # What stands there besides is not meant for a hand.
+            continue
+        if up is not None and up.shape == (3,) and np.linalg.norm(up) > 0.0 and simulation.hand is not None:
+            simulation.hand.go_to(up)
+    simulation.stop()

@@ -1,0 +1,80 @@
+"""Options that all of `tumble simulate` share, and how they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import TYPE_CHECKING, TypeVar
+
+from tumble.foundation.errors import TumbleError
+
+if TYPE_CHECKING:
+    from tumble.tools.simulate import SimulatedUnit
+
+AnyFault = TypeVar("AnyFault")
+
+FAULTS_HELP = (
+    "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
+    "left-handed, wrong-unit, gap, absent, dead, late, doubled, time-backwards, clock-jump. Keys: triad, "
+    "axis, start (s), end (s), size."
+)
+
+
+class Format(str, Enum):
+    """Format of the logs written."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+    MCAP = "mcap"
+
+
+def faults_by_unit(specs: list[str], make: Callable[..., AnyFault]) -> dict[str, list[AnyFault]]:
+    """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
+    faults: dict[str, list[AnyFault]] = {}
+    for spec in specs:
+        unit, _, rest = spec.partition(":")
+        fault = fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...", make)
+        faults.setdefault(unit, []).append(fault)
+    return faults
+
+
+def fault_of(option: str, text: str, form: str, make: Callable[..., AnyFault]) -> AnyFault:
+    """Read `stuck:axis=y:start=20`, and make a fault of it; `option` and `form` are for the error."""
+    kind, *settings = text.split(":")
+    try:
+        return make(kind, **dict(_setting(text) for text in settings))
+    except TypeError as error:
+        raise TumbleError(f"{option}: a fault of this kind has no triad; write {form}") from error
+    except ValueError as error:
+        raise TumbleError(f"{option}: {error}; write {form}") from error
+
+
+def numbers_of(option: str, text: str, count: int) -> list[float]:
+    """Read numbers with commas between; `option` is for the error."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        wanted = "a number" if count == 1 else f"{count} numbers with commas between"
+        raise TumbleError(f"{option} {text}: needs {wanted}")
+    return numbers
+
+
+def _setting(text: str) -> tuple[str, str | float]:
+    key, _, value = text.partition("=")
+    if key in ("triad", "axis"):
+        return key, value
+    if key in ("start", "end", "size"):
+        try:
+            return key, float(value)
+        except ValueError:
+            raise ValueError(f"{key} needs a number, found {value!r}") from None
+    raise ValueError(f"unknown key {key!r}; known are triad, axis, start, end, size")
+
+
+def unit_line(place: str, unit: SimulatedUnit) -> str:
+    """Say what a unit recorded and what is wrong with it; `place` is where its recording is found."""
+    faults = ", ".join(fault.kind for fault in unit.faults)
+    fault = f", fault: {faults}" if faults else ""
+    return f"{place}: {unit.grade.name}, {len(unit.samples)} samples{fault}"

@@ -1,0 +1,56 @@
+"""A simulated record at rest on disk: the log as any logger would write it, and the truth beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tumble.foundation.documents import write_document
+from tumble.foundation.files import prepare_folder
+from tumble.foundation.noise_terms import TERM_UNITS
+from tumble.foundation.plain import plain
+from tumble.foundation.recording import SampleProgress
+from tumble.logs import Facts, open_writer
+from tumble.tools.simulate.files import TRUTH, LogFormat, options
+from tumble.tools.simulate.static.procedure import SimulatedStatic
+
+_HEADER = """\
+The truth of this simulated record at rest: the coefficient of each term of its noise, alike for the three
+axes of a triad: Q, N, B, K and R of docs/theory/noise.md, in their order."""
+
+
+def write_static(
+    static: SimulatedStatic,
+    directory: str | Path,
+    format: LogFormat = "csv",  # noqa: A002
+    name: str = "static",
+    progress: SampleProgress | None = None,
+) -> dict[str, Path]:
+    """Write the log and `truth.yaml`, in constant memory; give the path of each by what it is.
+
+    Raises `OutputError` where the folder cannot be written to.
+    """
+    folder = prepare_folder(directory)
+    paths = {"log": folder / f"{name}.{format}", "truth": folder / "truth.yaml"}
+    done = 0
+    with open_writer(paths["log"], format, Facts(serial=static.recording.metadata.serial)) as writer:
+        for chunk in static.recording.chunks():
+            writer.write(chunk)
+            done += len(chunk)
+            if progress is not None:
+                progress(done, static.scenario.samples)
+    write_document(paths["truth"], _HEADER, static_truth(static))
+    return paths
+
+
+def static_truth(static: SimulatedStatic) -> dict[str, Any]:
+    """Give the truth as plain mappings, lists, numbers and text."""
+    content: dict[str, Any] = {
+        "schema": TRUTH,
+        "seed": static.scenario.seed,
+        **static.truth,
+        "units": {triad: dict(units) for triad, units in TERM_UNITS.items()},
+        "gaps": static.scenario.gaps,
+        "options": options(static.scenario),
+    }
+    return {key: plain(value) for key, value in content.items()}

@@ -1,0 +1,119 @@
+"""Everything a simulated thermal session is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import Triad
+from tumble.tools.simulate.grade import Grade, grade_names
+from tumble.tools.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, is_finite
+
+SHORTEST, LONGEST_SAMPLES = 60.0, 2_000_000_000
+"""s, and samples."""
+MOST_POSES = 60
+HIGHEST_ORDER = 3
+"""Powers of temperature that a calibration keeps."""
+SHARES = (1.0, 0.3, 0.1)
+"""Of the powers of a drawn drift, at the ends of the range, of what the grade's first power gives there."""
+
+Powers = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalScenario:
+    """A unit that rests, one pose after the other, while its temperature goes up and down."""
+
+    seed: int = 1
+    duration: float = 3600.0
+    """s."""
+    rate_hz: float = 20.0
+    grade: str | Grade = "consumer"
+    """Its white noise and bias instability are used, and its temperature coefficient where none is given."""
+    low: float = -10.0
+    high: float = 60.0
+    """degC."""
+    cycles: float = 1.0
+    """How often it warms and cools; a half is warming alone."""
+    poses: int = 1
+    """In which it is laid for equal times; it is turned by hand between them."""
+    accelerometer: Powers | None = None
+    """Coefficients of t, t^2, t^3 from mid-range, m/s^2/K^k, alike for the three axes; drawn if not given."""
+    gyroscope: Powers | None = None
+    """The same, rad/s/K^k."""
+    scale: Powers = ()
+    """Change of the accelerometer's scale, 1/K^k."""
+    accelerometer_hysteresis: float = 0.0
+    """By how much more is read while warming than while cooling, m/s^2."""
+    gyroscope_hysteresis: float = 0.0
+    """The same, rad/s."""
+    lag: float = 0.0
+    """Time constant by which the thermometer is behind the sensor, s."""
+    step: float | None = None
+    """Of the thermometer, K; 0 for none. That of the grade if not given."""
+    gravity: float = STANDARD_GRAVITY
+
+    def __post_init__(self) -> None:
+        for name in ("duration", "rate_hz", "low", "high", "cycles", "lag", "gravity"):
+            if not is_finite(getattr(self, name)):
+                raise ScenarioError(f"{name} is no finite number; give one")
+        if isinstance(self.grade, str) and self.grade not in grade_names():
+            raise ScenarioError(f"grade {self.grade!r} is unknown; give one of {', '.join(grade_names())}")
+        if not SLOWEST_RATE_HZ <= self.rate_hz <= FASTEST_RATE_HZ:
+            raise ScenarioError(
+                f"a rate of {self.rate_hz:g} Hz cannot be simulated; give {SLOWEST_RATE_HZ:g} to "
+                f"{FASTEST_RATE_HZ:g}"
+            )
+        if self.duration < SHORTEST or self.samples > LONGEST_SAMPLES:
+            raise ScenarioError(
+                f"{self.duration:g} s at {self.rate_hz:g} Hz cannot be simulated; give {SHORTEST:g} s "
+                f"or more, and at most {LONGEST_SAMPLES} samples"
+            )
+        if not self.low <= self.high:
+            raise ScenarioError(f"low {self.low:g} degC lies above high {self.high:g}; exchange them")
+        if not 1 <= self.poses <= MOST_POSES:
+            raise ScenarioError(f"{self.poses} poses cannot be simulated; give 1 to {MOST_POSES}")
+        if not self.cycles > 0.0:
+            raise ScenarioError(f"{self.cycles:g} cycles are none; give 0.5 or more")
+        for name in ("accelerometer", "gyroscope", "scale"):
+            if len(getattr(self, name) or ()) > HIGHEST_ORDER:
+                raise ScenarioError(f"{name} has more than {HIGHEST_ORDER} powers; leave out the highest")
+
+    @property
+    def samples(self) -> int:
+        """Samples of the log."""
+        return round(self.duration * self.rate_hz)
+
+    @property
+    def reference(self) -> float:
+        """Middle of the range, degC."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def unit_grade(self) -> Grade:
+        """The grade, whether given by its name or as it is."""
+        return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
+
+    def bias(self, triad: Triad) -> FloatArray:
+        """Give the coefficients (k, 3) of the bias of a triad, a row for each power from 1, unit/K^k."""
+        given: Powers | None = getattr(self, triad)
+        if given is not None:
+            return np.array([[power] * 3 for power in given]).reshape(-1, 3)
+        half = max(0.5 * (self.high - self.low), 1.0)
+        random = np.random.default_rng([self.seed, *triad.encode()])
+        first = getattr(self.unit_grade, triad).temperature_coefficient
+        drawn = random.normal(size=(HIGHEST_ORDER, 3)) * np.array(SHARES)[:, None]
+        return np.asarray(first * drawn / half ** np.arange(HIGHEST_ORDER)[:, None])
+
+    def hysteresis(self, triad: Triad) -> float:
+        """Bias while warming less that while cooling, unit of the triad."""
+        value: float = getattr(self, f"{triad}_hysteresis")
+        return value
+
+    @property
+    def thermometer_step(self) -> float:
+        """Smallest step of the thermometer, K; 0 for none."""
+        return self.unit_grade.temperature_step if self.step is None else self.step

@@ -1,0 +1,307 @@
+"""A table that cannot be told to go too far, and that is stopped on every way out."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from types import FrameType, TracebackType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from tumble.foundation.errors import TableError
+from tumble.foundation.recording import FloatArray
+from tumble.tools.table.axes import FREE, Axis, AxisLimits
+from tumble.tools.table.bounds import exceeded
+from tumble.tools.table.motion import travel_time
+from tumble.tools.table.rate_table import RateTable
+
+Answer = TypeVar("Answer")
+
+POLL = 0.02
+"""s between two questions whether the table has settled."""
+PATIENCE, AT_LEAST = 1.5, 5.0
+"""A motion is overdue after so many times what it should take, and so many s."""
+SERVO_ERROR = math.radians(0.5)
+"""rad by which a servo may swing beyond a limit of angle, or stand beside the angle it was sent to."""
+STOPS = 2
+"""Times that a stop is sent where the first was not answered."""
+UNANSWERED = "the stop was not answered: USE THE EMERGENCY STOP"
+
+_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+
+
+class GuardedTable:
+    """Stands before any driver: limits before each command, a stop on every way out, nothing unless armed.
+
+    `limits` of axes by their name come on top of those of the maker. Without `armed` no motion is sent; what
+    would be is told to `say`, one line each. All arrays are (axes,), from the axis on the floor up.
+
+    Leaving it, by any error, Ctrl-C, SIGQUIT, SIGTERM or a terminal that closes, stops the table. So does
+    silence: a driver raises where a query is not answered in time. A line that is lost is opened once more
+    to send the stop. After any error nothing moves until the table is entered again.
+
+    A motion to angles has settled when the driver reports it *and* the table stands there: a driver that
+    reports the end of a motion before it began, or of one that a collision ended, is not relied on.
+    """
+
+    def __init__(
+        self,
+        table: RateTable,
+        limits: Mapping[str, AxisLimits] | None = None,
+        *,
+        armed: bool = False,
+        say: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.armed = armed
+        self.axes: tuple[Axis, ...] = tuple(
+            replace(axis, limits=axis.limits.within((limits or {}).get(axis.name, FREE)))
+            for axis in table.axes
+        )
+        self._table = table
+        self._say = say
+        self._enabled = False
+        self._halted = False
+        self._due = math.inf
+        """s of `time.monotonic` by which the motion under way has to have settled."""
+        self._target: FloatArray | None = None
+        """(axes,) rad of the last motion to angles; None after a motion at rates or a stop."""
+        self._handlers: dict[int, Any] = {}
+
+    @property
+    def name(self) -> str:
+        """What messages call the table."""
+        return self._table.name
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user should know of the driver."""
+        return self._table.remarks
+
+    def __enter__(self) -> GuardedTable:
+        self._enabled = self._halted = False
+        self._table.__enter__()
+        if threading.current_thread() is threading.main_thread():
+            self._handlers = {which: signal.signal(which, _end) for which in _ENDINGS}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if self.armed:
+                self._stop_for_sure(error)
+        finally:
+            for which, handler in self._handlers.items():
+                signal.signal(which, handler)
+            self._handlers = {}
+            self._table.__exit__(kind, error, trace)
+
+    def goto(
+        self, angles: FloatArray, rate: FloatArray | None = None, acceleration: FloatArray | None = None
+    ) -> float:
+        """Begin to move to these angles; give the s it takes.
+
+        Without `rate` and `acceleration`, the largest allowed.
+
+        Raises `TableError` where a limit would be passed, and while the table moves.
+        """
+        angles, rate = self._figures(angles), self._figures(rate, "rate")
+        acceleration = self._figures(acceleration, "acceleration")
+        self._refuse_beyond_limits(angles, rate, acceleration)
+        self._refuse_while_moving()
+        distances = np.abs(angles - self._known_position())
+        took = max(map(travel_time, distances.tolist(), rate.tolist(), acceleration.tolist()))
+        targets = np.degrees(angles)
+        if self._begins(took, f"go to {self._in_words(targets)} deg within {took:.1f} s"):
+            self._target = angles
+            self._guarded(lambda: self._table.goto(angles, rate, acceleration))
+        return took
+
+    def rate(self, rates: FloatArray, acceleration: FloatArray | None = None) -> float:
+        """Begin to turn at these rates, and go on until told otherwise; give the s it takes to reach them.
+
+        Raises `TableError` where a limit would be passed, for an axis with limits of angle (it would pass
+        them in time: `goto` it at a rate), and while the table changes its rate.
+        """
+        rates, acceleration = self._figures(rates), self._figures(acceleration, "acceleration")
+        self._refuse_beyond_limits(np.full(len(self.axes), np.nan), rates, acceleration)
+        for axis, rate in zip(self.axes, rates.tolist(), strict=True):
+            if rate != 0.0 and axis.limits.angle is not None:
+                raise TableError(
+                    f"{self.name}: {axis.name} has limits of angle, which a rate would pass in time; "
+                    "go to an angle at that rate"
+                )
+        self._refuse_while_moving()
+        took = float(np.max(2.0 * np.array([axis.limits.rate for axis in self.axes]) / acceleration))
+        turning = f"turn at {self._in_words(np.degrees(rates))} deg/s until told otherwise"
+        if self._begins(took, turning):
+            self._target = None
+            self._guarded(lambda: self._table.rate(rates, acceleration))
+        return took
+
+    def settled(self) -> bool:
+        """Return True if the last motion has ended, at its angles where it had any.
+
+        Raises `TableError` where it is overdue, has ended elsewhere, or went too far.
+        """
+        settled = self._guarded(self._table.settled)
+        self._check_angles()
+        missed = list(self._missed()) if settled else []
+        if (not settled or missed) and self.armed and time.monotonic() > self._due:
+            where = f"is at rest with {', '.join(missed)}" if missed else "has not settled in time"
+            self._fail(TableError(f"{self.name}: {where}, and was stopped; is it blocked?"))
+        return settled and not missed
+
+    def wait(self) -> None:
+        """Wait until the last motion has ended; raises as `settled`."""
+        while not self.settled():
+            time.sleep(POLL)
+
+    def position(self) -> FloatArray:
+        """Give the angles, rad; NaN where the table cannot say."""
+        return self._guarded(self._table.position)
+
+    def stop(self) -> None:
+        """Bring all axes to rest, armed or not; raises `TableError` where that is not answered."""
+        self._target = None
+        self._stop_for_sure(None)
+
+    def _figures(self, figures: FloatArray | None, what: str = "") -> FloatArray:
+        """Give (axes,) finite numbers; those of the limits if none are given."""
+        if figures is None:
+            return np.array([getattr(axis.limits, what) for axis in self.axes])
+        numbers = np.asarray(figures, dtype=np.float64)
+        if numbers.shape != (len(self.axes),) or not np.isfinite(numbers).all():
+            names = ", ".join(axis.name for axis in self.axes)
+            raise TableError(f"{self.name}: needs a number for each of {names}, found {figures}")
+        if what and not (numbers > 0.0).all():
+            raise TableError(f"{self.name}: {what} needs to be above zero, found {figures}")
+        return numbers
+
+    def _refuse_beyond_limits(self, angles: FloatArray, rates: FloatArray, accelerations: FloatArray) -> None:
+        for axis, *figures in zip(self.axes, angles, rates, accelerations, strict=True):
+            for objection in exceeded(axis, *map(float, figures)):
+                raise TableError(f"{self.name}: {objection}; give less, or another --table-limits")
+
+    def _refuse_while_moving(self) -> None:
+        if self._halted:
+            raise TableError(f"{self.name}: was stopped after an error; see to that, and start again")
+        if not self.settled():
+            raise TableError(f"{self.name}: still moves; wait until it has settled, or stop it")
+
+    def _known_position(self) -> FloatArray:
+        angles = self.position()
+        if np.isnan(angles).any():
+            raise TableError(f"{self.name}: cannot say where it is, so it cannot be sent to an angle")
+        return angles
+
+    def _begins(self, took: float, what: str) -> bool:
+        """Get ready for a motion; without arms, only say what it would be."""
+        if not self.armed:
+            self._say(f"would {what}")
+            return False
+        if not self._enabled:
+            self._guarded(self._table.enable)
+            self._enabled = True
+        self._due = time.monotonic() + PATIENCE * took + AT_LEAST
+        return True
+
+    def _check_angles(self) -> None:
+        if not self.armed or all(axis.limits.angle is None for axis in self.axes):
+            return
+        for axis, angle in zip(self.axes, self.position().tolist(), strict=True):
+            low, high = axis.limits.angle or (-math.inf, math.inf)
+            if math.isnan(angle) or not low - SERVO_ERROR <= angle <= high + SERVO_ERROR:
+                self._fail(
+                    TableError(
+                        f"{self.name}: {axis.name} is at {math.degrees(angle):.6g} deg, beyond its limits, "
+                        "and was stopped; bring it back by hand"
+                    )
+                )
+
+    def _missed(self) -> Iterator[str]:
+        """Name the axes that stand elsewhere than the last motion was to end.
+
+        An axis without limits of angle may report its angle less whole turns.
+        """
+        if self._target is None or not self.armed:
+            return
+        for axis, angle, target in zip(self.axes, self.position(), self._target, strict=True):
+            error = angle - target
+            if axis.limits.angle is None:
+                error = math.remainder(error, math.tau)
+            if not abs(error) <= SERVO_ERROR:
+                yield (
+                    f"{axis.name} at {math.degrees(angle):.6g} deg instead of {math.degrees(target):.6g} deg"
+                )
+
+    def _guarded(self, call: Callable[[], Answer]) -> Answer:
+        """Ask or tell the driver something; stop the table where that fails."""
+        try:
+            return call()
+        except BaseException as error:
+            if self.armed:
+                self._fail(error)
+            raise
+
+    def _fail(self, error: BaseException) -> None:
+        """Stop, then raise."""
+        self._halted = True
+        self._stop_for_sure(error)
+        raise error
+
+    def _stop_for_sure(self, reason: BaseException | None) -> None:
+        """Send the stop until it is answered, the second time over a new line; no signal interrupts that.
+
+        Raises `TableError`, with what came before, where it never is.
+        """
+        failure: BaseException | None = None
+        with _uninterrupted():
+            for _ in range(STOPS):
+                try:
+                    if isinstance(failure, Exception):
+                        self._table.__exit__(None, None, None)
+                        self._table.__enter__()
+                    self._table.stop()
+                except BaseException as error:
+                    failure = error
+                else:
+                    break
+            else:
+                raise self._unanswered(reason, failure) from failure
+        # A Ctrl-C that came just before the stop, which was sent all the same.
+        if failure is not None and not isinstance(failure, Exception):
+            raise failure
+
+    def _unanswered(self, reason: BaseException | None, failure: BaseException | None) -> TableError:
+        before = f"{reason}; and " if isinstance(reason, TableError) and UNANSWERED not in str(reason) else ""
+        return TableError(f"{before}{self.name}: {UNANSWERED} ({failure})")
+
+    def _in_words(self, figures: FloatArray) -> str:
+        return ", ".join(
+            f"{axis.name} {figure:.6g}" for axis, figure in zip(self.axes, figures.tolist(), strict=True)
+        )
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    """Leave every `with` on the way, as Ctrl-C does."""
+    raise SystemExit(128 + number)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let no signal in until the block has run; then those that came take effect."""
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, *_ENDINGS])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

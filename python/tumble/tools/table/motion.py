@@ -1,0 +1,113 @@
+"""How an axis moves: at constant acceleration, then at constant rate, then it brakes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.foundation.recording import FloatArray
+
+
+def travel_time(distance: float, rate: float, acceleration: float) -> float:
+    """Give the time, s, from rest to rest over a distance, rad, no faster than `rate` and `acceleration`."""
+    distance = abs(distance)
+    if distance * acceleration < rate * rate:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / rate + rate / acceleration
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Motion at constant acceleration, from `start` until the next one begins."""
+
+    start: float
+    """s."""
+    angle: float
+    rate: float
+    acceleration: float
+    """rad, rad/s, rad/s^2."""
+
+    def state(self, t: float) -> tuple[float, float]:
+        """Give angle and rate at a time."""
+        since = t - self.start
+        return (
+            self.angle + (self.rate + 0.5 * self.acceleration * since) * since,
+            self.rate + self.acceleration * since,
+        )
+
+
+class AxisMotion:
+    """Where an axis was and will be: what it was told, laid out in time."""
+
+    def __init__(self, angle: float = 0.0) -> None:
+        self._stretches = [Stretch(-math.inf, angle, 0.0, 0.0)]
+
+    def state(self, t: float) -> tuple[float, float]:
+        """Give angle and rate at a time, s."""
+        stretch = next(stretch for stretch in reversed(self._stretches) if stretch.start <= t)
+        return (stretch.angle, stretch.rate) if math.isinf(stretch.start) else stretch.state(t)
+
+    def states(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Give angles, rates and accelerations (n,) at times (n,), s."""
+        starts = np.array([stretch.start for stretch in self._stretches])
+        which = np.searchsorted(starts, times, side="right") - 1
+        begin, angle, rate, acceleration = np.array(
+            [
+                (0.0 if math.isinf(each.start) else each.start, each.angle, each.rate, each.acceleration)
+                for each in self._stretches
+            ]
+        )[which].T
+        since = times - begin
+        return angle + (rate + 0.5 * acceleration * since) * since, rate + acceleration * since, acceleration
+
+    @property
+    def end(self) -> float:
+        """When the last change happens, s; before any command, minus infinity."""
+        return self._stretches[-1].start
+
+    def goto(self, t: float, angle: float, rate: float, acceleration: float) -> None:
+        """From `t` on brake to rest, then go from rest to rest to `angle`."""
+        self._brake(t, 0.0, acceleration)
+        at = self._stretches[-1]
+        distance = angle - at.angle
+        way = math.copysign(1.0, distance)
+        fastest = min(rate, math.sqrt(abs(distance) * acceleration))
+        if fastest == 0.0:
+            return
+        self._speed_up(at.start, way * fastest, acceleration)
+        at = self._stretches[-1]
+        ramp = 0.5 * fastest * fastest / acceleration
+        cruise = max(0.0, abs(distance) - 2.0 * ramp) / fastest
+        self._speed_up(at.start + cruise, 0.0, acceleration)
+        # The end is where it was told to be, not where sums of roundings end.
+        self._stretches[-1] = Stretch(self._stretches[-1].start, angle, 0.0, 0.0)
+
+    def turn(self, t: float, rate: float, acceleration: float) -> None:
+        """From `t` on get to a rate, and keep it."""
+        self._brake(t, rate, acceleration)
+
+    def forget_before(self, t: float) -> None:
+        """Let go of what was over by `t`; earlier times cannot be asked for any more."""
+        while len(self._stretches) > 1 and self._stretches[1].start <= t:
+            del self._stretches[0]
+
+    def _brake(self, t: float, rate: float, acceleration: float) -> None:
+        """Take back what was to come after `t`, and go over to a rate."""
+        angle, now = self.state(t)
+        while self._stretches[-1].start >= t:
+            self._stretches.pop()
+        self._stretches.append(Stretch(t, angle, now, 0.0))
+        self._speed_up(t, rate, acceleration)
+
+    def _speed_up(self, t: float, rate: float, acceleration: float) -> None:
+        """Go over to a rate from `t` on, which lies in the last stretch."""
+        angle, now = self._stretches[-1].state(t)
+        change = rate - now
+        if change != 0.0:
+            ramp = Stretch(t, angle, now, math.copysign(acceleration, change))
+            t += abs(change) / acceleration
+            angle, _ = ramp.state(t)
+            self._stretches.append(ramp)
+        self._stretches.append(Stretch(t, angle, rate, 0.0))

@@ -1,0 +1,56 @@
+"""What every driver of a table gives."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Protocol
+
+from tumble.foundation.recording import FloatArray
+from tumble.tools.table.axes import Axis
+
+
+class RateTable(Protocol):
+    """A table with one to three axes that obeys commands.
+
+    It is a context manager: entering it opens the line, and moves nothing. All arrays are (axes,), from the
+    axis on the floor up, in rad, rad/s and rad/s^2. No driver checks limits: `GuardedTable` does, for all.
+
+    Raises `TableError`, in one line, where the line cannot be opened or is lost, where the table refuses a
+    command, and where it leaves a query or a command unanswered for longer than it may take.
+    """
+
+    @property
+    def name(self) -> str:
+        """What messages call the table."""
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The axes, with what the maker says they may do."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user should know, such as that nobody has tried this driver on hardware."""
+
+    def __enter__(self) -> RateTable: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def enable(self) -> None:
+        """Switch the drives on; nothing where there is nothing to switch."""
+
+    def goto(self, angles: FloatArray, rate: FloatArray, acceleration: FloatArray) -> None:
+        """Begin to move to these angles, no faster than that; returns at once."""
+
+    def rate(self, rates: FloatArray, acceleration: FloatArray) -> None:
+        """Begin to turn at these rates, and go on; returns at once."""
+
+    def settled(self) -> bool:
+        """Whether the last motion has ended: at its angles, or at its rates."""
+
+    def position(self) -> FloatArray:
+        """Give the angles; NaN where the table cannot say."""
+
+    def stop(self) -> None:
+        """Bring all axes to rest, whatever they do."""
