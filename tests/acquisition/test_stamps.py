@@ -6,7 +6,7 @@ import pytest
 import tumble
 from tumble import _core
 from tumble.acquisition.stamps import with_sample_times
-from tumble.recording import Recording
+from tumble.foundation.recording import Recording
 
 PERIOD = 0.01
 

@@ -10,7 +10,7 @@ import yaml
 
 import tumble
 from align_motions import Motion, Sensor, drawn, errors, record
-from tumble.redundancy.settings import RedundancySettings
+from tumble.procedures.redundancy.settings import RedundancySettings
 from turntable_sessions import contents, typed, write_table
 
 SECONDS = 30.0

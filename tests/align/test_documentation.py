@@ -11,7 +11,7 @@ import yaml
 import tumble
 from pages import without_commands
 from tumble.cli.commands import command_line
-from tumble.redundancy.settings import RedundancySettings
+from tumble.procedures.redundancy.settings import RedundancySettings
 
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to" / "align.md").read_text(encoding="utf-8")
 PACKAGE = Path(tumble.__file__).parent

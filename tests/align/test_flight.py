@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tumble
-from tumble.simulate import FlightUnit
+from tumble.tools.simulate import FlightUnit
 
 UNITS = (
     FlightUnit(grade="industrial", ageing=0.0),

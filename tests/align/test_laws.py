@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import tumble
 from align_motions import Motion, Sensor, drawn, errors, record, recordings
 from repetitions import repetitions
-from tumble.results import INTERVAL
+from tumble.foundation.results import INTERVAL
 
 SIGMAS = 6.0
 """A multiple of sigma that three thousand figures do not exceed."""

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import tumble
 from align_motions import Motion, Sensor, drawn, errors, recordings
-from tumble.align.procedure import unit_settings
-from tumble.errors import ProcedureError
+from tumble.foundation.errors import ProcedureError
+from tumble.procedures.align.procedure import unit_settings
 
 UPRIGHT = Motion(31, turning=(0.0, 0.0, 1.0), pushing=1.0)
 WITHOUT_PUSHES = Motion(31, turning=(0.0, 0.0, 1.0), pushing=0.0)

@@ -10,7 +10,7 @@ import pytest
 import tumble
 from align_motions import Motion, Sensor, drawn, recordings
 from report_reader import Page
-from tumble.align.report.page import ALIGN_REPORT
+from tumble.procedures.align.report.page import ALIGN_REPORT
 from tumble.report.numbers import fixed, readable_scale, round_pair
 
 UPRIGHT = {"turning": (0.0, 0.0, 1.0), "pushing": 0.0}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, same, write, write_text
-from tumble.apply.procedure import apply
 from tumble.calibration.document import Calibration
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.foundation.recording import Chunk, Recording
 from tumble.logs import open_recording
-from tumble.recording import Chunk, Recording
+from tumble.tools.apply.procedure import apply
 from turntable_sessions import one_line, typed
 
 M_ACCELEROMETER = np.array([[1.01, 0.002, -0.003], [0.001, 0.99, 0.004], [-0.002, 0.003, 1.005]])

@@ -13,12 +13,12 @@ import pytest
 
 from live_fixtures import resting, text_lines
 from ports import free_ports
-from tumble.apply.live import LiveApply
 from tumble.calibration.document import Calibration
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import LiveChunk
 from tumble.live.outputs import parse_output
 from tumble.logs import open_recording
+from tumble.tools.apply.live import LiveApply
 from turntable_sessions import typed
 
 TABLE = resting(200)

@@ -13,8 +13,8 @@ from log_fixtures import made_up, read, write
 from spin_sessions import record, still, turn
 from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_counts import SCATTER
-from tumble.errors import ArrayError
-from tumble.recording import Chunk
+from tumble.foundation.errors import ArrayError
+from tumble.foundation.recording import Chunk
 from turntable_sessions import typed
 
 REFERENCE, LOW, HIGH = 25.0, -20.0, 70.0

@@ -8,9 +8,9 @@ from benchmarks import live_table
 from benchmarks.bound import TRIADS
 
 from table_fixtures import Clock
-from tumble.table.simulated import PRESETS, SimulatedTable
-from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.table_plan import planned
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.turntable.table_plan import planned
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
 MOST_SIGMAS = 5.0
 
@@ -27,7 +27,7 @@ def test_true_rests_are_where_no_axis_turns():
 
 
 def test_no_plan_is_shorter_than_the_shortest_and_that_of_the_session_is_it():
-    plan, _ = planned(PRESETS["two-axis"], 5.0, SIX_FACES, turns=True)
+    plan, *_ = planned(PRESETS["two-axis"], 5.0, SIX_FACES, turns=True)
     shortest = live_table.shortest_motion(plan)
     assert plan.motion_seconds == pytest.approx(shortest)
     backwards = type(plan)(plan.axes, plan.angles[::-1], plan.start, plan.rest)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from benchmarks.readers import READERS, made_up, read_all
 
-from tumble.log_formats import LOG_FORMATS, PACKINGS
+from tumble.foundation.log_formats import LOG_FORMATS, PACKINGS
 
 
 @pytest.mark.parametrize("name", READERS)

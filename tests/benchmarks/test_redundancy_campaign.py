@@ -14,7 +14,7 @@ from benchmarks.redundancy_replay import error_of, gathered
 from benchmarks.redundancy_set import SENSORS, STEP, WARMING, simulate_set
 from scipy.spatial.transform import Rotation
 
-from tumble.constants import STANDARD_GRAVITY
+from tumble.foundation.constants import STANDARD_GRAVITY
 
 SPANS = np.array([[6.0, 30.0], [36.0, 50.0]])
 

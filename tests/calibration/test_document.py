@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 import made_up_batch as made_up
 from tumble.calibration.document import Calibration
-from tumble.errors import CalibrationFileError, OutputError, ProcedureError
-from tumble.files import PAGE, prepare_folder, replacing
+from tumble.foundation.errors import CalibrationFileError, OutputError, ProcedureError
+from tumble.foundation.files import PAGE, prepare_folder, replacing
 
 ROOT = Path(__file__).parents[2]
 FINITE = st.floats(-1e6, 1e6)
@@ -25,7 +25,7 @@ FINITE = st.floats(-1e6, 1e6)
 
 def calibration(**changes):
     target = made_up.target(**changes)
-    return Calibration.from_target(target, made_up.batch(target))
+    return made_up.batch(target).calibration_of(target)
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_a_target_without_gyroscope_has_no_gyroscope_section(tmp_path):
 def test_a_target_that_was_not_calibrated_has_no_file():
     target = made_up.target(failure="it moved during every rest")
     with pytest.raises(ProcedureError, match="target_1: has no calibration to save: it moved"):
-        Calibration.from_target(target, made_up.batch(target))
+        made_up.batch(target).calibration_of(target)
 
 
 def test_the_file_says_where_the_numbers_come_from(saved):

@@ -10,7 +10,7 @@ import pytest
 import tumble
 from exchange_units import calibration, needed
 from log_fixtures import made_up, write
-from tumble.exchange.registry import TARGETS
+from tumble.tools.exchange.registry import TARGETS
 from turntable_sessions import typed
 
 HAVE_NO_PLACE = {"imu-tk-accelerometer", "imu-tk-gyroscope", "record", "record-hex"}

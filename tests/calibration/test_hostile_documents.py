@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tumble
-from tumble import bounded_yaml, documents
 from tumble.cli.commands import COMMANDS
-from tumble.schemas import SCHEMAS
+from tumble.foundation import bounded_yaml, documents
+from tumble.foundation.schemas import SCHEMAS
 from turntable_sessions import one_line, typed
 
 HEAD = "schema: tumble-calibration/1\nname: unit\n"

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import made_up_batch as made_up
-from tumble.errors import CalibrationFileError
-from tumble.turntable.limits import Limits
+from tumble.calibration.limits import Limits
+from tumble.foundation.errors import CalibrationFileError
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs/schema/limits.schema.json").read_text())
 WIDE = """\

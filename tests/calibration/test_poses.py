@@ -12,8 +12,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tumble.errors import CalibrationFileError
-from tumble.turntable.poses import SIX_FACES, Pose, PoseList
+from tumble.foundation.errors import CalibrationFileError
+from tumble.poses.pose_list import SIX_FACES, Pose, PoseList
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs/schema/poses.schema.json").read_text())
 FOUR = """\

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import TemperatureDrift
-from tumble.errors import CalibrationFileError
+from tumble.foundation.errors import CalibrationFileError
 
 VERSION_1 = """\
 schema: tumble-calibration/1

@@ -20,9 +20,9 @@ import made_up_batch as made_up
 from tumble.calibration.document import Calibration
 from tumble.cli import main as command_line
 from tumble.cli.commands import COMMANDS
-from tumble.errors import ProcedureError
-from tumble.provenance import Provenance
-from tumble.turntable.command import turntable_command
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.provenance import Provenance
+from tumble.procedures.turntable.command import turntable_command
 
 FAULTY = {"accelerometer": {"bias": 1e-9}}
 
@@ -92,7 +92,9 @@ def procedure(monkeypatch):
                 raise result
             return MadeUpSession(result, asked)
 
-        monkeypatch.setattr(import_module("tumble.turntable.procedure"), "open_session", open_session)
+        monkeypatch.setattr(
+            import_module("tumble.procedures.turntable.procedure"), "open_session", open_session
+        )
         return asked
 
     return put
@@ -212,6 +214,15 @@ def test_the_version_is_that_of_the_package():
     assert done.stdout.startswith("tumble 0.")
 
 
+def test_the_package_runs_as_the_command_does():
+    def run(*arguments):
+        command = [sys.executable, "-m", "tumble", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert run("--version").stdout == tumble("--version").stdout
+    assert run("inspect", "absent.csv").returncode == 2
+
+
 def test_an_unknown_command_is_a_mistake_of_the_user():
     done = tumble("turntabel")
     assert done.returncode == 2
@@ -293,7 +304,7 @@ def test_six_faces_are_the_poses_where_none_are_given(run, tmp_path, recordings,
 def test_a_target_outside_its_limits_is_exit_code_3_and_named_with_the_reason(
     run, tmp_path, recordings, procedure
 ):
-    from tumble.turntable.limits import Limits
+    from tumble.calibration.limits import Limits
 
     bad = made_up.target("target_2", seed=2)
     bad = made_up.target("target_2", seed=2, checks=Limits.model_validate(FAULTY).check(bad))

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -113,6 +114,19 @@ def test_control_c_at_any_moment_of_the_start_leaves_no_trace(log):
             assert (err, process.returncode) in (("", 130), ("", 0)), f"after {delay:.3f} s"
 
 
+def test_control_c_between_import_and_call_of_the_command_leaves_no_trace():
+    """Scripts that pip writes compile a regular expression there."""
+    code = "from tumble.cli.console import main\nimport os, time\n"
+    code += f"os.kill(os.getpid(), {signal.SIGINT})\ntime.sleep(5)\nmain()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_the_installed_command_heeds_control_c_first():
+    pyproject = (Path(__file__).parents[2] / "pyproject.toml").read_text()
+    assert '\ntumble = "tumble.cli.console:main"\n' in pyproject
+
+
 def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
     (tmp_path / "pyarrow.py").write_text(
         "import os\n"
@@ -121,7 +135,7 @@ def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
         "Last()\n"
         "import time; time.sleep(0.2)\n"
     )
-    code = "from tumble.cli import control_c; control_c.heed_control_c_after_imports()\n"
+    code = "from tumble.cli import control_c; control_c.heed_control_c_between_steps()\n"
     code += "import sys, time\ntry:\n    import pyarrow\n    time.sleep(5)\n"
     code += "except KeyboardInterrupt: sys.exit(130)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
@@ -129,3 +143,17 @@ def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment
     )
     assert (done.returncode, done.stderr) == (130, "")
+
+
+def test_control_c_while_a_thread_is_started_does_not_keep_the_process():
+    """A worker that no executor knows of waits for work for ever, and the process for the worker."""
+    code = "from tumble.cli import control_c; control_c.heed_control_c_between_steps()\n"
+    code += "import os, sys, threading, time\nfrom concurrent.futures import ThreadPoolExecutor\n"
+    code += "wait = threading.Event.wait\n"
+    code += f"threading.Event.wait = lambda self: wait(self) and os.kill(os.getpid(), {signal.SIGINT})\n"
+    code += "workers = ThreadPoolExecutor()\n"
+    code += "try:\n    workers.submit(int)\n    time.sleep(5)\nexcept KeyboardInterrupt: sys.exit(130)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=30
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

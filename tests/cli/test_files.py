@@ -11,8 +11,8 @@ import pytest
 
 import tumble
 from log_fixtures import made_up, write
-from tumble.file_names import TAKEN, file_stem, unit_stem
-from tumble.files import PAGE, check_output, write_text
+from tumble.foundation.file_names import TAKEN, file_stem, unit_stem
+from tumble.foundation.files import PAGE, check_output, write_text
 from turntable_sessions import contents, one_line, typed
 
 PACKAGE = Path(tumble.__file__).parent
@@ -44,8 +44,11 @@ def test_no_module_but_one_changes_anything_on_disk():
         str(path.relative_to(PACKAGE)): list(writes_of(path.read_text(encoding="utf-8")))
         for path in PACKAGE.rglob("*.py")
     }
-    assert {name for name, writes in found.items() if writes} == {"files.py", "folder_lock.py"}
-    assert {name for _, name in found["files.py"]} == {
+    assert {name for name, writes in found.items() if writes} == {
+        "foundation/files.py",
+        "foundation/folder_lock.py",
+    }
+    assert {name for _, name in found["foundation/files.py"]} == {
         "mkdir",
         "open",
         "rename",
@@ -167,7 +170,7 @@ def test_every_replaced_file_is_named_and_nothing_is_said_where_none_was(tmp_pat
     "name", [*sorted(TAKEN), "drive.spin", "drive.live", "drive.redundancy", "board-1.2"]
 )
 def test_no_procedure_names_a_file_as_another_one_does(name):
-    from tumble.turntable.report.pages import page_names
+    from tumble.procedures.turntable.report.pages import page_names
 
     target = type("Target", (), {"name": name})
     turntable = Path(page_names([target])[0]).stem

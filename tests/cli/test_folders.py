@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from log_fixtures import made_up, write
-from tumble.folder_lock import LOCK_FILE
+from tumble.foundation.errors import OutputError
+from tumble.foundation.files import files_of_command, prepare_folder
+from tumble.foundation.folder_lock import LOCK_FILE
+from tumble.live import LiveChunk, open_source
+from tumble.tools.record.writer import RecordedUnit, SessionWriter
 from turntable_sessions import one_line, typed
 
 HOLD = (
     "import sys, time\n"
-    "from tumble.files import files_of_command, prepare_folder\n"
+    "from tumble.foundation.files import files_of_command, prepare_folder\n"
     "with files_of_command():\n"
     "    prepare_folder(sys.argv[1])\n"
     "    print('held', flush=True)\n"
@@ -46,6 +52,38 @@ def test_a_second_run_into_a_folder_ends_in_one_line(tmp_path, log, holder):
     assert done.code == 2
     assert f"another run (process {holder.pid}) writes into this folder" in one_line(done.err)
     assert [path.name for path in (tmp_path / "out").iterdir()] == [LOCK_FILE]
+
+
+def units():
+    """One unit, to be recorded."""
+    return {"imu": RecordedUnit(open_source("udp://127.0.0.1:9"), "udp://127.0.0.1:9")}
+
+
+def test_a_recorder_and_a_run_keep_each_other_out(tmp_path, log, holder):
+    folder = tmp_path / "out"
+    with pytest.raises(OutputError, match=rf"another run \(process {holder.pid}\) writes into this folder"):
+        SessionWriter(folder, units(), "host")
+    holder.kill()
+    holder.wait()
+    with SessionWriter(folder, units(), "host"):
+        run = subprocess.run(
+            [sys.executable, "-c", HOLD, str(folder)], capture_output=True, text=True, check=False, timeout=60
+        )
+        assert f"another run (process {os.getpid()}) writes into this folder" in run.stderr
+        with pytest.raises(OutputError, match="another run"):
+            SessionWriter(folder, units(), "host", resume=True)
+    assert not (folder / LOCK_FILE).exists()
+
+
+def test_a_command_records_into_a_folder_that_it_holds(tmp_path):
+    folder = tmp_path / "out"
+    with files_of_command():
+        prepare_folder(folder)
+        with SessionWriter(folder, units(), "host") as writer:
+            writer.take("imu", LiveChunk(np.arange(3.0), np.ones((3, 3)), np.ones((3, 3))))
+            writer.finish("done")
+        assert (folder / LOCK_FILE).exists(), "the command holds it to its own end"
+    assert not (folder / LOCK_FILE).exists()
 
 
 @pytest.mark.parametrize("which", [signal.SIGKILL, signal.SIGTERM])

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from tumble.convert.procedure import TARGETS as WRITTEN
-from tumble.exchange.registry import TARGETS
-from tumble.log_formats import LOG_FORMATS, LogFormat
+from tumble.foundation.log_formats import LOG_FORMATS, LogFormat
 from tumble.logs.formats import reader_of
+from tumble.tools.convert.procedure import TARGETS as WRITTEN
+from tumble.tools.exchange.registry import TARGETS
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ import pytest
 
 from compare_units import drawn, truth
 from tumble.calibration.document import Calibration
-from tumble.exchange.procedure import export
+from tumble.tools.exchange.procedure import export
 from turntable_sessions import one_line, typed
 
 

@@ -11,9 +11,9 @@ from compare_units import UNITS, drawn, truth
 from repetitions import repetitions
 from theory_formulas import numeric
 from tumble import Calibration, compare
-from tumble.compare.history import line_through
-from tumble.compare.unit import jacobian
-from tumble.factors import factor_jacobian
+from tumble.foundation.factors import factor_jacobian
+from tumble.tools.compare.history import line_through
+from tumble.tools.compare.unit import jacobian
 
 UNLIKELY = 1e-4
 GRAVITY = 9.80665

@@ -13,7 +13,7 @@ from mcap.writer import Writer as McapWriter
 import tumble
 from bag_fixtures import ROS2, messages, write_ros1
 from log_fixtures import made_up, read, same, write
-from tumble.errors import LogError, OutputError
+from tumble.foundation.errors import LogError, OutputError
 from tumble.logs import list_imus
 from turntable_sessions import one_line, typed
 

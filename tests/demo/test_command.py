@@ -7,8 +7,8 @@ import shlex
 
 import pytest
 
-from tumble.demo import comparison
-from tumble.demo.scene import TARGETS
+from tumble.tools.demo import comparison
+from tumble.tools.demo.scene import TARGETS
 from turntable_sessions import one_line, typed
 
 

@@ -156,7 +156,7 @@ def test_the_bound_of_one_axis_without_nuisance_is_that_of_least_squares():
 
 
 def test_angles_in_numpy_are_those_of_the_simulator():
-    from tumble.simulate import simulate_turntable
+    from tumble.tools.simulate import simulate_turntable
 
     unit = simulate_turntable(seed=3, rest_seconds=1.0).target_units[0]
     for true in (unit.accelerometer, unit.gyroscope):

@@ -16,9 +16,9 @@ import pytest
 from exchange_units import calibration, samples
 from repetitions import SOAK
 from tumble.calibration.document import Calibration, Triad
-from tumble.exchange.parameters import all_powers, c_float
-from tumble.recording import FloatArray
-from tumble.units import TRIADS
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.parameters import all_powers, c_float
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[2]

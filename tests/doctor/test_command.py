@@ -13,10 +13,10 @@ import pytest
 
 import tumble
 from iio_fixtures import ImitatedDevice, axes
-from tumble.doctor import libraries, procedure, terminal
-from tumble.doctor.libraries import Requirement, library
-from tumble.doctor.procedure import diagnose
-from tumble.doctor.result import State
+from tumble.tools.doctor import libraries, procedure, terminal
+from tumble.tools.doctor.libraries import Requirement, library
+from tumble.tools.doctor.procedure import diagnose
+from tumble.tools.doctor.result import State
 from turntable_sessions import typed
 
 

@@ -12,11 +12,11 @@ import yaml
 
 from pages import without_commands
 from theory_formulas import mean_log
+from tumble.calibration.limits import Limits
 from tumble.cli.commands import command_line
 from tumble.logs.columns import recognise
-from tumble.simulate import Grade
-from tumble.turntable.limits import Limits
-from tumble.turntable.poses import SIX_FACES, PoseFile
+from tumble.poses.pose_list import SIX_FACES, PoseFile
+from tumble.tools.simulate import Grade
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [

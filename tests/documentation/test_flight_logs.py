@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tumble.calibration.document import Calibration
-from tumble.firmware.px4 import correction_of
+from tumble.foundation.firmware.px4 import correction_of
 from tumble.logs import open_recording
 from turntable_sessions import typed
 from ulog_fixtures import ULogWriter

@@ -10,12 +10,12 @@ import pytest
 from dataflash_fixtures import DataFlashWriter
 from exchange_units import calibration
 from tumble.calibration.document import Calibration
-from tumble.errors import CalibrationFileError
-from tumble.exchange.ardupilot import calibrations_in
-from tumble.exchange.parameters import numbers_of
-from tumble.exchange.procedure import export, import_calibrations
-from tumble.firmware.ardupilot import correction_of
+from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.firmware.ardupilot import correction_of
 from tumble.logs import ReadOptions, open_recording
+from tumble.tools.exchange.ardupilot import calibrations_in
+from tumble.tools.exchange.parameters import numbers_of
+from tumble.tools.exchange.procedure import export, import_calibrations
 from turntable_sessions import typed
 from ulog_fixtures import turning
 

@@ -8,8 +8,8 @@ import pytest
 from dataflash_fixtures import DataFlashWriter
 from exchange_units import READABLE, calibration, needed
 from tumble.calibration.document import Calibration
-from tumble.exchange.parameters import numbers_of
-from tumble.exchange.registry import TARGETS
+from tumble.tools.exchange.parameters import numbers_of
+from tumble.tools.exchange.registry import TARGETS
 from turntable_sessions import typed
 from ulog_fixtures import ULogWriter
 

@@ -16,10 +16,10 @@ import yaml
 from exchange_units import calibration, needed, samples
 from target_formulas import FORMULAS, NOISE, READERS, corrected, names_in, noise_of_sample
 from tumble.calibration.document import Calibration
-from tumble.exchange.parts import sensing_axes
-from tumble.exchange.procedure import export, import_calibrations
-from tumble.exchange.registry import TARGETS
-from tumble.units import TRIADS
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.procedure import export, import_calibrations
+from tumble.tools.exchange.registry import TARGETS
 
 TABLE = yaml.safe_load((Path(__file__).parent / "conformance.yaml").read_text())
 SOURCE = re.compile(r"this repository \S+|[\w.-]+/[\w.-]+ [0-9a-f]{12} \S.*")
@@ -27,6 +27,19 @@ G = 9.80665
 FLOAT = 2e-6
 """Single precision of the largest readings, of about 40, over that."""
 RATE = 200.0
+LETTERS = {"F": 0, "B": 0, "L": 1, "R": 1, "U": 2, "D": 2}
+ALL_AXES = ("FRD", "FLU")
+
+
+def to_flu(axes):
+    """Matrix (3, 3) from a frame of these directions to forward, left, up."""
+    matrix = np.zeros((3, 3))
+    for column, letter in enumerate(axes):
+        matrix[LETTERS[letter], column] = 1.0 if letter in "FLU" else -1.0
+    return matrix
+
+
+TO_FLU = {axes: to_flu(axes) for axes in ("FRD", "FLU", "LBU", "DRB")}
 
 
 def written(folder, word, unit):
@@ -80,15 +93,51 @@ def test_the_table_and_the_formulas_are_of_all_targets():
 @pytest.mark.parametrize("word", TARGETS)
 def test_each_row_states_repository_commit_and_place(word):
     for row in TABLE[word]:
-        assert set(row) == {"names", "is", "source"}
+        assert set(row) in ({"names", "is", "source"}, {"axes", "is", "source"})
         assert SOURCE.fullmatch(row["source"]), row["source"]
+
+
+@pytest.mark.parametrize("word", TARGETS)
+def test_the_axes_of_a_target_are_those_of_its_source(word):
+    (row,) = (row for row in TABLE[word] if "axes" in row)
+    assert row["axes"] in ("any", "the accelerometer's own", *ALL_AXES)
+    assert TARGETS[word].body == (row["axes"] if row["axes"] in ALL_AXES else "")
+
+
+@pytest.mark.parametrize("word", TARGETS)
+def test_the_axes_of_a_target_are_in_its_file_and_in_the_remarks(tmp_path, word):
+    _, exported = written(tmp_path, word, calibration(1))
+    (stated,) = (remark for remark in exported.remarks if remark.startswith("axes: "))
+    assert TARGETS[word].axes in stated
+    has_comments = not word.startswith(("imu-tk", "record")) or word == "record-c"
+    assert (stated in exported.content.decode("latin-1")) == has_comments
+
+
+@pytest.mark.parametrize("word", [word for word in TARGETS if TARGETS[word].body])
+@pytest.mark.parametrize("axes", ["FRD", "FLU", "LBU", "DRB"])
+@pytest.mark.parametrize("known_from", ["log", "setting"])
+def test_a_target_in_other_axes_corrects_what_is_turned_into_them(tmp_path, word, axes, known_from):
+    unit = with_held(word, 2)
+    if known_from == "log":
+        path, exported = written(tmp_path, word, unit.model_copy(update={"axes": axes}))
+    else:
+        exported = export(unit.model_copy(update={"axes": "BRU"}), word, {**needed(word), "axes": axes})
+        path = tmp_path / f"set{TARGETS[word].ending}"
+        path.write_bytes(exported.content)
+    turn = TO_FLU[TARGETS[word].body].T @ TO_FLU[axes]
+    force, rate = samples(2)
+    theirs = corrected(word, path, force @ turn.T, rate @ turn.T)
+    rounding = sum(loss.size for loss in exported.losses if loss.part == "rounding to counts")
+    for found, expected in zip(theirs, unit.correct(force, rate), strict=True):
+        if found is not None:
+            assert np.abs(found - expected @ turn.T).max() < FLOAT * np.abs(expected).max() + 1.001 * rounding
 
 
 @pytest.mark.parametrize("word", TARGETS)
 def test_every_name_that_is_written_is_the_targets_own(tmp_path, word):
     parts = () if word.startswith(("px4", "ardupilot", "c", "record")) else ("mounting", "scale", "response")
     path, _ = written(tmp_path, word, calibration(4, parts=parts, over_temperature=not parts))
-    patterns = [pattern for row in TABLE[word] for pattern in row["names"]]
+    patterns = [pattern for row in TABLE[word] for pattern in row.get("names", ())]
     matched = defaultdict(list)
     for name in names_in(word, path):
         for pattern in patterns:

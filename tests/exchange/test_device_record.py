@@ -5,9 +5,9 @@ import pytest
 
 from exchange_units import calibration
 from tumble.calibration.document import Calibration
-from tumble.errors import CalibrationFileError
-from tumble.exchange.procedure import export, import_calibrations
-from tumble.units import TRIADS
+from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.procedure import export, import_calibrations
 
 FORMS = ("record", "record-hex", "record-c")
 IDENTITY = {"identity": "0x0123456789ABCDEF"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exchange_units import calibration, samples
-from tumble.exchange.procedure import export
+from tumble.tools.exchange.procedure import export
 
 
 def text_of(unit, to, **settings):

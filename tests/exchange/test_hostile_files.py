@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from exchange_units import READABLE, calibration, needed
 from repetitions import repetitions
-from tumble.errors import TumbleError
-from tumble.exchange.procedure import export, import_calibrations
+from tumble.foundation.errors import TumbleError
+from tumble.tools.exchange.procedure import export, import_calibrations
 
 
 @pytest.fixture(scope="module")

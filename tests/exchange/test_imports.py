@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from exchange_units import READABLE, calibration, needed
 from tumble.calibration.document import Calibration
-from tumble.errors import CalibrationFileError
-from tumble.exchange.parts import sensing_axes
-from tumble.exchange.procedure import export, import_calibrations
-from tumble.exchange.registry import TARGETS
-from tumble.units import TRIADS
+from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.procedure import export, import_calibrations
+from tumble.tools.exchange.registry import TARGETS
 
 FLOAT = 3e-7
 """Single precision of a number of about one, and some."""

@@ -7,10 +7,10 @@ import pytest
 
 from exchange_units import calibration, needed
 from tumble.calibration.document import Calibration
-from tumble.errors import ProcedureError
-from tumble.exchange.parts import TYPICAL, lower_and_rotation, sensing_axes
-from tumble.exchange.procedure import export
-from tumble.units import TRIADS
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.parts import TYPICAL, lower_and_rotation, sensing_axes
+from tumble.tools.exchange.procedure import export
 
 G = 9.80665
 
@@ -106,7 +106,8 @@ def test_noise_of_zero_which_estimators_refuse_is_asked_for():
 def test_a_bias_of_zero_is_none_that_ardupilot_takes_for_a_sensor_without_calibration():
     unit = calibration(1, parts=("scale",))
     unit = unit.model_copy(update={"accelerometer": unit.accelerometer.model_copy(update={"b": np.zeros(3)})})
-    found = dict(line.split(",") for line in export(unit, "ardupilot").content.decode().splitlines()[1:])
+    lines = export(unit, "ardupilot").content.decode().splitlines()
+    found = dict(line.split(",") for line in lines if not line.startswith("#"))
     offsets = [float(found[f"INS_ACCOFFS_{axis}"]) for axis in "XYZ"]
     assert any(offsets)
     assert np.linalg.norm(offsets) < 1e-5
@@ -115,10 +116,10 @@ def test_a_bias_of_zero_is_none_that_ardupilot_takes_for_a_sensor_without_calibr
 @pytest.mark.parametrize(
     ("to", "remark"),
     [
-        ("px4", "calibrate in the axes of the sensor"),
-        ("ardupilot", "calibrate in the axes of the sensor"),
+        ("px4", "before SENS_BOARD_ROT"),
+        ("ardupilot", "before AHRS_ORIENTATION"),
         ("ardupilot", "INS_GYR_CAL,0 keeps ArduPilot from finding gyroscope biases anew"),
-        ("betaflight", "turned into the axes of the board: calibrate in these"),
+        ("betaflight", "after align_acc and the alignment of the board"),
         ("kalibr-noise", "it holds noise alone"),
     ],
 )

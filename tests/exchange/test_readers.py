@@ -14,8 +14,8 @@ import pytest
 import yaml
 
 from exchange_units import calibration, needed
-from tumble.exchange.parts import sensing_axes
-from tumble.exchange.procedure import export
+from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.procedure import export
 from ulog_fixtures import ULogWriter
 
 

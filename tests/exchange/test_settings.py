@@ -9,8 +9,8 @@ import yaml
 
 from exchange_units import calibration, needed
 from target_formulas import INCLUDE, parameters, printed_by_c
-from tumble.errors import ProcedureError
-from tumble.exchange.procedure import export
+from tumble.foundation.errors import ProcedureError
+from tumble.tools.exchange.procedure import export
 
 IDS = {"accelerometer-id": "1310988", "gyroscope-id": "2490378"}
 PX4_ID = "give a whole number from 1 to 2147483647"

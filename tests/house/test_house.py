@@ -43,8 +43,8 @@ def layers(tmp_path, monkeypatch):
     [
         (
             "logs/csv.py",
-            "from tumble.spin.procedure import spin",
-            "logs may not import tumble.spin.procedure",
+            "from tumble.procedures.spin.procedure import spin",
+            "logs may not import tumble.procedures.spin.procedure",
         ),
         (
             "logs/csv.py",
@@ -54,14 +54,31 @@ def layers(tmp_path, monkeypatch):
         ("logs/csv.py", "from ..report import pages", "logs may not import tumble.report"),
         ("logs/csv.py", "import tumble.calibration.document", "logs may not import tumble.calibration"),
         ("report/svg.py", "from tumble import logs", "report may not import tumble.logs"),
-        ("spin/report/page.py", "from tumble.logs import csv", "page may not import tumble.logs"),
-        ("spin/report/page.py", "from ..procedure import spin", "page may not import tumble.spin.procedure"),
-        ("spin/procedure.py", "from tumble.cli import screen", "procedure may not import tumble.cli"),
-        ("recording.py", "from tumble.results import Rest", "recording may not import tumble.results"),
-        ("spin/result.py", "from tumble.spin.report import page", "result may not import tumble.spin.report"),
-        ("turntable/command.py", "import numpy as np", "no mathematics"),
+        ("procedures/spin/report/page.py", "from tumble.logs import csv", "page may not import tumble.logs"),
+        (
+            "procedures/spin/report/page.py",
+            "from ..procedure import spin",
+            "page may not import tumble.procedures.spin.procedure",
+        ),
+        (
+            "procedures/spin/procedure.py",
+            "from tumble.cli import screen",
+            "procedure may not import tumble.cli",
+        ),
+        (
+            "foundation/recording.py",
+            "from tumble.foundation.results import Rest",
+            "recording may not import tumble.foundation.results",
+        ),
+        (
+            "procedures/spin/result.py",
+            "from tumble.procedures.spin.report import page",
+            "result may not import tumble.procedures.spin.report",
+        ),
+        ("procedures/turntable/command.py", "import numpy as np", "no mathematics"),
         ("cli/screen.py", "import tumble", "imports the whole of tumble"),
         ("attic.py", "", "has no place in the layers"),
+        ("tools/attic/procedure.py", "", "has no place in the layers"),
     ],
 )
 def test_an_import_that_points_down_the_page_is_found(layers, file, source, breach):
@@ -73,22 +90,51 @@ def test_an_import_that_points_down_the_page_is_found(layers, file, source, brea
 @pytest.mark.parametrize(
     ("file", "source"),
     [
-        ("turntable/procedure.py", "from tumble import _core\nfrom tumble.logs import open_recording"),
-        ("turntable/command_batch.py", "from tumble.turntable.limits import Limits\nimport typer"),
+        (
+            "procedures/turntable/procedure.py",
+            "from tumble import _core\nfrom tumble.logs import open_recording",
+        ),
+        (
+            "procedures/turntable/command_batch.py",
+            "from tumble.calibration.limits import Limits\nimport typer",
+        ),
         ("logs/csv.py", "from tumble.logs.units import UNITS\nfrom . import spec\nimport numpy"),
-        ("spin/result.py", "def html():\n    from tumble.spin.report import notebook"),
+        ("procedures/spin/result.py", "def html():\n    from tumble.procedures.spin.report import notebook"),
     ],
 )
 def test_an_import_that_points_up_the_page_is_fine(layers, file, source):
     assert layers({file: source}) == []
 
 
-def test_folders_that_import_each_other_around_are_found(layers):
+@pytest.mark.parametrize("within", ["", "def read():\n    "])
+def test_folders_that_import_each_other_around_are_found(layers, within):
     around = {
-        "spin/live.py": "from tumble.align import samples",
-        "align/samples.py": "import tumble.spin.live",
+        "procedures/spin/live.py": "from tumble.procedures.align import samples",
+        "procedures/align/samples.py": f"{within}import tumble.procedures.noise.curve",
+        "procedures/noise/curve.py": "from tumble.procedures.spin import result",
+        "procedures/thermal/live.py": "from tumble.procedures.spin import live",
     }
-    assert layers(around) == ["these folders import each other around: align, spin"]
+    (circle,) = layers(around)
+    assert in_circle(circle) == {"procedures/spin", "procedures/align", "procedures/noise"}
+
+
+def test_rooms_that_import_each_other_around_are_found(layers):
+    around = {
+        "procedures/spin/live.py": "from tumble.tools.record import writer",
+        "tools/table/plan.py": "from tumble.procedures.turntable import result",
+    }
+    (circle,) = layers(around)
+    assert in_circle(circle) == {"procedures", "tools"}
+
+
+def in_circle(breach):
+    start = "these import each other around: "
+    assert breach.startswith(start)
+    return set(breach.removeprefix(start).split(" <- "))
+
+
+def test_every_import_of_the_package_points_up_the_page():
+    assert list(script("check_layers").python_breaches()) == []
 
 
 @pytest.mark.parametrize(

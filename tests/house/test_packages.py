@@ -61,7 +61,7 @@ def wheel(tmp_path):
 
 
 def test_a_wheel_of_the_sources_has_no_fault(wheel):
-    assert {"tumble/py.typed", "tumble/demo/limits.yaml"} <= set(zipfile.ZipFile(wheel).namelist())
+    assert {"tumble/py.typed", "tumble/tools/demo/limits.yaml"} <= set(zipfile.ZipFile(wheel).namelist())
     assert list(script("build_packages").faults(wheel)) == []
 
 

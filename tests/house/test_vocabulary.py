@@ -8,17 +8,17 @@ import pytest
 
 from tumble._core import VOCABULARY
 from tumble.acquisition.messages import REST_REJECTIONS
-from tumble.align import messages as align
-from tumble.multipose import messages as multipose
-from tumble.redundancy import messages as redundancy
-from tumble.redundancy.report import text
-from tumble.redundancy.result import Rung, Sensor
-from tumble.redundancy.witness import WitnessKind
+from tumble.foundation.results import Verdict
+from tumble.logs.witness import WitnessKind
+from tumble.procedures.align import messages as align
+from tumble.procedures.multipose import messages as multipose
+from tumble.procedures.redundancy import messages as redundancy
+from tumble.procedures.redundancy.report import text
+from tumble.procedures.redundancy.result import Rung, Sensor
+from tumble.procedures.spin import messages as spin
+from tumble.procedures.spin.failure import SpinFailureKind
+from tumble.procedures.turntable import messages as turntable
 from tumble.report.text import VERDICT_SIGNS
-from tumble.results import Verdict
-from tumble.spin import messages as spin
-from tumble.spin.failure import SpinFailureKind
-from tumble.turntable import messages as turntable
 
 STORE = {"corrupt", "against another primary"}
 """Why the store of a host, and not the monitor, rejects a record."""

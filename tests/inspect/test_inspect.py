@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, write, write_text
-from tumble.inspect.procedure import inspect
-from tumble.inspect.samples import quantisation_step
+from tumble.foundation.recording import Chunk, Recording
+from tumble.foundation.timing import TimeWatch
 from tumble.logs import open_recording
-from tumble.recording import Chunk, Recording
-from tumble.timing import TimeWatch
+from tumble.tools.inspect.procedure import inspect
+from tumble.tools.inspect.samples import quantisation_step
 from turntable_sessions import typed
 
 G = 9.80665

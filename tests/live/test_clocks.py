@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from live_fixtures import HEADER, pieces_of, resting, samples_of, scripted, text_lines
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
 
 COUNTER = 2**32

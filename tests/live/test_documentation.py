@@ -88,7 +88,7 @@ def test_names_it_gives_are_those_of_the_program():
 def test_events_it_names_are_those_of_the_program():
     from typing import get_args
 
-    from tumble.spin.live import LiveStepKind
+    from tumble.procedures.spin.live import LiveStepKind
 
     told = set(re.findall(r"`([a-z ]+)`", section("From a program").split("follow them")[0]))
     assert told == {*get_args(LiveStepKind), "result", "failed"}

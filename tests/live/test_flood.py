@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import rows
 from tumble.live.address import parse_address
 from tumble.live.text import TextLine

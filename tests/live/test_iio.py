@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from iio_fixtures import ImitatedDevice, axes, scans, stored
 from live_fixtures import first_samples
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import open_source
 from tumble.live.iio_scan import Scan, parse_element
 

@@ -19,8 +19,8 @@ from live_fixtures import (
 )
 from mavlink_fixtures import UDP, autopilot, highres, over, scripted
 from ports import free_port
-from tumble.constants import STANDARD_GRAVITY
-from tumble.errors import LogError
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.errors import LogError
 from tumble.live import open_source
 
 TABLE = resting(120)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live.naming import parse_named_sources
 
 

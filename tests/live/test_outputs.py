@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import first_samples, resting
 from ports import free_port
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
 from tumble.live import LiveChunk, open_source
 from tumble.live.outputs import NAMES, OF_A_SET, SetChunk, parse_output
 from tumble.logs import Facts, open_recording

@@ -16,11 +16,11 @@ import yaml
 from live_fixtures import resting, text_lines
 from repetitions import SOAK
 from tumble.calibration.document import Calibration
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
 from tumble.logs import open_recording
 from tumble.logs.session import Session
-from tumble.record.parts import UnitParts
-from tumble.simulate import LiveFault, LiveSimulation
+from tumble.tools.record.parts import UnitParts
+from tumble.tools.simulate import LiveFault, LiveSimulation
 from turntable_sessions import typed
 
 DRAWS = 50 if SOAK else 1
@@ -355,7 +355,7 @@ def test_a_full_disk_is_said_in_one_line_and_what_was_recorded_is_read(tmp_path,
         original(self, chunk)
 
     monkeypatch.setattr(UnitParts, "write", write)
-    monkeypatch.setattr("tumble.record.writer.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.0)
     words = []
     for name in ("a", "b"):
         (tmp_path / f"{name}.csv").write_bytes(text_lines(resting(400, seed=len(words))))

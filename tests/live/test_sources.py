@@ -14,7 +14,7 @@ import pytest
 
 from live_fixtures import first_samples, resting, samples_of, serial_device, text_lines
 from ports import free_port
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import HEARTBEAT, open_source, parse_address, schemes
 from tumble.live.address import host_and_port
 from tumble.logs import ReadOptions

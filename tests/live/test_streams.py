@@ -15,7 +15,7 @@ import pytest
 from live_fixtures import HEADER, first_samples, piped, resting, text_lines
 from mavlink_fixtures import highres
 from ports import free_port
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import open_source
 
 TABLE = resting(120)

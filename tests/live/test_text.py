@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from live_fixtures import HEADER, chunks_of, pieces_of, resting, samples_of, scripted, text_lines
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 
 TABLE = resting(120)
 

@@ -12,7 +12,7 @@ import pytest
 
 from live_fixtures import resting, serial_device, text_lines
 from ports import free_port, free_ports
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import HEARTBEAT, LiveChunk, LiveSet, open_set, open_source
 from tumble.live.together import ABREAST
 

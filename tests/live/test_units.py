@@ -22,7 +22,7 @@ from live_fixtures import (
 from mavlink_fixtures import autopilot, highres
 from mavlink_fixtures import scripted as mavlink_scripted
 from ports import free_port
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.live import SharedLines, open_set, open_source, parse_address
 
 TABLES = {"left": resting(120, seed=1), "right": resting(120, seed=2)}

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from log_fixtures import made_up, read, refusal, same, write, write_text
+from tumble.foundation.recording import Chunk
+from tumble.foundation.schemas import SCHEMAS
 from tumble.logs import ReadOptions, open_recording
-from tumble.recording import Chunk
-from tumble.schemas import SCHEMAS
 
 
 def lines_of(path):

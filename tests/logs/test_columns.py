@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, same, write_text
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 from tumble.logs.columns import recognise
 

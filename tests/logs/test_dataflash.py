@@ -5,8 +5,8 @@ import pytest
 from pymavlink import mavutil
 
 from dataflash_fixtures import DataFlashWriter
-from tumble.inspect.procedure import inspect
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.tools.inspect.procedure import inspect
 from turntable_sessions import typed
 from ulog_fixtures import turning
 

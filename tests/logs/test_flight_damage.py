@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from dataflash_fixtures import DataFlashWriter
 from hostile import for_long
 from mavlink_fixtures import autopilot, scaled, tlog_of
-from tumble.errors import TumbleError
-from tumble.inspect.procedure import inspect
+from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.tools.inspect.procedure import inspect
 from ulog_fixtures import ULogWriter, turning
 
 MOST_MEMORY = 64 << 20

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from log_fixtures import join, made_up, read, refusal, same, write, write_text
+from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
-from tumble.recording import Chunk
 
 POSES = ["1_x_up", "2_x_down", "3_y_up"]
 

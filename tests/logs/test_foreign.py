@@ -29,6 +29,6 @@ def test_a_file_that_differs_from_its_independent_reading_is_found(tmp_path):
     assert foreign.verdict(tmp_path / "none.csv", row)[2] == "absent"
 
 
-@pytest.mark.parametrize("word", ["pyulog", "pymavlink", "mavutil", "rosbags", "table"])
+@pytest.mark.parametrize("word", ["pyulog", "pymavlink", "mavutil", "rosbags", "table", "pair"])
 def test_every_independent_reader_is_used(word):
     assert any(row["reader"] == word for row in ROWS)

@@ -11,10 +11,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, read, refusal, write_text
-from tumble.errors import TumbleError
-from tumble.inspect.procedure import inspect
+from tumble.foundation.errors import TumbleError
 from tumble.logs import ReadOptions, open_recording
 from tumble.logs.csv import TextTable
+from tumble.tools.inspect.procedure import inspect
 from turntable_sessions import typed
 
 SKIP = ReadOptions(skip_bad_lines=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 import tracemalloc
 
 import pytest
@@ -12,9 +13,9 @@ from hypothesis import strategies as st
 import format_fixtures as formats
 from hostile import for_long
 from log_fixtures import made_up, refusal, write_text
-from tumble.errors import TumbleError
-from tumble.inspect.procedure import inspect
+from tumble.foundation.errors import LogError, TumbleError
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.tools.inspect.procedure import inspect
 
 
 def csv_gz(folder, chunk):
@@ -28,7 +29,7 @@ WRITERS = {
     name: formats.WRITERS[name]
     for name in (
         *("euroc", "tum_vi", "kitti", "vectornav", "xsens", "rostopic", "ros2_topic"),
-        *("sensorlog", "betaflight_raw", "sensor_logger", "phyphox"),
+        *("sensorlog", "betaflight_raw", "sensor_logger", "phyphox", "metawear", "picoquake"),
     )
 } | {"csv_gz": csv_gz}
 
@@ -153,3 +154,27 @@ def test_an_empty_file_of_a_format_is_refused(tmp_path, name):
     for file in [file for file in tmp_path.rglob("*") if file.is_file()]:
         file.write_bytes(b"")
     assert not read_or_refused(path, options)
+
+
+@pytest.mark.parametrize("name", ["x-axis (g)", "z-axis (g)"])
+def test_an_axis_of_metawear_that_is_named_twice_is_refused(tmp_path, name):
+    names = ["epoch (ms)", "x-axis (g)", "y-axis (g)", "z-axis (g)", name]
+    rows = [[10.0 * k, 0.1, 0.2, 1.0, 0.5] for k in range(50)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(",".join(map(str, each)) for each in [names, *rows]))
+    with pytest.raises(LogError, match=re.escape(f"line 1 names column '{name}' twice")):
+        open_recording(path)
+
+
+@pytest.mark.parametrize("wide", ["names", "rows", "one row of digits"])
+def test_a_line_beyond_all_bounds_is_said_to_be_one(tmp_path, wide):
+    names, row = "time,ax,ay,az,gx,gy,gz", "0.01,0,0,9.8,0,0,0"
+    lines = {
+        "names": [names + "".join(f",c{k}" for k in range(100_000)), row + ",1" * 100_000],
+        "rows": [names, row + ",1" * 200_000],
+        "one row of digits": [names, "1" * 1_000_000],
+    }[wide]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*lines, row]))
+    with pytest.raises(LogError, match="no line of samples ends within its first 256 kB"):
+        open_recording(path)

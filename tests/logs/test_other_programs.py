@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, real, refusal, write
+from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
-from tumble.recording import Chunk
 from turntable_sessions import typed
 
 COUNTS = {
@@ -249,3 +249,60 @@ def test_options_that_make_no_sense_are_refused(tmp_path, typed_options, words):
     done = typed("inspect", path, *typed_options)
     assert done.code == 2
     assert words in done.err
+
+
+def metawear(folder, times_of_force, times):
+    """Files of MetaBase with times in ms of each; names as in daveebbelaar/tracking-barbell-exercises."""
+    for sensor, unit, at, scale in (
+        ("Accelerometer_12.500Hz", "g", times_of_force, 1.0),
+        ("Gyroscope_25.000Hz", "deg/s", times, 10.0),
+    ):
+        names = ["epoch (ms)", "time (01:00)", "elapsed (s)", *(f"{axis}-axis ({unit})" for axis in "xyz")]
+        rows = [[time, "2019-01-11T16:10:08.431", 0.0, scale * time, 0.5, 1.0] for time in at]
+        table(folder / f"x_MetaWear_2019_C42732BE255C_{sensor}_1.4.4.csv", names, rows, ",")
+    return sorted(folder.iterdir())
+
+
+def test_metawear_at_two_rates_is_brought_to_the_times_of_the_gyroscope(tmp_path):
+    files = metawear(tmp_path, range(0, 8000, 80), range(0, 8000, 40))
+    assert "--interpolate" in refusal(files[0])
+    for path in (*files, tmp_path):
+        chunk = read(path, ReadOptions(interpolate=True))
+        assert np.allclose(chunk.accelerometer[:, 0], 9.80665 * 1e3 * chunk.time, atol=1e-9)
+        assert np.allclose(chunk.gyroscope[:, 0], np.radians(1e4 * chunk.time), atol=1e-9)
+
+
+def test_metawear_alone_is_a_triad(tmp_path):
+    files = metawear(tmp_path, range(0, 8000, 80), range(0, 8000, 40))
+    files[0].unlink()
+    recording = open_recording(files[1])
+    assert recording.metadata.triads == ("gyroscope",)
+    chunk = next(recording.chunks())
+    assert np.allclose(chunk.gyroscope[:, 0], np.radians(1e4 * chunk.time), atol=1e-9)
+
+
+def test_metawear_with_a_column_missing_is_refused_by_name(tmp_path):
+    names = ["epoch (ms)", "time (01:00)", "elapsed (s)", "x-axis (g)", "z-axis (g)"]
+    path = table(tmp_path / "a.csv", names, [[1e3 * at, 0, 0, 0.0, 1.0] for at in range(9)], ",")
+    assert "has no column y-axis (g)" in refusal(path)
+
+
+def picoquake(path, counts, head="# Config: sample_rate = 200.0 Hz, filter = 488 Hz"):
+    names = ["count", "a_x", "a_y", "a_z", "g_x", "g_y", "g_z"]
+    table(path, names, [[at, 0.0, 0.01 * at, 1.0, 2.0, 0.0, 1e-3 * at] for at in counts], ",")
+    path.write_text(f"# PLab PicoQuake Data\n{head}\n{path.read_text()}")
+    return path
+
+
+def test_samples_that_picoquake_lost_are_a_gap(tmp_path):
+    chunk = read(picoquake(tmp_path / "log.csv", [*range(100), *range(160, 300)]))
+    assert len(chunk) == 240
+    assert np.diff(chunk.time).max() == pytest.approx(61 / 200.0)
+    assert chunk.time[-1] == pytest.approx(299 / 200.0)
+    assert np.allclose(chunk.gyroscope[:, 0], np.radians(2.0))
+
+
+def test_picoquake_without_its_rate_needs_one(tmp_path):
+    path = picoquake(tmp_path / "log.csv", range(100), head="# Config:")
+    assert "give it with --rate" in refusal(path)
+    assert read(path, ReadOptions(rate=50.0)).time[-1] == pytest.approx(99 / 50.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from log_fixtures import real, refusal
-from tumble.inspect.procedure import inspect
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.tools.inspect.procedure import inspect
 
 STANDARD_GRAVITY = 9.80665
 MPU6050 = ReadOptions(

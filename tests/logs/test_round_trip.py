@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from log_fixtures import join, made_up, read, same, write
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.foundation.recording import Chunk
 from tumble.logs import Facts, ReadOptions, open_recording, open_writer
-from tumble.recording import Chunk
 
 FORMATS = ["csv", "parquet", "mcap"]
 SI = ReadOptions(accelerometer_unit="m/s^2", gyroscope_unit="rad/s", time_unit="s")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, real, refusal, same, write
+from tumble.foundation.recording import Chunk
 from tumble.logs import open_recording
 from tumble.logs.row_order import LARGEST_DISPLACEMENT
-from tumble.recording import Chunk
 from turntable_sessions import typed
 
 

@@ -7,7 +7,7 @@ from tumble.live import LiveChunk
 from tumble.live.host_clock import HostClock
 from tumble.logs import ReadOptions, open_recording
 from tumble.logs.session import Session
-from tumble.record.writer import RecordedUnit, SessionWriter
+from tumble.tools.record.writer import RecordedUnit, SessionWriter
 
 RATE = 100.0
 SKEW = 40e-6

@@ -7,10 +7,10 @@ import pytest
 
 from log_fixtures import made_up, refusal, write_text
 from tumble.acquisition.acquire import acquire
-from tumble.errors import ProcedureError
-from tumble.inspect.procedure import inspect
+from tumble.foundation.errors import ProcedureError
 from tumble.logs import ReadOptions, open_recording
 from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, guess_time_unit, is_imu_step
+from tumble.tools.inspect.procedure import inspect
 
 TRIADS = "ax,ay,az,gx,gy,gz"
 

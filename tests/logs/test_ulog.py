@@ -5,9 +5,9 @@ import pytest
 from pyulog.core import ULog
 
 from log_fixtures import DATA
-from tumble.errors import LogError
-from tumble.inspect.procedure import inspect
+from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.tools.inspect.procedure import inspect
 from turntable_sessions import typed
 from ulog_fixtures import ULogWriter, message, turning
 

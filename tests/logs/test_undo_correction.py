@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from dataflash_fixtures import DataFlashWriter
 from exchange_units import calibration
 from log_fixtures import DATA
-from tumble.errors import LogError
-from tumble.exchange.parameters import numbers_of
-from tumble.exchange.procedure import export
-from tumble.firmware.px4 import correction_of
-from tumble.firmware.rotations import from_euler, rotation
+from tumble.foundation.errors import LogError
+from tumble.foundation.firmware.px4 import correction_of
+from tumble.foundation.firmware.rotations import from_euler, rotation
 from tumble.logs import ReadOptions, open_recording
+from tumble.tools.exchange.parameters import numbers_of
+from tumble.tools.exchange.procedure import export
 from turntable_sessions import typed
 from ulog_fixtures import ULogWriter, turning
 

@@ -14,8 +14,8 @@ from hypothesis import given
 
 from hostile import MOST_BYTES, few, for_long, read_or_refuse, spoiled
 from log_fixtures import made_up, read, refusal, same
+from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
-from tumble.recording import Chunk
 
 CHUNK = made_up(70_000)
 ARRAYS = {

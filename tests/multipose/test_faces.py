@@ -13,8 +13,8 @@ import pytest
 from scipy.stats import chi2
 
 import tumble
-from tumble.multipose.sections import LABELS, Section
-from tumble.simulate import simulate_multipose, write_multipose
+from tumble.procedures.multipose.sections import LABELS, Section
+from tumble.tools.simulate import simulate_multipose, write_multipose
 from turntable_sessions import one_line, typed
 
 IMUCAL = Path(__file__).parents[3] / "shared" / "data" / "imucal"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
@@ -14,17 +15,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tumble
-from live_benches import waiting_bench, words_of
+from live_benches import WaitingBench, waiting_bench, words_of
 from ports import free_port
-from tumble.errors import ProcedureError
-from tumble.goal import Goal
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.goal import Goal
+from tumble.foundation.recording import Chunk
 from tumble.live import open_set
-from tumble.multipose.guide import OrientationGuide
-from tumble.multipose.live import LiveMultipose
-from tumble.multipose.poses import natural, orientation_words
-from tumble.record import procedure as recording
-from tumble.record import silence
-from tumble.simulate import LiveFault
+from tumble.poses.by_hand import natural, orientation_words
+from tumble.procedures.multipose.guide import OrientationGuide
+from tumble.procedures.multipose.held import HeldRests, rests_by_hand
+from tumble.procedures.multipose.live import LiveMultipose
+from tumble.tools.record import procedure as recording
+from tumble.tools.record import silence
+from tumble.tools.simulate import LiveFault
 from turntable_sessions import one_line, typed
 
 G = 9.80665
@@ -117,7 +120,83 @@ def test_words_name_the_axis_that_is_nearest_to_the_vertical_and_how_far_it_is_t
         assert risen == 0.0 or (risen > 0.0) == (told[2] == "+")
 
 
+def rest_in_hand(random, begins, turning=0.0):
+    """Five s of a unit in a hand that trembles and turns evenly about the vertical, rad/s."""
+    time = begins + np.arange(500) / 100.0
+    shake = 0.04 * np.sin(2.0 * np.pi * 8.0 * time)[:, None] * np.ones(3)
+    up = random.normal(size=3)
+    up /= np.linalg.norm(up)
+    force = G * up + 0.05 * shake + 0.02 * random.normal(size=(500, 3))
+    return Chunk(time, force, shake + turning * up + 1e-3 * random.normal(size=(500, 3)))
+
+
+def test_a_slow_turn_about_the_vertical_is_no_rest_beside_others():
+    random, held = np.random.default_rng(51), HeldRests()
+    print("seed 51")
+    for begins in (0.0, 10.0, 20.0):
+        rest = rest_in_hand(random, begins)
+        assert rest.time[-1] - held.since(rest) > 4.0
+        held.keep(rest)
+    turned = rest_in_hand(random, 30.0, turning=0.1)
+    assert HeldRests().since(turned) < turned.time[0] + 1.0
+    assert held.since(turned) == turned.time[-1]
+
+
+def test_of_rests_that_overlap_the_longer_one_counts():
+    rest = rest_in_hand(np.random.default_rng(52), 0.0)
+    print("seed 52")
+    [(start, end)] = rests_by_hand(rest, np.array([[1.0, 2.5]]))
+    assert start < 0.5
+    assert end > 4.5
+    assert rests_by_hand(rest, np.array([[0.0, 4.99]])) == [(0.0, 4.99)]
+
+
 # Closed over a real socket
+
+
+class TremblingFeed:
+    """A unit in a hand that trembles all the time, about each axis, by 0.05 deg at 8 Hz."""
+
+    def __init__(self, feed):
+        self._feed = feed
+
+    def until(self, now):
+        samples = self._feed.until(now)
+        amplitude, omega = np.radians(0.05), 2.0 * np.pi * 8.0
+        phase = omega * samples.taken[:, None] + np.array([0.3, 2.1, 4.4])
+        angle, rate = amplitude * np.sin(phase), amplitude * omega * np.cos(phase)
+        pushed = np.cross(-(omega**2) * angle, [0.1, 0.05, 0.03])
+        force = samples.accelerometer - np.cross(angle, samples.accelerometer) + pushed
+        return dataclasses.replace(samples, accelerometer=force, gyroscope=samples.gyroscope + rate)
+
+
+def tremble(monkeypatch):
+    quiet = WaitingBench._feed_in_hand
+
+    def trembling(bench, stack, faults):
+        return {name: TremblingFeed(feed) for name, feed in quiet(bench, stack, faults).items()}
+
+    monkeypatch.setattr(WaitingBench, "_feed_in_hand", trembling)
+
+
+def test_rests_in_a_hand_that_trembles_count_and_are_those_of_the_recording(monkeypatch, tmp_path):
+    tremble(monkeypatch)
+    with hand(monkeypatch, seed=50, rate_hz=200.0, told=True) as bench:
+        session = session_on(bench, tmp_path, orientations=12, duration=150.0)
+        steps, ticks = [], []
+        for step in led(bench, session):
+            steps.append(step)
+            if step.kind == "rest done":
+                ticks.append(session._time)
+        assert steps[-1].kind == "done"
+        assert len(ticks) >= 12
+        found = tumble.multipose(session.session)
+        used = [(rest.start, rest.end) for rest in found.rests if rest.used]
+        print(ticks, used)
+        assert found.trembling == len(used) == len(ticks)
+        assert found.directions == steps[-1].orientations
+        resumed = session_on(bench, tmp_path, orientations=12, resume=True)
+        assert (resumed.guide.rests, resumed.guide.orientations) == (len(ticks), steps[-1].orientations)
 
 
 def test_a_hand_that_goes_where_it_is_told_reaches_the_goal_and_the_truth(monkeypatch, tmp_path):
@@ -204,6 +283,7 @@ def test_what_shows_too_little_is_said_in_one_line_with_where_the_recording_is(m
         (["--live", "--faces"], "--faces and --sections are for recordings"),
         (["--live", "--until", "mounting 0.1"], "nothing shows how the accelerometer is mounted"),
         (["--live", "--until", "bias 3 %"], "expected [accelerometer|gyroscope]"),
+        (["--live", "--orientations", "1001"], "--orientations 1001: give 1 to 1000"),
         (["--until", "bias 0.1"], "--until is for a unit that is read live"),
         (["--duration", "3s"], "--duration is for a unit that is read live"),
     ],
@@ -245,6 +325,26 @@ def test_trouble_with_the_unit_is_said_at_once(fault, said, monkeypatch, tmp_pat
     assert step.orientations < 10
 
 
+def test_an_orientation_in_which_the_unit_was_away_is_asked_for_again(monkeypatch, tmp_path):
+    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
+    away = LiveFault("unplugged", start=12.0, end=14.0)
+    with hand(monkeypatch, seed=49, told=True, faults={"imu": [away]}) as bench:
+        asked, broken = [], None
+        session = session_on(bench, tmp_path, orientations=10)
+        for step in led(bench, session):
+            if step.kind == "orientation wanted":
+                asked.append(step.subject)
+                vars(bench).pop("allow", None)
+            elif step.kind == "warning" and step.text.startswith("is silent"):
+                broken = len(asked)
+                # Nobody looks at the unit any more, and time goes on.
+                bench.allow(math.nan)
+                bench.allow = lambda stamp: None
+    assert broken is not None
+    assert asked[broken] == asked[broken - 1]
+    assert session.is_reached
+
+
 def test_a_unit_that_is_gone_for_good_ends_the_session_with_what_there_is(monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
@@ -257,7 +357,7 @@ def test_a_unit_that_is_gone_for_good_ends_the_session_with_what_there_is(monkey
 
 
 def test_readings_that_stood_still_are_left_out_and_that_is_said():
-    made = tumble.simulate.simulate_multipose(seed=48, grade="tactical", rate_hz=50.0)
+    made = tumble.simulate_multipose(seed=48, grade="tactical", rate_hz=50.0)
     samples = made.unit.samples
     frozen = (samples.time > 30.0) & (samples.time < 45.0)
     held = int(np.argmax(frozen))

@@ -8,13 +8,13 @@ import pytest
 import tumble
 from live_benches import QUICK_BENCH, waiting_bench
 from repetitions import SOAK
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.foundation.results import LARGEST_WIDENING
 from tumble.logs.session import recorded_so_far
-from tumble.multipose.live import LiveMultipose
-from tumble.record import parts, silence
-from tumble.record import procedure as recording
-from tumble.results import LARGEST_WIDENING
-from tumble.simulate import LiveFault, LiveSimulation
+from tumble.procedures.multipose.live import LiveMultipose
+from tumble.tools.record import parts, silence
+from tumble.tools.record import procedure as recording
+from tumble.tools.simulate import LiveFault, LiveSimulation
 from turntable_sessions import typed
 
 MOST_SIGMAS = 6.0
@@ -138,7 +138,7 @@ def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(n
     with waiting_bench(monkeypatch, LiveMultipose, **HAND, seed=number) as bench:
         with monkeypatch.context() as full:
             full.setattr(parts.UnitParts, "write", write)
-            full.setattr("tumble.record.writer.FLUSH_EVERY", 0.1)
+            full.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.1)
             done = session(bench, tmp_path / "out")
         assert done.code == 2
         assert "No space left on device; what was recorded is readable, and --resume adds to it" in done.err

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 import tumble
 from tumble import Calibration
-from tumble.simulate import simulate_multipose, write_multipose
+from tumble.tools.simulate import simulate_multipose, write_multipose
 from turntable_sessions import contents, one_line, typed
 
 QUIET = {"bias_instability": False, "g_sensitivity": False, "latitude_deg": None}
@@ -85,9 +85,7 @@ def test_counts_whose_scale_nobody_states_are_calibrated(hand):
     assert np.allclose(found.accelerometer.M * scale.accelerometer / 413.0, hand.force_matrix, atol=2e-3)
     assert np.allclose(found.gyroscope.M * scale.gyroscope / 4770.0, hand.rate_matrix, atol=5e-3)
     assert any("--accelerometer-scale" in line for line in found.warnings)
-    corrected = Calibration.from_multipose(found).correct(
-        counts[0] / scale.accelerometer, counts[1] / scale.gyroscope
-    )[0]
+    corrected = found.calibration.correct(counts[0] / scale.accelerometer, counts[1] / scale.gyroscope)[0]
     rest = (samples.time > found.rests[3].start) & (samples.time < found.rests[3].end)
     assert abs(np.linalg.norm(corrected[rest].mean(axis=0)) - found.gravity) < 0.01
 
@@ -193,7 +191,7 @@ def test_json_holds_poses_turns_and_the_orientation_to_add(written, tmp_path):
 
 
 def test_the_page_shows_sphere_norms_influence_and_turns(found):
-    from tumble.multipose.report.page import MULTIPOSE_REPORT
+    from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 
     html = MULTIPOSE_REPORT.render(found)
     for heading in ("On the sphere", "Influence of each rest", "At the rests", "After the turns", "Model"):

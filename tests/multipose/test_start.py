@@ -7,7 +7,7 @@ import pytest
 
 import tumble
 from tumble import Calibration
-from tumble.simulate import simulate_multipose, write_multipose
+from tumble.tools.simulate import simulate_multipose, write_multipose
 from turntable_sessions import typed
 
 REFERENCE, WARMER = 25.0, 12.0
@@ -38,7 +38,7 @@ def section(triad="accelerometer", **more):
 def test_noise_of_the_start_weighs_the_poses_and_stays_in_the_file(hand):
     begun = start(accelerometer=section(**NOISE))
     found = tumble.multipose(hand.recording, start=begun)
-    made = Calibration.from_multipose(found)
+    made = found.calibration
     np.testing.assert_array_equal(made.accelerometer.noise_density, NOISE["noise_density"])
     assert np.isnan(made.accelerometer.random_walk).all()
     quieter = start(accelerometer=section(noise_density=[7e-4, 8e-4, 9e-4], bias_instability=[0.0] * 3))
@@ -68,7 +68,7 @@ def test_what_temperature_did_is_taken_off_so_that_the_result_holds_at_the_refer
     found = tumble.multipose(warm, start=begun)
     np.testing.assert_allclose(found.accelerometer.b, expected.accelerometer.b, rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(found.accelerometer.M, expected.accelerometer.M, rtol=0.0, atol=1e-6)
-    kept = Calibration.from_multipose(found).accelerometer.temperature_drift
+    kept = found.calibration.accelerometer.temperature_drift
     assert kept.content() == begun.accelerometer.temperature_drift.content()
 
 
@@ -139,7 +139,7 @@ def test_poses_take_over_from_a_turntable_what_they_find_and_no_more(hand):
         accelerometer=section(estimated=["bias", "matrix"], noise_density=[1e-3] * 3),
         gyroscope=section("gyroscope", estimated=["bias", "matrix"]),
     )
-    made = Calibration.from_multipose(tumble.multipose(hand.recording, start=begun))
+    made = tumble.multipose(hand.recording, start=begun).calibration
     (left,) = made.contributions
     assert left.gave == ("accelerometer noise",)
     assert (left.method.procedure, left.date, left.logs[0].file) == (

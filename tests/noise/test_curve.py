@@ -8,10 +8,10 @@ import yaml
 
 import tumble
 from tumble import _core
-from tumble.noise.keys import filter_density, filter_random_walk, kalibr_keys
-from tumble.noise.report.figures import term_deviations
-from tumble.noise.result import QUANTISATION, RANDOM_WALK, WHITE
-from tumble.recording import Recording
+from tumble.foundation.noise_terms import QUANTISATION, RANDOM_WALK, WHITE
+from tumble.foundation.recording import Recording
+from tumble.procedures.noise.keys import filter_density, filter_random_walk, kalibr_keys
+from tumble.procedures.noise.report.figures import term_deviations
 from turntable_sessions import typed
 
 RATE = 100.0

@@ -9,10 +9,11 @@ import pytest
 
 import tumble
 from tumble import _core
-from tumble.noise.result import KNOCK, STEP, WHITE
-from tumble.noise.result import RAMP_OF_LEVEL as RAMP
-from tumble.noise.samples import without
-from tumble.recording import Recording
+from tumble.foundation.noise_terms import WHITE
+from tumble.foundation.recording import Recording
+from tumble.procedures.noise.result import KNOCK, STEP
+from tumble.procedures.noise.result import RAMP_OF_LEVEL as RAMP
+from tumble.procedures.noise.samples import without
 from turntable_sessions import typed
 
 CASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "noise_step"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tumble
-from tumble.noise.result import BIAS_INSTABILITY, RANDOM_WALK, WHITE
+from tumble.foundation.noise_terms import BIAS_INSTABILITY, RANDOM_WALK, WHITE
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 

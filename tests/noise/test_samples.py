@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import tumble
 from tumble import _core
-from tumble.recording import Chunk, Recording
-from tumble.simulate import simulate_static
+from tumble.foundation.recording import Chunk, Recording
+from tumble.tools.simulate import simulate_static
 
 RATE = 100.0
 

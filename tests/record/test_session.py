@@ -23,9 +23,9 @@ from tumble.live import LiveChunk, open_source
 from tumble.live.together import ABREAST
 from tumble.logs import Facts, ReadOptions, list_imus, open_recording
 from tumble.logs.session import Session, joined_file, parts_folder, unit_files
-from tumble.record import parts
-from tumble.record.parts import RecordedChunk, UnitParts
-from tumble.record.recorded_source import recorded_source
+from tumble.tools.record import parts
+from tumble.tools.record.parts import RecordedChunk, UnitParts
+from tumble.tools.record.recorded_source import recorded_source
 from turntable_sessions import typed
 
 TABLE = resting(300)
@@ -342,7 +342,7 @@ def test_it_ends_well_when_it_is_told_to(tmp_path):
         process.send_signal(signal.SIGTERM)
         out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
-    assert "is being recorded into" in one_line(refused)
+    assert f"another run (process {process.pid}) writes into this folder" in one_line(refused)
     assert json.loads(out.splitlines()[-1])["event"] == "done"
     session = Session.load(session)
     assert session.reason == "stopped"
@@ -354,7 +354,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
     original, written = UnitParts.write, []
 
     def write(self, chunk):
-        from tumble.errors import OutputError
+        from tumble.foundation.errors import OutputError
 
         if len(written) == 3:
             raise OutputError(f"{session}/a.parts/000002.parquet: cannot be written: No space left on device")
@@ -362,7 +362,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
         original(self, chunk)
 
     monkeypatch.setattr(UnitParts, "write", write)
-    monkeypatch.setattr("tumble.record.writer.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("tumble.tools.record.writer.FLUSH_EVERY", 0.0)
     slow = [f"{name}=replay:{tmp_path / name}.csv?speed=4" for name in logs]
     refused = one_line(typed("record", *slow, "-o", session))
     assert "No space left on device" in refused

@@ -106,7 +106,7 @@ def test_every_procedure_takes_tables_and_paths_and_a_single_target(tmp_path):
     assert len(tumble.inspect(target).rests) == len(tumble.inspect(path).rests)
     aligned = tumble.align(reference, [target])
     assert len(aligned.units) == 1
-    calibration = tumble.Calibration.from_target(expected.targets[0], expected)
+    calibration = expected.calibration_of(expected.targets[0])
     calibration.save(tmp_path / "target.yaml")
     applied = tumble.apply(tmp_path / "target.yaml", target, tmp_path / "corrected.csv")
     assert applied.samples == len(target)

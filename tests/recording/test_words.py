@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tumble.words import count_of, join, utf8
+from tumble.foundation.words import count_of, join, utf8
 
 
 @pytest.mark.parametrize(

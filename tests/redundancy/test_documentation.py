@@ -15,9 +15,9 @@ import tumble
 from pages import without_commands
 from tumble._core import VOCABULARY
 from tumble.cli.commands import command_line
-from tumble.redundancy.monitor import settings_from
-from tumble.redundancy.units import UnitSettings
-from tumble.setting_table import explain
+from tumble.foundation.setting_table import explain
+from tumble.procedures.redundancy.monitor import settings_from
+from tumble.procedures.redundancy.units import UnitSettings
 
 ROOT = Path(__file__).parents[2]
 HOW_TO = (ROOT / "docs" / "how-to" / "redundancy.md").read_text(encoding="utf-8")
@@ -116,7 +116,7 @@ def test_messages_that_the_how_to_explains_are_those_of_the_program():
 
 def test_the_files_of_the_store_are_named_as_the_how_to_names_them(tmp_path):
     from stored_errors import ONE, TWO, an_error
-    from tumble.redundancy.store import ErrorStore
+    from tumble.procedures.redundancy.store import ErrorStore
 
     ErrorStore(tmp_path, ONE).save(TWO, an_error())
     written = {path.name for path in tmp_path.iterdir()}

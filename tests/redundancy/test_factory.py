@@ -9,8 +9,8 @@ import pytest
 
 from redundancy_sets import BIASED, FACING_DOWN, PRIMARY, QUICK, motion, of, record, replay, typed, units
 from tumble.calibration.document import Calibration
-from tumble.redundancy.factory import factory_errors
-from tumble.redundancy.units import UnitSettings
+from tumble.procedures.redundancy.factory import factory_errors
+from tumble.procedures.redundancy.units import UnitSettings
 from turntable_sessions import one_line
 
 STILL = motion(moving=2.0, swing=(0.0, 0.0, 0.0), push=0.0)

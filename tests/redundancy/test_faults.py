@@ -162,12 +162,21 @@ def test_a_set_that_never_says_anything_is_refused(tmp_path):
     assert "none of these units has a sample" in line
 
 
-def test_a_set_of_which_no_unit_is_ever_fit_ends_with_code_3(said, tmp_path):
+def test_a_set_whose_only_unit_freezes_ends_with_code_3(said, tmp_path):
+    paths = [tmp_path / "gone.csv", said["imu3"].write(tmp_path / "imu3.csv")]
+    said["imu3"].readings[:] = said["imu3"].readings[0]
+    said["imu3"].write(paths[1])
+    result, _ = replay(*units(paths), "--allow-missing", "-o", tmp_path / "out", code=3)
+    assert [span["unit"] for span in result["selected"]] == ["imu3", ""]
+    assert result["selected"][-1]["reason"] == "none fit"
+
+
+def test_the_only_unit_that_speaks_is_the_source_though_it_lacks_axes(said, tmp_path):
     paths = [tmp_path / "gone.csv", said["imu3"].write(tmp_path / "imu3.csv")]
     single = ("--set", "units.imu3.axes=[ax, ay, gz]")
     result, _ = replay(*units(paths), "--allow-missing", *single, "-o", tmp_path / "out", code=3)
-    assert [span["unit"] for span in result["selected"]] == [""]
-    assert result["selected"][0]["reason"] == "none fit"
+    assert [span["unit"] for span in result["selected"]] == ["imu3"]
+    assert result["degraded"] == 1.0
 
 
 def test_a_frozen_unit_is_told(said, tmp_path):

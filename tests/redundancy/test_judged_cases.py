@@ -61,13 +61,13 @@ def sources(events):
     ]
 
 
-def test_a_secondary_refuted_by_a_valid_primary_is_never_the_source(events):
-    assert "flip_secondary_1" not in [unit for _, unit in sources(events["flip"])]
+def test_a_secondary_refuted_by_a_valid_primary_is_no_source_while_the_primary_speaks(events):
+    assert [unit for time, unit in sources(events["flip"]) if time < DIES] == ["flip_primary"]
 
 
-def test_where_the_primary_dies_and_the_rest_is_refuted_no_unit_is_the_source(events):
+def test_where_the_primary_dies_a_refuted_secondary_is_better_than_none(events):
     time, unit = sources(events["flip"])[-1]
-    assert unit is None
+    assert unit == "flip_secondary_1"
     assert DIES < time < DIES + 0.5
 
 
@@ -75,7 +75,7 @@ def test_a_primary_that_says_no_more_is_named_at_once(events):
     assert DIES < named(events["flip"], "flip_primary")[0] < DIES + 0.2
 
 
-def test_a_set_that_ends_without_a_unit_that_is_fit_ends_with_code_3(done):
+def test_a_set_whose_source_is_refuted_at_the_end_ends_with_code_3(done):
     assert done["flip"][0].code == 3
 
 
@@ -123,8 +123,8 @@ def test_a_primary_that_jumps_is_named_in_the_summary_with_who_took_over_and_whe
     assert "took over at 46." in summary
 
 
-def test_that_no_unit_is_fit_is_said_first(done):
-    assert done["flip"][0].out.startswith("No unit was healthy enough to be the source since 53.")
+def test_that_the_source_is_not_healthy_is_said_first(done):
+    assert done["flip"][0].out.startswith("flip_secondary_1 deviated at rest and stayed the source since 53.")
 
 
 def test_two_units_of_which_one_is_upside_down_are_said_to_disagree_with_the_figures_before_all_else(done):
@@ -136,4 +136,4 @@ def test_two_units_of_which_one_is_upside_down_are_said_to_disagree_with_the_fig
 
 def test_what_the_fit_makes_of_a_unit_that_is_upside_down_is_said(done):
     said = " ".join(done["flip"][0].out.split())
-    assert "flip_secondary_1 accelerometer: implausible misalignment, 2.00 against 0.100" in said
+    assert "flip_secondary_1 accelerometer: implausible misalignment, 2.00 rad against 0.100 rad" in said

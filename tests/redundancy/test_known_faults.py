@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import report_redundancy_cases as cases
-from tumble.redundancy.report.timeline import time_line
-from tumble.redundancy.result import Selected
-from tumble.redundancy.spans import disagreements
+from tumble.procedures.redundancy.report.timeline import time_line
+from tumble.procedures.redundancy.result import Selected
+from tumble.procedures.redundancy.spans import disagreements
 from turntable_sessions import typed
 
 SEED = 7
@@ -164,7 +164,7 @@ def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told(
 
 
 def test_a_secondary_that_is_unhealthy_at_the_end_is_told_though_the_source_is_well():
-    from tumble.redundancy.report.text import output_sentences, unit_state
+    from tumble.procedures.redundancy.report.text import output_sentences, unit_state
 
     blamed = {"reason": "blamed", "ground": "own step", "value": 0.93, "limit": 0.5}
     made = with_events(DISAGREE, cases.event(45.0, "imu2", "unhealthy", sensor="accelerometer", **blamed))
@@ -174,7 +174,7 @@ def test_a_secondary_that_is_unhealthy_at_the_end_is_told_though_the_source_is_w
 
 
 def test_a_degraded_output_is_told_with_its_share():
-    from tumble.redundancy.report.text import output_sentences
+    from tumble.procedures.redundancy.report.text import output_sentences
 
     assert output_sentences(with_events()) == []
     (sentence,) = output_sentences(with_events(degraded=0.25))
@@ -182,7 +182,7 @@ def test_a_degraded_output_is_told_with_its_share():
 
 
 def test_the_time_line_has_disagreements_between_units_and_verdicts_as_marks_with_figures():
-    from tumble.redundancy.report.figures import timeline_figure
+    from tumble.procedures.redundancy.report.figures import timeline_figure
 
     blamed = cases.event(
         45.0,
@@ -200,4 +200,6 @@ def test_the_time_line_has_disagreements_between_units_and_verdicts_as_marks_wit
     assert [event.event for event in line.lanes[1].marks] == ["unhealthy"]
     drawn = str(timeline_figure(line, "line"))
     assert drawn.count("<title>40.00 to 45.00 s: imu1: accelerometer, with imu2 (1.00 m/s² apart") == 2
-    assert "<title>45.00 s: blamed, accelerometer, blamed (0.930 against 0.500)" in drawn
+    assert (
+        "<title>45.00 s: blamed, accelerometer, blamed (share of the difference 0.930 against 0.500" in drawn
+    )

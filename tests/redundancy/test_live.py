@@ -19,15 +19,15 @@ import tumble
 from ports import free_port
 from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
 from tumble import Chunk, RedundancyMonitor
-from tumble.errors import LogError, ProcedureError
+from tumble.foundation.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, LiveSet, open_set
-from tumble.record.writer import RecordedUnit, SessionWriter
-from tumble.redundancy import live as live_module
-from tumble.redundancy.command_dashboard import Dashboard
-from tumble.redundancy.live import LiveRedundancy, SetState, UnitRate
-from tumble.redundancy.monitor import SILENCE
-from tumble.redundancy.result import RedundancyEvent
-from tumble.simulate.live.outlet import UdpOutlet
+from tumble.procedures.redundancy import live as live_module
+from tumble.procedures.redundancy.command_dashboard import Dashboard
+from tumble.procedures.redundancy.live import LiveRedundancy, SetState, UnitRate
+from tumble.procedures.redundancy.monitor import SILENCE
+from tumble.procedures.redundancy.result import RedundancyEvent
+from tumble.tools.record.writer import RecordedUnit, SessionWriter
+from tumble.tools.simulate.live.outlet import UdpOutlet
 from turntable_sessions import contents, one_line, typed
 
 NAMES = ("imu1", "imu2", "imu3")

@@ -7,7 +7,6 @@ import pytest
 
 import tumble
 from redundancy_sets import BIASED, FACING_DOWN, PRIMARY, SOUND, Imu, Said, motion, record
-from tumble.calibration.document import Calibration
 
 TURNED = Imu("imu4", rate_hz=250.0, mounting=FACING_DOWN, accelerometer_bias=(0.2, 0.1, 0.3))
 QUICKLY = {"collect": 5.0, "collect_timeout": 10.0, "fewest_pairs": 50, "evaluate_every": 3.0}
@@ -108,7 +107,7 @@ def test_a_replay_of_units_with_random_faults_ends_with_what_can_be_used(flown, 
         assert np.isfinite(error.matrix).all()
         assert np.isfinite(error.bias).all()
         assert np.isfinite(error.residual)
-        Calibration.from_redundancy(result, error.unit)
+        result.calibration_of(error.unit)
     for trace in result.traces:
         assert len(trace.specific_force) == len(result.window_time)
     assert all(span.start <= span.end for span in result.selected)

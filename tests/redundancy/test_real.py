@@ -11,7 +11,7 @@ from benchmarks.redundancy_board import LOG, NUMBERS, SETTINGS, SHAKING
 
 import tumble
 from redundancy_sets import of, refusal, replay
-from tumble.redundancy.result import RedundancyResult
+from tumble.procedures.redundancy.result import RedundancyResult
 
 ADOPTED_BEFORE = 440.0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,9 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import report_redundancy_cases as cases
-from tumble.redundancy.report.difference import agreements, thinned
-from tumble.redundancy.report.figures import decades
-from tumble.redundancy.report.timeline import COLLECTING, WAITING, Span, evaluations, merged, time_line
+from tumble.procedures.redundancy.report.difference import agreements, thinned
+from tumble.procedures.redundancy.report.figures import MARKS, decades, timeline_figure
+from tumble.procedures.redundancy.report.timeline import (
+    COLLECTING,
+    WAITING,
+    Span,
+    evaluations,
+    merged,
+    time_line,
+)
+from tumble.procedures.redundancy.result import Selected
 
 
 def lane(result, unit):
@@ -122,3 +131,23 @@ def test_decades_hold_the_largest_number_and_are_two_at_least(numbers):
     positive = [number for number in numbers if number > 0]
     if positive:
         assert 10.0**high >= max(positive)
+
+
+def test_the_key_of_the_time_line_explains_what_occurs_and_nothing_else():
+    calm = time_line(told(cases.event(0.0, "imu1", "selected", reason="start")))
+    assert named(calm) == {"source"}
+    adopted = cases.event(20.0, "imu2", "adopted", sensor="gyroscope")
+    frozen = cases.event(30.0, "imu2", "unhealthy", reason="frozen")
+    more = told(cases.event(0.0, "imu1", "selected", reason="start"), adopted, frozen)
+    assert named(time_line(more)) == {"source", "adopted", "unhealthy"}
+
+
+def told(*events):
+    return replace(cases.quiet(), events=events, selected=(Selected(0.0, 60.0, "imu1", "start"),))
+
+
+def named(line):
+    """Names in the key, which are the texts of the figure that are names of spans or marks."""
+    spans = {"source", "no source", "at rest", WAITING, COLLECTING, "unhealthy", "disagree"}
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", str(timeline_figure(line, "line")))
+    return {text for text in texts if text in spans | set(MARKS)}

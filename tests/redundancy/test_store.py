@@ -25,9 +25,9 @@ from redundancy_sets import (
     write_table,
 )
 from stored_errors import ONE, TWO, an_error
-from tumble.errors import OutputError
-from tumble.redundancy.result import SecondaryError
-from tumble.redundancy.store import SENSORS, ErrorStore, Identified, StoredError
+from tumble.foundation.errors import OutputError
+from tumble.procedures.redundancy.result import SecondaryError
+from tumble.procedures.redundancy.store import SENSORS, ErrorStore, Identified, StoredError
 from turntable_sessions import contents
 
 
@@ -337,6 +337,6 @@ def test_the_sequence_counts_on_over_flights(flights, stored, tmp_path):
 
 
 def _identified(name):
-    from tumble.redundancy.units import UnitSettings, identity_of
+    from tumble.procedures.redundancy.units import UnitSettings, identity_of
 
     return Identified(name, identity_of(name, UnitSettings()))

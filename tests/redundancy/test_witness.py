@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from tumble.errors import LogError, TumbleError
-from tumble.redundancy.witness import Witness
+from redundancy_sets import PRIMARY, QUICK, SOUND, motion, record, replay, units
+from tumble.foundation.errors import LogError, TumbleError
+from tumble.logs.witness import Witness
 from turntable_sessions import typed
 
 SEED = 7
@@ -41,6 +43,20 @@ def test_columns_are_taken_for_what_their_names_say(tmp_path, names, row, kind, 
     assert witness.time.tolist() == [0.5]
     assert witness.value.tolist() == [value]
     assert (witness.sigma == 0.2).all() or kind == "score"
+
+
+@pytest.mark.parametrize(
+    ("names", "row", "yaw", "sigma"),
+    [
+        ("yaw,sigma_yaw", "0.5,0.02", 0.5, 0.02),
+        ("heading_deg,sigma_heading_deg", "90,3", -np.pi / 2, np.pi / 60),
+    ],
+)
+def test_headings_are_taken_for_what_their_names_say(tmp_path, names, row, yaw, sigma):
+    (witness,) = Witness.load(written(tmp_path, f"time,{names}\n0.5,{row}\n1.0,,\n"))
+    assert (witness.kind, witness.time.tolist()) == ("heading", [0.5])
+    assert witness.value[0, 0] == pytest.approx(yaw, abs=1e-15)
+    assert witness.sigma[0, 0] == pytest.approx(sigma, abs=1e-15)
 
 
 def test_fields_may_be_separated_as_in_logs(tmp_path):
@@ -78,6 +94,7 @@ def test_one_table_may_hold_several(tmp_path):
         ("time,vx\n0,1\n1,2,3\n", "line 3 has 3 fields where 2 columns are named; repair"),
         ("time,vx\n", "line 1 names columns, but no samples follow"),
         ("time,vd,climb\n0,1,2\n", "vd, climb: two of these are of one axis"),
+        ("time,yaw,sigma\n0,1,2\n", "yaw has no sigma; add a column sigma_yaw, in the unit of yaw"),
     ],
 )
 def test_a_table_that_cannot_be_read_is_refused_in_one_line(tmp_path, text, objection):
@@ -93,12 +110,18 @@ def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
 
 
 @settings(max_examples=30)
-@given(st.integers(1, 20), st.sampled_from(["velocity", "body velocity", "score"]), st.integers(0, 2**32))
+@given(
+    st.integers(1, 20),
+    st.sampled_from(["velocity", "body velocity", "heading", "score"]),
+    st.integers(0, 2**32),
+)
 def test_what_is_saved_is_loaded_again(tmp_path_factory, samples, kind, seed):
     draw = np.random.default_rng(seed)
     time, value = np.sort(draw.uniform(0, 100, samples)), draw.standard_normal((samples, 3))
     if kind == "score":
         witness = Witness.score("imu 2", time, value[:, 0])
+    elif kind == "heading":
+        witness = Witness.heading(time, value[:, 0], 0.1)
     else:
         value[draw.uniform(size=value.shape) < 0.2] = np.nan
         value[np.isnan(value).all(axis=1), 0] = 1.0
@@ -151,3 +174,38 @@ def test_a_score_of_an_unknown_unit_is_refused(flight, tmp_path):
     done = replayed(flight, tmp_path, "--witness", written(tmp_path, "time,score_imu9\n5,1\n"))
     assert done.code == 2
     assert "the score of imu9 is of none of primary, secondary_1" in done.err
+
+
+def test_a_heading_settles_which_of_two_gyroscopes_drifts_about_the_vertical(tmp_path):
+    moved = motion(rest=12.0, moving=110.0, swing=(0.3, 0.3, 1.5), push=1.0)
+    said = record([PRIMARY, SOUND], 71, moved)
+    secondary = said["imu3"]
+    world_from_case = _attitudes(moved, secondary.time)
+    drift = 0.002 * np.clip(secondary.time - 70.0, 0.0, None)
+    secondary.readings[:, 3:] += world_from_case.inv().apply(drift[:, np.newaxis] * [0.0, 0.0, 1.0])
+    every = slice(None, None, 20)
+    ahead = world_from_case.apply([1.0, 0.0, 0.0])[every]
+    yaw = np.arctan2(ahead[:, 1], ahead[:, 0]) + np.random.default_rng(72).normal(0.0, 0.03, len(ahead))
+    Witness.heading(secondary.time[every], yaw, 0.03).save(tmp_path / "heading.csv")
+    logs = [each.write(tmp_path / f"{name}.csv") for name, each in said.items()]
+
+    def blamed(*more, code=None):
+        _, events = replay(*units(logs), *QUICK, *more, "-o", tmp_path / f"out{len(more)}", code=code)
+        found = [each for each in events if each["figures"].get("reason") == "blamed"]
+        return [(each["unit"], each["figures"]["ground"]) for each in found]
+
+    assert blamed() == []
+    assert blamed("--witness", tmp_path / "heading.csv") == [("imu3", "witness")]
+
+
+def _attitudes(moved, times):
+    """World from case, integrated from the angular rate that a motion has."""
+    step = moved.time[1] - moved.time[0]
+    turns = Rotation.from_rotvec(moved.angular_rate * step)
+    attitude, found = Rotation.identity(), []
+    wanted = set(np.round(times / step).astype(int).tolist())
+    for number, turn in enumerate(turns):
+        if number in wanted:
+            found.append(attitude.as_quat())
+        attitude = attitude * turn
+    return Rotation.from_quat(found)

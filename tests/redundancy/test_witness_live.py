@@ -12,7 +12,7 @@ import pytest
 
 from ports import free_ports
 from repetitions import repetitions
-from tumble.redundancy.witness_rows import SOONER, WitnessRows
+from tumble.procedures.redundancy.witness_rows import SOONER, WitnessRows
 from turntable_sessions import one_line, typed
 
 FAULT = 55

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from tumble.provenance import Provenance
+from tumble.foundation.provenance import Provenance
 from tumble.report.identity import Identity, css_string
 from turntable_sessions import typed
 

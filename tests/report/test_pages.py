@@ -13,12 +13,12 @@ import report_redundancy_cases as missions
 import report_spin_cases as spins
 from align_motions import Motion, Sensor, drawn, recordings
 from report_reader import Page
-from tumble.align.procedure import align
-from tumble.align.report.page import ALIGN_REPORT
-from tumble.redundancy.report.page import REDUNDANCY_REPORT
+from tumble.procedures.align.procedure import align
+from tumble.procedures.align.report.page import ALIGN_REPORT
+from tumble.procedures.redundancy.report.page import REDUNDANCY_REPORT
+from tumble.procedures.spin.report.page import SPIN_REPORT
+from tumble.procedures.turntable.report.pages import write_reports
 from tumble.report.text import VERDICT_SIGNS
-from tumble.spin.report.page import SPIN_REPORT
-from tumble.turntable.report.pages import write_reports
 from turntable_sessions import typed
 
 WARNING = "1 % of it would be 0.098 m/s^2, it differs by -1.05 ms"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from tumble.foundation.results import LimitCheck, Parameter
 from tumble.report.parameters import limited_groups, printed_group
-from tumble.results import LimitCheck, Parameter
 
 AXES = "xyz"
 

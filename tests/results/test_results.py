@@ -13,7 +13,7 @@ import pytest
 import tumble
 from redundancy_sets import BIASED, PRIMARY, motion, record, write_table
 from tumble import Calibration, TumbleError
-from tumble.simulate import write_spin
+from tumble.tools.simulate import write_spin, write_turntable
 from turntable_sessions import calibrate, contents, simulate, typed
 
 
@@ -86,7 +86,7 @@ def test_a_spin_is_a_collection_of_its_spins_and_a_table(log):
 def test_a_saved_batch_is_what_the_command_writes(tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
     session = simulate(21, grades=("consumer", "industrial"))
-    paths = tumble.simulate.write_turntable(session, tmp_path / "logs")
+    paths = write_turntable(session, tmp_path / "logs")
     logs = [str(paths[unit.name]) for unit in session.units]
     assert typed("turntable", *logs, "-o", tmp_path / "typed").code == 0
     files = tumble.turntable(logs[0], logs[1:]).save(tmp_path / "called")
@@ -130,7 +130,7 @@ def test_a_spin_on_top_of_a_calibration_is_saved_without_naming_it_again(tmp_pat
 
 def test_a_saved_alignment_is_what_the_command_writes(tmp_path):
     session = simulate(21, grades=("consumer",))
-    paths = tumble.simulate.write_turntable(session, tmp_path / "logs")
+    paths = write_turntable(session, tmp_path / "logs")
     logs = [str(paths[unit.name]) for unit in session.units]
     typed("align", "--primary", logs[0], "--secondary", logs[1], "-o", tmp_path / "typed")
     result = tumble.align(logs[0], logs[1])

@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from tumble.logs import open_recording
-from tumble.simulate import simulate_turntable
-from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.poses.pose_list import SIX_FACES, PoseList
+from tumble.tools.simulate import simulate_turntable
 from turntable_sessions import typed
 
 QUICK = ("--rest", "0.5", "--rate", "50")

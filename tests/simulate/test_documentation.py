@@ -13,7 +13,7 @@ import typer
 
 from flight_units import fly
 from tumble.cli.commands import command_line
-from tumble.simulate import FAULTS, LIVE_FAULTS, VIBRATIONS
+from tumble.tools.simulate import FAULTS, LIVE_FAULTS, VIBRATIONS
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[2]

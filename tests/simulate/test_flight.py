@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from flight_units import CALM, GRAVITY, fly, ideal, within
 from tumble import simulate_flight
-from tumble.simulate import VIBRATIONS, Fault, FlightUnit, Grade, ScenarioError, Vibration
+from tumble.tools.simulate import VIBRATIONS, Fault, FlightUnit, Grade, ScenarioError, Vibration
 
 motions = st.sampled_from(["quadrotor", "vehicle"])
 seeds = st.integers(0, 2**64 - 1)

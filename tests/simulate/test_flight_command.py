@@ -10,7 +10,7 @@ import yaml
 
 from flight_units import GRAVITY
 from tumble import list_imus, open_recording, simulate_flight
-from tumble.simulate import Fault, FlightUnit, write_flight
+from tumble.tools.simulate import Fault, FlightUnit, write_flight
 from turntable_sessions import typed
 
 QUICK = ("--rest", "2", "--duration", "6")

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flight_units import GRAVITY, fly
-from tumble.simulate import FAULTS, Fault, FlightUnit
+from tumble.tools.simulate import FAULTS, Fault, FlightUnit
 
 START, END = 12.0, 14.0
 CHANNELS = ("specific_force", "angular_rate")

@@ -24,16 +24,16 @@ from live_fixtures import first_samples
 from table_fixtures import Clock
 from tumble import _core
 from tumble.live import open_source
-from tumble.simulate.live.fault import LIVE_FAULTS, LiveFault
-from tumble.simulate.live.outlet import Outlet
-from tumble.simulate.live.procedure import LiveSimulation, LiveUnit
-from tumble.simulate.live.samples import NONE
-from tumble.simulate.live.scenario import LiveScenario
-from tumble.simulate.live.table_units import Noise, session_at_rest, units_on
-from tumble.spin.live import LiveSpin, LiveSpinOptions
-from tumble.table import GuardedTable, open_table
-from tumble.table.axes import body_motion, level_from_table
-from tumble.table.simulated import PRESETS, SimulatedTable
+from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
+from tumble.tools.simulate.live.fault import LIVE_FAULTS, LiveFault
+from tumble.tools.simulate.live.outlet import Outlet
+from tumble.tools.simulate.live.procedure import LiveSimulation, LiveUnit
+from tumble.tools.simulate.live.samples import NONE
+from tumble.tools.simulate.live.scenario import LiveScenario
+from tumble.tools.simulate.live.table_units import Noise, session_at_rest, units_on
+from tumble.tools.table import GuardedTable, open_table
+from tumble.tools.table.axes import body_motion, level_from_table
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 from turntable_sessions import one_line, typed
 
 SEED = 20

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tumble import _core
-from tumble.simulate import Grade, grade_names, simulate_turntable
-from tumble.simulate.native import as_json
-from tumble.simulate.turntable.procedure import _native
-from tumble.simulate.turntable.scenario import TurntableScenario
+from tumble.tools.simulate import Grade, grade_names, simulate_turntable
+from tumble.tools.simulate.native import as_json
+from tumble.tools.simulate.turntable.procedure import _native
+from tumble.tools.simulate.turntable.scenario import TurntableScenario
 
 
 def refusal(scenario):

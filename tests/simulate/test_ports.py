@@ -8,10 +8,10 @@ import socket
 import pytest
 
 from ports import OWN
-from tumble.simulate import LiveSimulation
-from tumble.simulate.live import ports
-from tumble.simulate.live.outlet import TcpOutlet
-from tumble.simulate.scenario import ScenarioError
+from tumble.tools.simulate import LiveSimulation
+from tumble.tools.simulate.live import ports
+from tumble.tools.simulate.live.outlet import TcpOutlet
+from tumble.tools.simulate.scenario import ScenarioError
 from turntable_sessions import one_line, typed
 
 HOST = "127.0.0.1"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tumble import simulate_spin
-from tumble.simulate import Disturbance, Fault, ScenarioError, Step, parse_plan
+from tumble.tools.simulate import Disturbance, Fault, ScenarioError, Step, parse_plan
 from turntable_sessions import typed
 
 QUIET = {

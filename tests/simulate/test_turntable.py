@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tumble.errors import TumbleError
-from tumble.simulate import (
+from tumble.foundation.errors import TumbleError
+from tumble.poses.pose_list import SIX_FACES
+from tumble.tools.simulate import (
     FAULTS,
     Fault,
     Grade,
@@ -19,7 +20,6 @@ from tumble.simulate import (
     grade_names,
     simulate_turntable,
 )
-from tumble.turntable.poses import SIX_FACES
 
 EARTH_RATE = 7.292115e-5
 QUICK = {"rest_seconds": 2.0, "bias_instability": False, "quantisation": False}

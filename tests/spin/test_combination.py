@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from spin_sessions import record, still, turn
-from tumble.recording import Recording
-from tumble.spin.combination import combine
-from tumble.spin.procedure import spin
-from tumble.spin.result import BiasEstimate
+from tumble.foundation.recording import Recording
+from tumble.procedures.spin.combination import combine
+from tumble.procedures.spin.procedure import spin
+from tumble.procedures.spin.result import BiasEstimate
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ import pytest
 
 from live_fixtures import pieces_of, scripted, serial_device, text_lines
 from spin_sessions import drive, record, still, turn
-from tumble.errors import LogError, ProcedureError
+from tumble.foundation.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, open_source
-from tumble.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, LiveSpinOptions
+from tumble.procedures.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, LiveSpinOptions
 
 NOTHING = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -226,14 +226,13 @@ def test_the_state_of_the_wheels_tells_a_slow_turn_from_rest():
 
 
 def test_a_calibration_from_before_is_applied_first():
-    from tumble.calibration.document import Calibration
 
     session = record([still(6.0), turn(2.5)], seed=12)
     _, first = run(Fed(session))
-    before = Calibration.from_spin(first)
+    before = first.calibration
     _, again = run(Fed(session), calibration=before)
     assert (np.abs(again.accelerometer_bias.value) < 0.1 * again.accelerometer_bias.sigma).all()
-    after = Calibration.from_spin(again, before)
+    after = again.calibration
     assert np.allclose(after.accelerometer.b, before.accelerometer.b, atol=1e-4)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-import tumble.apply.command_live  # noqa: F401
+import tumble.tools.apply.command_live  # noqa: F401
 from live_fixtures import text_lines
 from spin_sessions import record, still, turn
 from tumble.calibration.document import Calibration
@@ -120,7 +120,7 @@ def test_samples_go_on_while_the_page_is_written_and_a_page_that_cannot_be_is_sa
     def correct(found, samples, output, **options):
         heard.append((tmp_path / "drive.live.html").exists())
 
-    monkeypatch.setattr(sys.modules["tumble.apply.command_live"], "correct", correct)
+    monkeypatch.setattr(sys.modules["tumble.tools.apply.command_live"], "correct", correct)
     done = live(log, "--then-apply", tmp_path / "rest.csv", "-o", tmp_path)
     assert done.code == 0, done.err
     assert heard == [False]
@@ -128,7 +128,7 @@ def test_samples_go_on_while_the_page_is_written_and_a_page_that_cannot_be_is_sa
 
     (tmp_path / "drive.live.html").unlink()
     monkeypatch.setattr(
-        sys.modules["tumble.apply.command_live"],
+        sys.modules["tumble.tools.apply.command_live"],
         "correct",
         lambda *_, **__: (tmp_path / "drive.live.html").mkdir(),
     )

@@ -7,8 +7,8 @@ import pytest
 
 import tumble
 from tumble import Chunk, SpinMachine
-from tumble.errors import ProcedureError
-from tumble.spin.machine import LiveSpinOptions
+from tumble.foundation.errors import ProcedureError
+from tumble.procedures.spin.machine import LiveSpinOptions
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from tumble.spin.failure import SpinFailure, SpinFailureKind
-from tumble.spin.messages import CHANNELS, cause, explain, remedy
+from tumble.procedures.spin.failure import SpinFailure, SpinFailureKind
+from tumble.procedures.spin.messages import CHANNELS, cause, explain, remedy
 
 WITH_REMEDY = [
     ("never still", {"waited": 60.0}, "60 s"),

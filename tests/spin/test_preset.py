@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_sessions import record, still, turn
-from tumble.errors import ProcedureError
-from tumble.spin.preset import LARGEST_DEPARTURE, TurnPreset
+from tumble.foundation.errors import ProcedureError
+from tumble.procedures.spin.preset import LARGEST_DEPARTURE, TurnPreset
 from turntable_sessions import typed
 
 FULL = 2.0 * math.pi

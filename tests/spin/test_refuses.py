@@ -219,7 +219,7 @@ def test_true_turns_that_cannot_be_are_refused(tmp_path, turns, parts):
 @pytest.mark.parametrize(
     ("times", "part"),
     [
-        (["100:120"], "outside the log, which goes from 0.0 to 31"),
+        (["100:120"], "outside the log, which lasts 31"),
         (["5:2"], "ends before it begins"),
         (["1:20", "10:30"], "overlaps that from 10 s"),
         (["1-20"], "START:END"),

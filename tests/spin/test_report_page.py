@@ -14,9 +14,9 @@ import pytest
 
 import report_spin_cases as spins
 from report_reader import Page
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.procedures.spin.report.page import MOST_DRAWN, SPIN_REPORT
 from tumble.report.numbers import MINUS
-from tumble.spin.report.page import MOST_DRAWN, SPIN_REPORT
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -282,7 +282,7 @@ def test_a_spin_without_blocks_has_a_page_that_says_so():
 def test_another_process_with_another_hash_seed_writes_the_same_bytes(tmp_path):
     code = (
         "import sys, pathlib, report_spin_cases as s; "
-        "from tumble.spin.report.page import SPIN_REPORT; "
+        "from tumble.procedures.spin.report.page import SPIN_REPORT; "
         "SPIN_REPORT.write(s.several(), pathlib.Path(sys.argv[1]))"
     )
     SPIN_REPORT.write(spins.several(), tmp_path / "a.html")

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import report_spin_cases as spins
-from tumble.report.svg import PAGE_COLOURS
-from tumble.spin.report.figures import (
+from tumble.procedures.spin.report.figures import (
     MOST_POINTS,
     force_errors,
     heading_figure,
@@ -23,7 +22,8 @@ from tumble.spin.report.figures import (
     shown_blocks,
     time_figure,
 )
-from tumble.spin.report.sketch import lever_arm, spins_figure, top_view_figure
+from tumble.procedures.spin.report.sketch import lever_arm, spins_figure, top_view_figure
+from tumble.report.svg import PAGE_COLOURS
 
 
 def uses(svg):

@@ -8,10 +8,10 @@ import re
 import pytest
 
 from tumble import _core
-from tumble.errors import ProcedureError
-from tumble.setting_models import SpinSettings
-from tumble.spin.live import LiveSpinOptions
-from tumble.spin.settings import core_settings
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.setting_models import SpinSettings
+from tumble.procedures.spin.live import LiveSpinOptions
+from tumble.procedures.spin.settings import core_settings
 from turntable_sessions import typed
 
 TABLE = {row["name"]: row for row in _core.setting_table("spin")}

@@ -9,8 +9,8 @@ import pytest
 from benchmarks import spin_live
 
 from repetitions import repetitions
-from tumble.recording import Chunk
-from tumble.simulate import simulate_spin
+from tumble.foundation.recording import Chunk
+from tumble.tools.simulate import simulate_spin
 
 SEED = 5_000
 SESSIONS = repetitions(240)

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tumble.errors import ProcedureError
-from tumble.spin.turns import TrueTurns
+from tumble.foundation.errors import ProcedureError
+from tumble.procedures.spin.turns import TrueTurns
 
 TURN = 2.0 * math.pi
 LEAST = math.radians(45.0)

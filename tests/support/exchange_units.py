@@ -3,7 +3,7 @@
 import numpy as np
 
 from tumble.calibration.document import Calibration
-from tumble.exchange.registry import TARGETS
+from tumble.tools.exchange.registry import TARGETS
 
 SAMPLES = 50
 SETTINGS = {

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble import simulate_flight
-from tumble.simulate import FlightUnit, Grade, Vibration
+from tumble.tools.simulate import FlightUnit, Grade, Vibration
 
 CALM = Vibration(specific_force=0.0, angular_rate=0.0, tones_hz=(), band_hz=(60.0, 140.0))
 GRAVITY = 9.80665

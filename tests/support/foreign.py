@@ -71,6 +71,25 @@ def rosbags(path, row):
 
 
 def table(path, row):
+    return _numbers(path, row["columns"]) * _scale(row)
+
+
+def pair(path, row):
+    """Accelerometer at the times of the gyroscope, which stands in a file of its own, by straight lines."""
+    force, turns = (
+        rows[np.isfinite(rows).all(axis=1)]
+        for rows in (_numbers(path, row["columns"]), _numbers(partner_of(path, row), row["columns"]))
+    )
+    turns = turns[(turns[:, 0] >= force[0, 0]) & (turns[:, 0] <= force[-1, 0])]
+    brought = [np.interp(turns[:, 0], force[:, 0], force[:, axis]) for axis in (1, 2, 3)]
+    return np.column_stack([*brought, turns[:, 1:]]) * _scale(row)
+
+
+def partner_of(path, row):
+    return path.parents[row["path"].count("/")] / row["partner"]
+
+
+def _numbers(path, columns):
     text = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     sample = text[len(text) // 2]
     mark = next((each for each in ",;\t" if each in sample), None)
@@ -78,20 +97,23 @@ def table(path, row):
     rows = []
     for fields in lines:
         try:
-            rows.append([float(fields[column]) for column in row["columns"]])
+            rows.append([float(fields[column]) for column in columns])
         except (ValueError, IndexError):
             continue
-    scale = [SCALE[row.get("accelerometer", "m/s^2")]] * 3 + [SCALE[row.get("gyroscope", "rad/s")]] * 3
-    return np.array(rows) * scale
+    return np.array(rows)
+
+
+def _scale(row):
+    return [SCALE[row.get("accelerometer", "m/s^2")]] * 3 + [SCALE[row.get("gyroscope", "rad/s")]] * 3
 
 
 LIST = Path(__file__).parents[1] / "foreign.toml"
-READERS = {each.__name__: each for each in (pyulog, pymavlink, mavutil, rosbags, table)}
+READERS = {each.__name__: each for each in (pyulog, pymavlink, mavutil, rosbags, table, pair)}
 
 
 def ours(path, row):
     """Give format and (n, 6) samples as Tumble reads them, and how many it left out as repeated."""
-    options = ReadOptions(rate=row.get("rate"), **units(row))
+    options = ReadOptions(rate=row.get("rate"), interpolate="partner" in row, **units(row))
     recording = open_recording(f"{path}:{row['imu']}" if row.get("imu") else path, options)
     stream = recording.chunks()
     samples = np.vstack([np.hstack([chunk.accelerometer, chunk.gyroscope]) for chunk in stream])
@@ -103,6 +125,9 @@ def checksum(path):
 
 
 def units(row):
+    """Give the units that a reader has to be told; those that are stated in the file it finds itself."""
+    if row.get("stated"):
+        return {}
     return {f"{triad}_unit": row[triad] for triad in ("accelerometer", "gyroscope") if triad in row}
 
 
@@ -110,7 +135,10 @@ def verdict(path, row):
     """Compare one file; give its format, the number of samples and the finding."""
     if not path.is_file():
         return "", 0, "absent"
-    if checksum(path) != row["sha256"]:
+    files = {path: row["sha256"]} | (
+        {partner_of(path, row): row["partner_sha256"]} if "partner" in row else {}
+    )
+    if any(not each.is_file() or checksum(each) != expected for each, expected in files.items()):
         return "", 0, "another version"
     format_, samples, repeated = ours(path, row)
     theirs = READERS[row["reader"]](path, row)

@@ -7,8 +7,8 @@ from functools import reduce
 
 import numpy as np
 
+from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions
-from tumble.recording import Chunk
 
 EPOCH_NS = 1_403_636_579_758_555_392
 STANDARD_GRAVITY = 9.80665
@@ -319,17 +319,71 @@ def phyphox(folder, chunk):
     return folder, ReadOptions(), _at(chunk, chunk.time)
 
 
+def phyphox_in_degrees(folder, chunk):
+    """Names and units as in adtngrha/Dataset-Phypox-, Accelerometer.csv and Gyroscope.csv."""
+    for name, triad, names in (
+        ("Accelerometer", chunk.accelerometer, [f"Accel_{axis} (m/s^2)" for axis in "XYZ"]),
+        ("Gyroscope", np.degrees(chunk.gyroscope), [f"Gyroscope {axis} (deg/s)" for axis in "xyz"]),
+    ):
+        _table(folder / f"{name}.csv", ["Time (s)", *names], chunk.time, triad)
+    return folder, ReadOptions(), _at(chunk, chunk.time)
+
+
+def metawear(folder, chunk, before="epoch (ms),time (01:00)"):
+    """Names as in daveebbelaar/tracking-barbell-exercises; stamps are whole milliseconds."""
+    stamps = np.round(1e3 * (chunk.time - chunk.time[0]))
+    for name, values, unit, rate in (
+        ("Accelerometer", chunk.accelerometer / STANDARD_GRAVITY, "g", "12.500"),
+        ("Gyroscope", np.degrees(chunk.gyroscope), "deg/s", "25.000"),
+    ):
+        rows = _rows(1e-3 * stamps, values)
+        lines = [
+            f"{1547219408431 + int(stamp)},2019-01-11T16:10:{k % 60:02d}.431,{row}"
+            for k, (stamp, row) in enumerate(zip(stamps, rows, strict=True))
+        ]
+        head = ",".join([before, "elapsed (s)", *(f"{axis}-axis ({unit})" for axis in "xyz")])
+        path = folder / f"bench_MetaWear_2019-01-11T16.10.08.270_C42732BE255C_{name}_{rate}Hz_1.4.4.csv"
+        path.write_text("\n".join([head, *lines]) + "\n")
+    return path, ReadOptions(), _at(chunk, 1547219408.431 + 1e-3 * stamps)
+
+
+def metawear_of_older_apps(folder, chunk):
+    return metawear(folder, chunk, "epoc (ms),timestamp (-0700)")
+
+
+def picoquake(folder, chunk):
+    """Head and names as in PLab-SI/PicoQuake, sample_data/car_vibration.csv; a count for each sample."""
+    rate = 100.0
+    before = "\n".join(
+        [
+            "# PLab PicoQuake Data",
+            "# Time: 2024-04-21 15:54:46.333682, Device: D4E9 (E6632891E36F2029)",
+            f"# Num. samples: {len(chunk)}, Duration: {len(chunk) / rate} s",
+            f"# Config: data_rate = {rate!r} Hz, filter = 488 Hz, acc_range = 4 g, gyro_range = 250.0 dps",
+            "# Integrity: True, Skipped samples: 0",
+            "",
+        ]
+    )
+    count = np.arange(len(chunk))
+    names = ["count", "a_x", "a_y", "a_z", "g_x", "g_y", "g_z"]
+    force, turns = chunk.accelerometer / STANDARD_GRAVITY, np.degrees(chunk.gyroscope)
+    path = _table(folder / "log.csv", names, count, force, turns, before=before)
+    return path, ReadOptions(), _at(chunk, count / rate)
+
+
 WRITERS = {
     each.__name__: each
     for each in (
         euroc, tum_vi, kitti, rpg, rpg_without_names, vectornav, xsens, xsens_dot, rostopic, ros2_topic,
         sensorlog, androsensor, physics_toolbox, betaflight, betaflight_raw, sensor_logger, phyphox,
+        phyphox_in_degrees, metawear, metawear_of_older_apps, picoquake,
     )
 }  # fmt: skip
 FORMATS = {
     **dict.fromkeys(("rpg", "rpg_without_names", "androsensor"), "csv"),
     **dict.fromkeys(("rostopic", "ros2_topic"), "ros_echo"),
-    **dict.fromkeys(("sensor_logger", "phyphox"), "phone"),
+    **dict.fromkeys(("sensor_logger", "phyphox", "phyphox_in_degrees"), "phone"),
+    "metawear_of_older_apps": "metawear",
     **{"tum_vi": "euroc", "xsens_dot": "xsens", "betaflight_raw": "betaflight"},
 }
 """Name of the format as it is found, where it is not that of the writer."""

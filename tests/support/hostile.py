@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from repetitions import SOAK
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 
 EXAMPLES = 40

@@ -11,10 +11,10 @@ import numpy as np
 import yaml
 
 from tumble.live import together
-from tumble.simulate import LiveSimulation
-from tumble.table import guarded, text
-from tumble.table.profile import load_profile
-from tumble.turntable import live
+from tumble.procedures.turntable import live
+from tumble.tools.simulate import LiveSimulation
+from tumble.tools.table import guarded, text
+from tumble.tools.table.profile import load_profile
 
 LEAD = 0.5
 """s that the bench is ahead of what was looked at."""

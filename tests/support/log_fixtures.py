@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tumble.errors import LogError
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import Chunk
 from tumble.logs import Facts, open_recording, open_writer
-from tumble.recording import Chunk
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 

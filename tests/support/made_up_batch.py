@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results import INTERVAL, Parameter, Rest, Trace, TriadResult
-from tumble.turntable.result import (
+from tumble.foundation.results import INTERVAL, Parameter, Rest, Trace, TriadResult
+from tumble.procedures.turntable.result import (
     AxisReading,
     ClockFit,
     MountingResult,

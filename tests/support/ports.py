@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from tumble.simulate.live import ports
+from tumble.tools.simulate.live import ports
 
 _PROCESS = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
 _PROCESSES = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))

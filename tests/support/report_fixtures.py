@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.results import INTERVAL, LimitCheck, Parameter, Rest, Trace, TriadResult
-from tumble.turntable.result import (
+from tumble.foundation.results import INTERVAL, LimitCheck, Parameter, Rest, Trace, TriadResult
+from tumble.procedures.turntable.result import (
     AxisReading,
     ClockFit,
     MountingResult,

@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from tumble._core import VOCABULARY
-from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Selected, UnitTrace
+from tumble.procedures.redundancy.result import (
+    RedundancyEvent,
+    RedundancyResult,
+    SecondaryError,
+    Selected,
+    UnitTrace,
+)
 
 ACCELEROMETER_BIAS = np.array([0.3, -0.2, 0.1])
 GYROSCOPE_BIAS = np.array([0.02, -0.03, 0.01])

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results import INTERVAL, Parameter, Rest, Trace
-from tumble.spin.result import BiasEstimate, Spin, SpinBlocks, SpinResult
+from tumble.foundation.results import INTERVAL, Parameter, Rest, Trace
+from tumble.procedures.spin.result import BiasEstimate, Spin, SpinBlocks, SpinResult
 
 GRAVITY = 9.80665
 BLOCK, RATE_HZ = 0.2, 100.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tumble.redundancy.result import SecondaryError
-from tumble.redundancy.store import Identified
+from tumble.procedures.redundancy.result import SecondaryError
+from tumble.procedures.redundancy.store import Identified
 
 ONE, TWO = Identified("imu1", 1), Identified("imu2", 2)
 

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from tumble.simulate.live.table_server import TableServer
-from tumble.table.profile import load_profile
-from tumble.table.simulated import PRESETS, SimulatedTable
+from tumble.tools.simulate.live.table_server import TableServer
+from tumble.tools.table.profile import load_profile
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
 SPEED = 200.0
 """Simulated s in a second."""

@@ -16,7 +16,7 @@ import yaml
 from pymavlink.mavparm import MAVParmDict
 
 from tumble import _core
-from tumble.units import TRIADS
+from tumble.foundation.units import TRIADS
 
 G = 9.80665
 INCLUDE = "crates/tumble-capi/include"

@@ -14,8 +14,8 @@ from scipy.stats import chi2
 
 import tumble
 from tumble.cli import main as command_line
-from tumble.recording import Chunk
-from tumble.simulate import simulate_turntable, write_turntable
+from tumble.foundation.recording import Chunk
+from tumble.tools.simulate import simulate_turntable, write_turntable
 
 QUICK = {
     "rate_hz": 100.0,

@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from table_fixtures import Clock, NotingTable
-from tumble.errors import TableError
-from tumble.table import GuardedTable
-from tumble.table.bounds import parse_limits
-from tumble.table.simulated import PRESETS, SimulatedTable
+from tumble.foundation.errors import TableError
+from tumble.tools.table import GuardedTable
+from tumble.tools.table.bounds import parse_limits
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
 TWO = PRESETS["two-axis"]
 FIGURES = st.floats(-400.0, 400.0) | st.sampled_from([-185.0, 185.0, 60.0, 180.0, 0.0, np.nan, np.inf])
@@ -163,8 +163,8 @@ def test_a_stop_that_is_not_answered_is_said_loudly():
 def test_a_motion_that_does_not_end_in_time_stops_the_table(monkeypatch):
     clock = Clock()
     table = NotingTable(clock=clock)
-    monkeypatch.setattr("tumble.table.guarded.AT_LEAST", 0.0)
-    monkeypatch.setattr("tumble.table.guarded.PATIENCE", 0.0)
+    monkeypatch.setattr("tumble.tools.table.guarded.AT_LEAST", 0.0)
+    monkeypatch.setattr("tumble.tools.table.guarded.PATIENCE", 0.0)
     with GuardedTable(table, armed=True) as guarded:
         guarded.goto(np.radians([10.0, 0.0]))
         with pytest.raises(TableError, match="has not settled in time"):
@@ -185,8 +185,8 @@ class StrayTable(NotingTable):
 
 @pytest.mark.parametrize("off_deg", [[15.0, 0.0], [0.0, -100.0], [-0.6, 0.0], [np.nan, 0.0]])
 def test_a_table_at_rest_beside_its_angle_is_stopped(monkeypatch, off_deg):
-    monkeypatch.setattr("tumble.table.guarded.AT_LEAST", 0.0)
-    monkeypatch.setattr("tumble.table.guarded.PATIENCE", 0.0)
+    monkeypatch.setattr("tumble.tools.table.guarded.AT_LEAST", 0.0)
+    monkeypatch.setattr("tumble.tools.table.guarded.PATIENCE", 0.0)
     clock = Clock()
     table = StrayTable([0.0, 0.0], clock)
     with GuardedTable(table, armed=True) as guarded:
@@ -250,7 +250,7 @@ PROGRAM = """
     sys.path.insert(0, "tests/support")
     import numpy as np
     from table_fixtures import NotingTable
-    from tumble.table import GuardedTable
+    from tumble.tools.table import GuardedTable
 
     class Loud(NotingTable):
         def stop(self):

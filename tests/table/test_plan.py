@@ -10,14 +10,14 @@ import pytest
 
 import tumble
 from table_fixtures import Clock
-from tumble.errors import TableError
-from tumble.recording import Recording
-from tumble.simulate.live.samples import NONE
-from tumble.simulate.live.scenario import LiveScenario
-from tumble.simulate.live.table_units import units_on
-from tumble.table.axes import AxisLimits, ups
-from tumble.table.motion import travel_time
-from tumble.table.plan import (
+from tumble.foundation.errors import TableError
+from tumble.foundation.recording import Recording
+from tumble.tools.simulate.live.samples import NONE
+from tumble.tools.simulate.live.scenario import LiveScenario
+from tumble.tools.simulate.live.table_units import units_on
+from tumble.tools.table.axes import AxisLimits, ups
+from tumble.tools.table.motion import travel_time
+from tumble.tools.table.plan import (
     EXACT,
     Goals,
     PosePlan,
@@ -27,7 +27,7 @@ from tumble.table.plan import (
     plan_poses,
     reachable,
 )
-from tumble.table.simulated import PRESETS, SimulatedTable
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 
 TWO = PRESETS["two-axis"]
 SIX = np.radians([[0, 0], [90, 0], [90, 90], [90, 180], [90, -90], [180, 0]])

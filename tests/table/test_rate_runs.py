@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from table_fixtures import Clock
-from tumble.errors import TableError
-from tumble.table import GuardedTable
-from tumble.table.axes import body_motion
-from tumble.table.bounds import parse_limits
-from tumble.table.plan import PosePlan
-from tumble.table.rate_runs import Sweep, plan_rates, seconds_of_runs
-from tumble.table.simulated import PRESETS, SimulatedTable
-from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.table_drive import TableDrive
-from tumble.turntable.table_plan import planned
+from tumble.foundation.errors import TableError
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.turntable.table_drive import TableDrive
+from tumble.procedures.turntable.table_plan import planned
+from tumble.tools.table import GuardedTable
+from tumble.tools.table.axes import body_motion
+from tumble.tools.table.bounds import parse_limits
+from tumble.tools.table.plan import PosePlan
+from tumble.tools.table.rate_runs import Sweep, plan_rates, seconds_of_runs
+from tumble.tools.table.simulated import PRESETS, SimulatedTable
 from turntable_sessions import one_line
 
 RATES = np.radians([10.0, 30.0, 60.0])

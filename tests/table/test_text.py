@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from table_fixtures import served
-from tumble.errors import TableError
-from tumble.table import GuardedTable, open_table
-from tumble.table.profile import StateQuery, load_profile, pattern, shipped, written
+from tumble.foundation.errors import TableError
+from tumble.tools.table import GuardedTable, open_table
+from tumble.tools.table.profile import StateQuery, load_profile, pattern, shipped, written
 from turntable_sessions import one_line, typed
 
 
@@ -128,7 +128,7 @@ def test_all_axes_are_told_to_stop_before_any_answer_and_a_late_answer_does_not_
 def open_profile(name):
     from importlib import resources
 
-    return (resources.files("tumble.table") / "profiles" / f"{name}.yaml").read_text()
+    return (resources.files("tumble.tools.table") / "profiles" / f"{name}.yaml").read_text()
 
 
 def test_a_lost_line_is_opened_again_to_send_the_stop(tmp_path):
@@ -178,8 +178,9 @@ def test_rates_within_goto_and_a_bit_mask_drive_a_table(tmp_path):
         text = text.replace(ours, theirs)
     (tmp_path / "dialect.yaml").write_text(text)
     with served(str(tmp_path / "dialect.yaml")) as (address, simulated), armed(address) as table:
+        before = simulated._clock()
         took = table.goto(np.radians([90.0, -45.0]), np.radians([20.0, 30.0]), np.radians([50.0, 50.0]))
-        rates = simulated.states(simulated._clock() + np.linspace(0.0, took, 400))[1]
+        rates = simulated.states(np.linspace(before, simulated._clock() + took, 400))[1]
         table.wait()
         assert np.degrees(np.abs(rates).max(axis=0)) == pytest.approx([20.0, 30.0], rel=1e-6)
         assert np.allclose(np.degrees(table.position()), [90.0, -45.0], atol=1e-4)

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.ovens import LOOPS, oven
 
 import tumble
-from tumble.results import INTERVAL
+from tumble.foundation.results import INTERVAL
 from turntable_sessions import typed
 
 CASE = Path(__file__).parents[3] / "shared" / "data" / "cases" / "thermal_hysteresis"

@@ -12,9 +12,9 @@ import yaml
 import tumble
 from tumble._core import VOCABULARY
 from tumble.calibration.document import Calibration
-from tumble.recording import Chunk, Recording
-from tumble.simulate import simulate_thermal
-from tumble.thermal.messages import MESSAGES
+from tumble.foundation.recording import Chunk, Recording
+from tumble.procedures.thermal.messages import MESSAGES
+from tumble.tools.simulate import simulate_thermal
 from turntable_sessions import contents, one_line, typed
 
 SEED = 5
@@ -162,7 +162,7 @@ def test_warming_alone_leaves_hysteresis_open_and_says_so(tmp_path):
     assert result.verdict == "partly measured"
     assert not result["gyroscope x"].hysteresis.observable
     assert any("hysteresis is not known" in line for line in result.warnings)
-    drift = Calibration.from_thermal(result).gyroscope.temperature_drift
+    drift = result.calibration.gyroscope.temperature_drift
     assert np.isnan(drift.hysteresis).all()
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 import tumble
-from tumble.recording import Recording
+from tumble.foundation.recording import Recording
 from turntable_sessions import (
     PARAMETERS,
     UNLIKELY,

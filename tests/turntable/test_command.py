@@ -15,7 +15,7 @@ import yaml
 
 import tumble
 from tumble.cli import main as command_line
-from tumble.simulate import simulate_turntable, write_turntable
+from tumble.tools.simulate import simulate_turntable, write_turntable
 
 COMMAND = Path(sys.executable).with_name("tumble")
 SIGMAS = 5.0

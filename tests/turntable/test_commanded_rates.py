@@ -10,8 +10,8 @@ from tests.support.repetitions import repetitions
 from tests.support.turntable_sessions import calibrated, refusal, typed
 
 import tumble
-from tumble.errors import ProcedureError
-from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.foundation.errors import ProcedureError
+from tumble.poses.pose_list import SIX_FACES, PoseList
 
 WRONG_SCALE = 0.0017
 RATES = (30, -30, 60, -60)

@@ -11,6 +11,8 @@ from tests.support.repetitions import repetitions
 from tests.support.turntable_sessions import typed
 
 import tumble
+from tumble.foundation.recording import Recording
+from tumble.logs import ReadOptions
 
 ONE_FACE = ((0, 0, 1),)
 
@@ -153,3 +155,41 @@ def test_simulated_rates_are_found_and_reported(tmp_path):
         assert [round(level["rate"]) for level in response["levels"]] == [-40, -10, 10, 40]
         assert abs(response["asymmetry"]) < 4.0 * response["asymmetry_sigma"]
     assert "is not a rest" not in done.out + done.err
+
+
+def test_clocks_that_are_apart_take_nothing_from_constant_rates():
+    seed, offset, skew = 7300, 1234.5, 40e-6
+    random = np.random.default_rng(seed)
+    made, unit = Session(rates=(10, None, -10, None, 60, None, -60), tilt=np.radians(0.3)), usual(random)
+    reference = made.recorded("reference", Unit(b=random.normal(0.0, 1e-4, 3)), random)
+    (said,) = made.recorded("target", unit, random).chunks()
+    target = Recording.from_arrays(
+        "target", said.time * (1.0 + skew) + offset, said.accelerometer, said.gyroscope
+    )
+    found = tumble.turntable(reference, target, clock="apart").targets[0]
+    assert found.verdict == "calibrated"
+    assert found.clock.skew == pytest.approx(1e6 * skew, abs=4.0 * found.clock.skew_sigma)
+    z = errors(found.gyroscope, unit.M, unit.b)
+    assert np.abs(z).max() < 4.0, z
+
+
+def test_constant_rates_in_files_of_their_own_are_reported_as_unused(tmp_path):
+    random = np.random.default_rng(7301)
+    made = Session(rates=(60, -60))
+    for name, unit in (("reference", Unit()), ("target", usual(random))):
+        (said,) = made.recorded(name, unit, random).chunks()
+        (tmp_path / name).mkdir()
+        for begun, _, _, knots in made.pieces():
+            for k in np.flatnonzero((np.diff(knots[:, 1]) == 0.0) & (np.diff(knots[:, 0]) > 3.0)):
+                start, end = begun + knots[k, 0] + 0.3, begun + knots[k + 1, 0] - 0.3
+                rows = np.column_stack([said.time, said.accelerometer, said.gyroscope])
+                rows = rows[(said.time >= start) & (said.time < end)]
+                head = "time,ax,ay,az,gx,gy,gz"
+                np.savetxt(
+                    tmp_path / name / f"{start:07.2f}.csv", rows, delimiter=",", header=head, comments=""
+                )
+    result = tumble.turntable(
+        tmp_path / "reference", tmp_path / "target", poses=None, read=ReadOptions(gyroscope_unit="rad/s")
+    )
+    assert np.isnan(np.diag(result.targets[0].gyroscope.covariance)[:9]).all()
+    assert any("constant rates in files of their own, which gyroscopes" in each for each in result.warnings)

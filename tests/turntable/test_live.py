@@ -15,15 +15,15 @@ from hypothesis import strategies as st
 
 import tumble
 from live_benches import waiting_bench, words_of
-from tumble.errors import ProcedureError
-from tumble.goal import Goal
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.goal import Goal
 from tumble.live import open_set
-from tumble.record.writer import SessionWriter
-from tumble.simulate.live.fault import LiveFault
-from tumble.turntable.guide import REST_AFTER_TURN, SHORTEST_TURN, Guide, WantedPose, WantedTurn
-from tumble.turntable.live import LiveTurntable
-from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.slips import Visit, exchanges, slips
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.turntable.guide import REST_AFTER_TURN, SHORTEST_TURN, Guide, WantedPose, WantedTurn
+from tumble.procedures.turntable.live import LiveTurntable
+from tumble.procedures.turntable.slips import Visit, exchanges, slips
+from tumble.tools.record.writer import SessionWriter
+from tumble.tools.simulate.live.fault import LiveFault
 from turntable_sessions import contents, one_line, typed
 
 G = 9.80665

@@ -16,13 +16,13 @@ from live_benches import waiting_bench, words_of
 from ports import free_ports
 from table_fixtures import Clock, NotingTable
 from tumble.live import open_set
-from tumble.record import silence
-from tumble.table.guarded import GuardedTable
-from tumble.table.simulated import PRESETS
-from tumble.turntable import live, table_drive
-from tumble.turntable.live import LiveTurntable
-from tumble.turntable.table_drive import TableDrive
-from tumble.turntable.table_plan import turned_table
+from tumble.procedures.turntable import live, table_drive
+from tumble.procedures.turntable.live import LiveTurntable
+from tumble.procedures.turntable.table_drive import TableDrive
+from tumble.procedures.turntable.table_plan import turned_table
+from tumble.tools.record import silence
+from tumble.tools.table.guarded import GuardedTable
+from tumble.tools.table.simulated import PRESETS
 from turntable_sessions import Pair, one_line, simulate, typed
 
 UNITS = ("reference", "target_1")

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from tumble.goal import Goal, GoalProgress
-from tumble.turntable.command_live_screen import drawn, event_of, prompt
-from tumble.turntable.live import PoseProgress, TurnProgress, TurntableStep, UnitState
-from tumble.turntable.poses import SIX_FACES
+from tumble.foundation.goal import Goal, GoalProgress
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.turntable.command_live_screen import drawn, event_of, prompt
+from tumble.procedures.turntable.live import PoseProgress, TurnProgress, TurntableStep, UnitAtPose, UnitState
 
 [BIAS] = Goal.parse("bias 0.001").terms
 FACES = tuple(pose.name for pose in SIX_FACES)
@@ -49,6 +49,24 @@ def test_each_face_that_is_done_has_its_tick_and_no_other_has_in_whatever_order_
         assert (f"[ ] {face}" in shown) == (face not in done)
     assert shown.count("10 of 10 s") == count
     assert shown.count("████░░░░░░") == 6 - count
+
+
+def test_each_target_has_its_own_tick_at_each_pose():
+    units = (UnitAtPose("target_1", 10.0, done=True), UnitAtPose("target_2", 4.0, done=False))
+    pose = PoseProgress("X up", 4.0, 10.0, done=False, units=units)
+    lines = [line.strip("│ ") for line in screen(step(poses=(pose,)))]
+    assert {"[ ] X up", "4 of 10 s", "[✓] target_1", "[ ] target_2"} <= set(lines)
+    [told] = event_of(step(poses=(pose,)))["poses"]
+    assert [(unit["name"], unit["done"]) for unit in told["units"]] == [
+        ("target_1", True),
+        ("target_2", False),
+    ]
+
+
+def test_a_pose_that_is_asked_for_again_says_for_whom():
+    again = step(kind="pose wanted", subject="X up", text="target_1 missed it")
+    assert prompt(again) == "Go to X up, and let it stand still again: target_1 missed it."
+    assert prompt(step(kind="pose wanted", subject="X up")) == "Go to X up, and let it stand still."
 
 
 def test_turns_are_counted_and_ticked():

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from live_benches import waiting_bench, words_of
-from tumble.record import procedure as recording
-from tumble.record import silence
-from tumble.simulate import Fault
-from tumble.simulate.live.fault import LiveFault
+from tumble.tools.record import procedure as recording
+from tumble.tools.record import silence
+from tumble.tools.simulate import Fault
+from tumble.tools.simulate.live.fault import LiveFault
 from turntable_sessions import columns, simulate, typed, write_table
 
 TWICE = tuple(f"{axis} {way}" for _ in range(2) for axis in "XYZ" for way in ("up", "down"))
@@ -51,7 +51,7 @@ def replayed(folder, session, change=lambda tables: None):
 
 def test_a_unit_whose_datagrams_stop_is_said_to_be_silent_and_the_others_go_on(tmp_path, monkeypatch):
     done = by_hand(monkeypatch, tmp_path / "out", LiveFault("unplugged", start=15.0, end=70.0))
-    [(unit, text)] = [each for each in warnings_of(done) if "silent" in each[1]]
+    unit, text = next(each for each in warnings_of(done) if "silent" in each[1])
     assert unit == "target_1"
     assert text == "is silent; check its power and cable, and that it sends to this address"
     assert events_of(done)[-1]["event"] == "result"
@@ -77,7 +77,10 @@ def test_bytes_damaged_on_the_way_cost_samples_and_raise_nothing(tmp_path, monke
     fault = LiveFault("garbled", start=5.0, end=70.0, size=0.01)
     done = by_hand(monkeypatch, tmp_path / "out", fault)
     assert done.code in (0, 3), done.err
-    assert {"done", "result"} <= {each["event"] for each in events_of(done)}
+    events = events_of(done)
+    # A pose of which most was lost is asked for again, and this hand does not go there again.
+    assert events[-1]["event"] == "result"
+    assert events[-2]["event"] == "done" or "target_1 missed" in events[-2]["text"]
 
 
 def test_a_range_that_is_too_small_is_said_to_be_saturated(tmp_path):

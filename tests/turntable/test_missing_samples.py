@@ -8,7 +8,7 @@ from tests.support.repetitions import repetitions
 from tests.support.turntable_sessions import PARAMETERS, calibrated, errors, simulate, typed, write
 
 import tumble
-from tumble.recording import Recording
+from tumble.foundation.recording import Recording
 
 SHARE = 0.1
 ONE_TURN_IN_FOUR_SECONDS = {

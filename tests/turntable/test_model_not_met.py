@@ -9,10 +9,10 @@ from tests.support.turntable_sessions import calibrated, rows, simulate, write
 
 import tumble
 from tumble.calibration.document import Calibration
+from tumble.foundation.recording import Chunk
 from tumble.logs import open_writer
-from tumble.recording import Chunk
-from tumble.turntable import target as module
-from tumble.turntable.target import UNLIKELY
+from tumble.procedures.turntable import target as module
+from tumble.procedures.turntable.target import UNLIKELY
 
 LIMITS = """
 schema: tumble-limits/1

@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from tumble import Calibration
-from tumble.errors import ProcedureError
-from tumble.recording import Recording
-from tumble.turntable.poses import Pose, PoseList
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.recording import Recording
+from tumble.poses.pose_list import Pose, PoseList
 from turntable_sessions import (
     calibrate,
     calibrated,

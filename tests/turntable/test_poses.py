@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tumble
-from tumble.turntable.poses import SIX_FACES, Pose, PoseList
+from tumble.poses.pose_list import SIX_FACES, Pose, PoseList
 from turntable_sessions import (
     NAMES,
     assert_recovered,

@@ -11,10 +11,10 @@ import shutil
 import pytest
 
 import tumble
-from tumble.errors import OutputError
-from tumble.turntable import production
-from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.record import TargetRecord
+from tumble.foundation.errors import OutputError
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.turntable import production
+from tumble.procedures.turntable.record import TargetRecord
 from turntable_sessions import calibrated, contents, refusal, rows, simulate, typed, write
 
 ENDINGS = (".yaml", ".html")

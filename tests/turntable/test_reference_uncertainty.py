@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 import tumble
-from tumble.errors import ProcedureError
+from tumble.foundation.errors import ProcedureError
 from turntable_sessions import calibrate, calibrated, rows, simulate, write
 from uncertain_references import calibration_of, draw, exact, stated
 

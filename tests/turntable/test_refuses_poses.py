@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 import tumble
-from tumble.errors import ProcedureError
-from tumble.simulate import Fault
-from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.foundation.errors import ProcedureError
+from tumble.poses.pose_list import SIX_FACES, PoseList
+from tumble.tools.simulate import Fault
 from turntable_sessions import (
     NAMES,
     Pair,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import tumble
-from tumble.errors import ProcedureError
-from tumble.simulate import Fault
+from tumble.foundation.errors import ProcedureError
+from tumble.tools.simulate import Fault
 from turntable_sessions import (
     FORCE,
     HEADER,

@@ -7,7 +7,7 @@ import pytest
 
 import tumble
 from tumble import Calibration, Recording
-from tumble.turntable.poses import SIX_FACES
+from tumble.poses.pose_list import SIX_FACES
 from turntable_sessions import calibrate, simulate
 
 G = 9.80665

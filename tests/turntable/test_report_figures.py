@@ -13,17 +13,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import report_fixtures as sessions
-from tumble.errors import ProcedureError
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.log_time import FROM_START
+from tumble.procedures.turntable.report.batch_figures import (
+    distribution_figure,
+    limits_off_scale,
+    strip_groups,
+)
+from tumble.procedures.turntable.report.improvement import improvement
+from tumble.procedures.turntable.report.overview import figure_overview
+from tumble.procedures.turntable.report.pages import records_of
+from tumble.procedures.turntable.report.readings import axis_reading_figure, calibrated_deviation, deviations
 from tumble.report.canvas import Figure
 from tumble.report.figures import recording_figure, residual_figure
 from tumble.report.panel import tick_texts, ticks_between
 from tumble.report.svg import INK, PAGE_COLOURS, X_AXIS, inline_svg
 from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
-from tumble.turntable.report.batch_figures import distribution_figure, limits_off_scale, strip_groups
-from tumble.turntable.report.improvement import improvement
-from tumble.turntable.report.overview import figure_overview
-from tumble.turntable.report.pages import records_of
-from tumble.turntable.report.readings import axis_reading_figure, calibrated_deviation, deviations
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +40,7 @@ def all_figures(result):
     target = result["target_1"]
     yield residual_figure(target.accelerometer, "a")
     yield residual_figure(target.gyroscope, "b")
-    yield recording_figure(target.trace, target.rests, "c")
+    yield recording_figure(target.trace, target.rests, FROM_START, "c")
     for reading in target.axis_readings:
         states = deviations(target, reading, result.reference.mounting)
         yield axis_reading_figure(reading, states, f"d{reading.axis}")
@@ -97,7 +102,8 @@ def test_the_upper_row_shows_readings_and_the_lower_their_deviation_in_a_finer_u
 
 def test_the_recording_names_each_rest_and_says_which_were_not_used(result):
     target = result["target_1"]
-    texts = list(ElementTree.fromstring(recording_figure(target.trace, target.rests, "p")).itertext())
+    drawn = recording_figure(target.trace, target.rests, FROM_START, "p")
+    texts = list(ElementTree.fromstring(drawn).itertext())
     for number, rest in enumerate(target.rests, start=1):
         assert (f"{number} {rest.pose}" if rest.used else f"{number} not used") in texts
 
@@ -137,7 +143,7 @@ def test_a_name_for_which_a_figure_has_no_room_is_cut_and_so_never_leaves_its_pa
     rests = tuple(replace(rest, pose=name) for rest in target.rests)
     labels = (name,) * len(target.accelerometer.residual_labels)
     for figure in (
-        recording_figure(target.trace, rests, "p"),
+        recording_figure(target.trace, rests, FROM_START, "p"),
         residual_figure(replace(target.accelerometer, residual_labels=labels), "p"),
     ):
         texts = list(ElementTree.fromstring(figure).itertext())

@@ -14,11 +14,11 @@ import pytest
 
 import report_fixtures as sessions
 from report_reader import Page
-from tumble.errors import OutputError
+from tumble.foundation.errors import OutputError
+from tumble.procedures.turntable.report.notebook import batch_html, target_html
+from tumble.procedures.turntable.report.pages import page_names, records_of, render_batch, write_reports
+from tumble.procedures.turntable.report.readings import deviations
 from tumble.report.numbers import MINUS
-from tumble.turntable.report.notebook import batch_html, target_html
-from tumble.turntable.report.pages import page_names, records_of, render_batch, write_reports
-from tumble.turntable.report.readings import deviations
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -156,8 +156,8 @@ def test_the_page_says_verdict_reason_method_and_warnings(folder, result):
 def test_table_error_clock_noise_and_matrices_stand_on_the_page(folder, result):
     found = page(folder, "target_1.html")
     for pose in result.poses:
-        row = next(row for row in found.rows if row and row[0] == pose.name and "deg" in " ".join(row))
-        assert f"{pose.table_error_angle:.4f} ± 0.0012 deg" in row
+        row = next(row for row in found.rows if row and row[0] == pose.name and " ± " in " ".join(row))
+        assert f"{pose.table_error_angle:.4f} ± 0.0012" in row
     assert "offset 1.2346 ± 0.0021 s, skew 14.2 ± 3.3 ppm" in found.words
     density = 1e3 * result["target_1"].accelerometer.noise_density
     row = next(row for row in found.rows if row and row[0] == "accelerometer noise density")
@@ -255,7 +255,8 @@ def test_writing_again_gives_the_same_bytes_also_with_several_processes(result, 
 
 def test_another_process_with_other_hash_seeds_writes_the_same_bytes(folder, tmp_path):
     code = (
-        "import sys, pathlib, report_fixtures as s; from tumble.turntable.report.pages import write_reports; "
+        "import sys, pathlib, report_fixtures as s; "
+        "from tumble.procedures.turntable.report.pages import write_reports; "
         "write_reports(s.batch(), pathlib.Path(sys.argv[1]))"
     )
     environment = os.environ | {

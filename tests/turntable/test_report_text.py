@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 import report_fixtures as sessions
+from tumble.foundation.results import LimitCheck
+from tumble.procedures.turntable.report import text as words
+from tumble.procedures.turntable.result import ClockFit
 from tumble.report.numbers import MINUS
-from tumble.results import LimitCheck
-from tumble.turntable.report import text as words
-from tumble.turntable.result import ClockFit
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 import tumble
 from bag_fixtures import write_mcap, write_ros1, write_ros2
-from tumble.simulate import Fault
+from tumble.tools.simulate import Fault
 from turntable_sessions import (
     assert_recovered,
     calibrate,

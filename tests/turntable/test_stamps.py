@@ -8,7 +8,7 @@ import yaml
 
 import tumble
 from log_fixtures import real
-from tumble.simulate import LiveSimulation
+from tumble.tools.simulate import LiveSimulation
 
 
 def sigmas_off(found, matrix, bias=None):

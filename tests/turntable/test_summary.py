@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from tumble.turntable.summary import ScreenSummary
+from tumble.procedures.turntable.summary import ScreenSummary
 
 
 def warned(target, *warnings):

@@ -224,6 +224,8 @@ def test_g_sensitivity_is_left_out_on_request():
     found = calibrate(session, g_sensitivity=False)["target_1"]
     assert found.gyroscope.g_sensitivity is None
     assert found.gyroscope.widening > 1.0
+    scale = found.gyroscope.parameters[0]
+    assert scale.high - scale.low > 2.0 * 1.96 * scale.sigma * 1.01, "not of Student's t"
 
 
 def test_g_sensitivity_that_a_gyroscope_lacks_is_not_fitted():

@@ -6,7 +6,7 @@ from tests.support.repetitions import repetitions
 from tests.support.turntable_sessions import errors, simulate
 
 import tumble
-from tumble.recording import Recording
+from tumble.foundation.recording import Recording
 
 
 def shaken(session, frequency, size, random):

@@ -1,0 +1,50 @@
+"""Intervals of spins that are not as the model has them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks import spin_disturbed
+from benchmarks.spin_bound import GROUPS
+from benchmarks.spin_session import Motion
+
+from repetitions import repetitions
+from tumble.foundation.results import INTERVAL
+
+SEED = 7_200
+SESSIONS = repetitions(800)
+
+
+def errors(motion, disturbance):
+    """(n, 13) errors over sigma, and (n,) whether sigmas were widened."""
+    print(f"seeds {SEED}, 0 to {SESSIONS - 1}")
+    outcomes = [spin_disturbed.judged(motion, disturbance, (SEED, number)) for number in range(SESSIONS)]
+    return np.abs([off for off, _ in outcomes]), np.array([said for _, said in outcomes])
+
+
+def test_wheels_that_slip_as_the_robot_starts_are_within_the_sigmas_that_they_widen():
+    motion = Motion(turns=(3.0,), tilt=spin_disturbed.TILT)
+    off, said = errors(motion, spin_disturbed.Disturbance(slip=spin_disturbed.SLIP))
+    assert said.mean() > 0.8
+    assert (off[said][:, GROUPS["accelerometer bias"]] < 3.0).mean() > 0.98
+    assert (off[said][:, GROUPS["floor tilt"]] < 3.0).mean() > 0.98
+
+
+@pytest.mark.parametrize("turns", [(3.0,), (3.0, -3.0)], ids=["one way", "both ways"])
+@pytest.mark.parametrize("noise", [0.02, 0.2], ids=["one value", "few values"])
+def test_intervals_hold_whatever_the_resolution_of_the_gyroscope(turns, noise, monkeypatch):
+    monkeypatch.setattr(spin_disturbed, "QUIET", noise)
+    motion = Motion(turns=turns, tilt=spin_disturbed.TILT)
+    steps = np.radians(np.geomspace(0.01, 1.0, SESSIONS))
+    print(f"seeds {SEED}, 0 to {len(steps) - 1}")
+    off = np.abs(
+        [
+            spin_disturbed.judged(motion, spin_disturbed.Disturbance(step=float(step)), (SEED, number))[0]
+            for number, step in enumerate(steps)
+        ]
+    )
+    fewest = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(off))
+    for group, columns in GROUPS.items():
+        known = off[:, columns][np.isfinite(off[:, columns])]
+        assert (known <= INTERVAL).mean() > fewest, group
+        assert known.max() < 6.0, group

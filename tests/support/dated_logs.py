@@ -1,0 +1,80 @@
+"""Every procedure as it is typed, on logs whose stamps are dates: what its pages and its screen show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+
+from turntable_sessions import typed
+
+EPOCH = 1777900930
+"""s since 1970 of `START`, at which all logs begin."""
+START = "2026-05-04 13:22:10 UTC"
+SIMULATED = {
+    "turntable": ("--grades", "consumer,industrial"),
+    "spin": (),
+    "multipose": (),
+    "static": ("--duration", "600", "--sample-rate", "50"),
+    "thermal": ("--sample-rate", "20"),
+    "flight": (),
+}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Output of one command: its pages by name, and what it printed."""
+
+    pages: dict[str, str]
+    screen: str
+    json: str
+
+
+def shown_by_all(folder):
+    """Run every procedure on dated logs, and give what it shows, by the word it is called by."""
+    for kind, options in SIMULATED.items():
+        done = typed("simulate", kind, "--seed", "7", *options, "-o", folder / kind)
+        assert done.code == 0, done.err
+    for log in sorted(folder.glob("*/*.csv")):
+        give_date(log)
+    flight = folder / "flight"
+    secondaries = (word for k in (1, 2) for word in ("--secondary", flight / f"secondary_{k}.csv"))
+    units = ("--primary", flight / "primary.csv", *secondaries)
+    targets = (folder / f"turntable/target_{number}.csv" for number in (1, 2))
+    poses = ("--poses", folder / "turntable/poses.yaml")
+    words = {
+        "turntable": (folder / "turntable/reference.csv", *targets, *poses),
+        "spin": (folder / "spin/spin.csv",),
+        "multipose": (folder / "multipose/multipose.csv",),
+        "noise": (folder / "static/static.csv",),
+        "thermal": (folder / "thermal/thermal.csv",),
+        "redundancy": (*units, "--settings", flight / "units.yaml"),
+        "align": units,
+    }
+    shown = {procedure: _shown(procedure, given, folder) for procedure, given in words.items()}
+    both = (folder / "out/turntable/target_1.yaml", folder / "out/turntable/target_2.yaml")
+    log, calibration = folder / "turntable/target_1.csv", folder / "out/turntable/target_1.yaml"
+    applied = typed("apply", calibration, log, "-o", folder / "corrected.csv")
+    inspected = typed("inspect", *sorted(folder.glob("*/*.csv")))
+    return shown | {
+        "compare": _shown("compare", both, folder),
+        "apply": Shown({}, applied.out + applied.err, ""),
+        "inspect": Shown({}, inspected.out + inspected.err, ""),
+    }
+
+
+def give_date(log):
+    """Move the stamps of a log, the first column, to `START`."""
+    lines = log.read_text().splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    head, *rows = lines[len(comments) :]
+    moved = (f"{Decimal(time) + EPOCH},{rest}" for time, _, rest in (row.partition(",") for row in rows))
+    log.write_text("\n".join([*comments, head, *moved]) + "\n")
+
+
+def _shown(procedure, given, folder):
+    out = folder / "out" / procedure
+    done = typed(procedure, *given, "-o", out)
+    assert done.code in (0, 3), done.err
+    told = typed(procedure, *given, "-o", folder / "json" / procedure, "--json")
+    pages = {path.name: path.read_text() for path in out.glob("*.html")}
+    return Shown(pages, done.out + done.err, told.out)
