@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test bench foreign soak package lint site format requirements clean
+.PHONY: help build demo demo-live firmware test bench foreign flights soak package lint site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -45,6 +45,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_live
+	$(BIN)/python -m benchmarks.spin_disturbed
 	$(BIN)/python -m benchmarks.multipose
 	$(BIN)/python -m benchmarks.tremor
 	$(BIN)/python -m benchmarks.spin_enough
@@ -77,6 +78,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_precision
 	$(BIN)/python -m benchmarks.redundancy_campaign --witness --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
+	$(BIN)/python -m benchmarks.flights.campaign
 	$(BIN)/python -m benchmarks.redundancy_rests
 	$(BIN)/python -m benchmarks.live --seconds 600 --hours 24
 	cargo test --locked --package tumble-store --test laws -- --ignored
@@ -154,6 +156,10 @@ $(VENV)/.requirements-test: $(VENV)/.requirements requirements-test.txt
 $(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml
 	VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/maturin develop --release --locked
 	@touch $@
+
+flights:  ## Replay recorded flights of others that lie in FOLDER through the redundancy monitor
+	$(BIN)/python -m benchmarks.flights.logs $(FOLDER)
+	$(BIN)/python -m benchmarks.report
 
 foreign:  ## Compare recordings of others that lie in FOLDER with what independent readers find
 	$(BIN)/python tests/support/foreign.py $(FOLDER) --table docs/how-to/read-logs.md

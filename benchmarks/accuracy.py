@@ -26,7 +26,7 @@ from benchmarks.bound import GROUPS, PARAMETERS, TRIADS
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import BASE_SEED, Cell, cells
 from benchmarks.trial import Outcome, run, share_of_information_in_integrals
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 LARGEST_RATIO = 1.05
 COVERAGE = (0.93, 0.97)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 EARTH_RATE = 7.292115e-5
 """rad/s (WGS 84)."""

@@ -25,9 +25,9 @@ import tumble
 from benchmarks.results import Content, machine, save
 from benchmarks.spin import CORES
 from tumble.calibration.document import Calibration
-from tumble.compare.result import LEVEL, Pair
-from tumble.recording import FloatArray, Recording
-from tumble.simulate import SimulatedMultipose
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.tools.compare.result import LEVEL, Pair
+from tumble.tools.simulate import SimulatedMultipose
 
 BASE_SEED = 90_000
 COVERAGE = (0.93, 0.97)
@@ -64,7 +64,7 @@ def session_of(unit: SimulatedMultipose, seed: int, shift: FloatArray | None = N
 
 def calibrated(recording: Recording) -> Calibration:
     """Calibrate a session."""
-    return Calibration.from_multipose(tumble.multipose(recording))
+    return tumble.multipose(recording).calibration
 
 
 def trial(seed: int) -> list[tuple[float, float, int, str]]:

@@ -12,8 +12,8 @@ import numpy as np
 import tumble
 from benchmarks.compare import calibrated, session, session_of
 from tumble.calibration.document import Calibration
-from tumble.compare.report.figures import history_sheet
 from tumble.report.svg import standalone_svg
+from tumble.tools.compare.report.figures import history_sheet
 
 CHART = Path(__file__).parent.parent / "docs" / "images" / "compare.svg"
 DATES = ("2023-02-10", "2023-08-02", "2024-02-20", "2024-09-05", "2025-01-15", "2025-07-01", "2026-01-28")

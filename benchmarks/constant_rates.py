@@ -17,8 +17,8 @@ from rich.console import Console
 import tumble
 from benchmarks.rate_tables import Session, Unit, usual
 from benchmarks.results import Content, machine, save
-from tumble.recording import FloatArray, Recording
-from tumble.results import INTERVAL
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 90_000
 SAMPLE_RATE = 100.0
@@ -34,6 +34,9 @@ PLAN: dict[str, dict[str, Any]] = {
     },
     "30 deg/s, axis 0.1 deg off": {"rates": (30.0, -30.0), "tilt": np.radians(0.1)},
 }
+LARGEST_RATIO = 1.1
+COVERAGE = (0.93, 0.97)
+"""Error over the bound, and share of 95 % intervals that hold the truth, to be reached."""
 FORETOLD = np.radians(60.0)
 
 

@@ -1,4 +1,4 @@
-"""Sigmas of a turntable calibration where the logs lack samples, and where the table shakes.
+"""Sigmas of a turntable calibration: samples are missing, the table shakes or is bumped, biases drift.
 
 `python -m benchmarks.disturbed [--sessions 200]`
 """
@@ -12,14 +12,15 @@ from dataclasses import replace
 import numpy as np
 from rich.console import Console
 from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
 
 import tumble
 from benchmarks.bound import GROUPS, parts
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import design_scenario
-from tumble.recording import FloatArray, Recording
-from tumble.results import TriadResult
-from tumble.simulate import (
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.foundation.results import TriadResult
+from tumble.tools.simulate import (
     SimulatedTurntable,
     SimulatedUnit,
     TriadTruth,
@@ -58,6 +59,19 @@ ROCKINGS: tuple[tuple[str, float, float], ...] = (
     ("broad about 25 Hz", 0.05, 200.0),
 )
 """What rocks, root mean square about each axis in rad/s, samples a second."""
+BUMPS: tuple[tuple[float, float], ...] = (
+    (0.0, 0.0),
+    (0.01, 0.0),
+    (0.0, 1.0),
+    (0.005, 1.0),
+    (0.01, 1.0),
+    (0.05, 1.0),
+    (0.2, 1.0),
+    (0.05, 4.0),
+)
+"""Turn of the structure in the middle of a rest, deg, and drift of the target's biases over the session,
+1-sigma, mm/s^2 and 0.1 mrad/s."""
+BUMP_SECONDS = 0.2
 SETTLED = 2000
 """Samples after which a resonance has forgotten its start."""
 
@@ -124,6 +138,35 @@ def _shaking(time: FloatArray, what: str, random: np.random.Generator) -> FloatA
     moved = lfilter([1.0, 0.0, -1.0], [1.0, -first, -second], drive, axis=0)
     settled: FloatArray = moved[SETTLED:] / moved[SETTLED:].std(axis=0)
     return settled
+
+
+def bumped(played: SimulatedTurntable, angle: float, drift: float, seed: int) -> list[Recording]:
+    """All units of a structure that a bump turns by `angle` deg in a rest; the target's biases drift."""
+    random = np.random.default_rng(seed)
+    rest = played.rests[random.integers(len(played.rests))]
+    begun = random.uniform(rest.start + 3.0, rest.end - 3.0)
+    axis = random.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    drifts = drift * random.normal(0.0, 1.0, (2, 3)) * [[1e-3], [1e-4]]
+    recordings = []
+    for unit in played.units:
+        time = unit.samples.time
+        since = np.clip((time - begun) / BUMP_SECONDS, 0.0, 1.0)
+        turned = np.radians(angle) * since**2 * (3.0 - 2.0 * since)
+        rate = np.radians(angle) * 6.0 * since * (1.0 - since) / BUMP_SECONDS
+        back = Rotation.from_rotvec(-turned[:, None] * axis)
+        force, gyroscope = (
+            (back.apply((each - triad.b) @ np.linalg.inv(triad.M).T) + extra) @ triad.M.T + triad.b
+            for each, triad, extra in (
+                (unit.samples.accelerometer, unit.accelerometer, 0.0),
+                (unit.samples.gyroscope, unit.gyroscope, rate[:, None] * axis),
+            )
+        )
+        if unit in played.target_units:
+            course = np.linspace(-0.5, 0.5, len(time))[:, None]
+            force, gyroscope = force + course * drifts[0], gyroscope + course * drifts[1]
+        recordings.append(Recording.from_arrays(unit.name, time, force, gyroscope, clock="turntable"))
+    return recordings
 
 
 def outcome(found: TriadResult, true: TriadTruth) -> FloatArray:
@@ -194,6 +237,19 @@ def rocking(sessions: int) -> Iterator[Content]:
         yield {"what": what, "size": size, "rate": rate, "gyroscope": figures(found)}
 
 
+def bumping(sessions: int) -> Iterator[Content]:
+    """Both triads, for each bump and drift."""
+    for angle, drift in BUMPS:
+        found: dict[str, list[FloatArray]] = {"accelerometer": [], "gyroscope": []}
+        for seed in range(SEED, SEED + sessions):
+            played = session(seed)
+            reference, target = bumped(played, angle, drift, seed)
+            result = tumble.turntable(reference, [target], jobs=1).targets[0]
+            for triad, outcomes in found.items():
+                outcomes.append(outcome(getattr(result, triad), getattr(played.target_units[0], triad)))
+        yield {"angle": angle, "drift": drift} | {triad: figures(o) for triad, o in found.items()}
+
+
 def main(arguments: Sequence[str] | None = None) -> Content:
     """Run the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -207,8 +263,14 @@ def main(arguments: Sequence[str] | None = None) -> Content:
         "missing": [],
         "shaking": [],
         "rocking": [],
+        "bumping": [],
     }
-    for name, cases in (("rocking", rocking), ("shaking", shaking), ("missing", missing_samples)):
+    for name, cases in (
+        ("rocking", rocking),
+        ("shaking", shaking),
+        ("missing", missing_samples),
+        ("bumping", bumping),
+    ):
         for case in cases(options.sessions):
             content[name].append(case)
             console.print(case)

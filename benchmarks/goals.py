@@ -10,6 +10,8 @@ from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
 from benchmarks.bound import TRIADS
 from benchmarks.compare import COVERAGE as COMPARE_COVERAGE
 from benchmarks.compare import FOUND, LARGE
+from benchmarks.constant_rates import COVERAGE as RATE_COVERAGE
+from benchmarks.constant_rates import LARGEST_RATIO as LARGEST_RATE_RATIO
 from benchmarks.digits import two_digits
 from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
 from benchmarks.footprint import (
@@ -106,6 +108,26 @@ def _disturbed(content: Content) -> Iterator[Goal]:
         f"{1 / LARGEST_SIGMA_RATIO:.2f} to {LARGEST_SIGMA_RATIO:g}",
         f"{min(ratios):.2f} to {max(ratios):.2f}",
         min(ratios) >= 1 / LARGEST_SIGMA_RATIO and max(ratios) <= LARGEST_SIGMA_RATIO,
+    )
+
+
+def _constant_rates(content: Content) -> Iterator[Goal]:
+    plans = content["plans"]
+    ratio = max(plan["ratio"] for plan in plans)
+    yield Goal(
+        "turntable at constant rates: error of the gyroscope over the Cramér-Rao bound, in any plan",
+        f"{LARGEST_RATE_RATIO:g}",
+        f"{ratio:.3f}",
+        ratio <= LARGEST_RATE_RATIO,
+    )
+    what = "turntable at constant rates: share of 95 % intervals that hold the truth, in any plan"
+    yield _coverage(what, [plan["coverage"] for plan in plans], RATE_COVERAGE)
+    error = max(plan["foretold"] / plan["plain"] for plan in plans)
+    yield Goal(
+        "turntable at constant rates: error at a rate that was held out, over that of plain least squares",
+        "1",
+        f"{error:.2f}",
+        error <= 1.0,
     )
 
 
@@ -543,6 +565,7 @@ def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> G
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "accuracy": _accuracy,
     "disturbed": _disturbed,
+    "constant_rates": _constant_rates,
     "truths": _truths,
     "spin": _spin,
     "spin_live": _spin_live,

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 import tumble
-from tumble.recording import FloatArray, Recording
-from tumble.simulate import SimulatedMultipose, simulate_multipose
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.tools.simulate import SimulatedMultipose, simulate_multipose
 
 RAMP = 0.3
 """s in which a tremor begins and ends."""

@@ -16,10 +16,10 @@ import tumble
 from benchmarks.disturbed import outcome
 from benchmarks.results import Content, machine, save
 from tumble.calibration.document import Calibration
-from tumble.recording import FloatArray
-from tumble.results import INTERVAL, TriadName, TriadResult
-from tumble.simulate import Grade, SimulatedTurntable, TurntableScenario, simulate_turntable
-from tumble.units import TRIADS, UNITS
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import INTERVAL, TriadName, TriadResult
+from tumble.foundation.units import TRIADS, UNITS
+from tumble.tools.simulate import Grade, SimulatedTurntable, TurntableScenario, simulate_turntable
 
 SEED = 20_270_000_000
 STATED = (1e-7, 3e-5, 1e-4, 5e-4, 2e-3)

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeAlias
 
-from tumble.simulate.live.ports import free_port
+from tumble.tools.simulate.live.ports import free_port
 
 Send: TypeAlias = Callable[[bytes], object]
 

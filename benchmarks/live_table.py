@@ -28,23 +28,23 @@ from benchmarks.bound import TRIADS, NoiseCovariance
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import BASE_SEED, reference_grade, target_grade
 from benchmarks.trial import Intervals, Outcome, accelerometer_of, gyroscope_of, outcome_of
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadResult
 from tumble.live import LiveChunk, LiveSet, PolledSource, open_set
 from tumble.live.conditioning import EMPTY
 from tumble.logs import open_recording
-from tumble.recording import FloatArray
-from tumble.results import TriadResult
-from tumble.simulate import Grade, LiveSimulation
-from tumble.simulate.live.scenario import LiveScenario
-from tumble.simulate.live.table_units import TableUnit, units_on
-from tumble.table.guarded import GuardedTable
-from tumble.table.motion import travel_time
-from tumble.table.plan import PosePlan
-from tumble.table.profile import load_profile
-from tumble.table.simulated import SimulatedTable
-from tumble.turntable.live import LiveTurntable
-from tumble.turntable.poses import SIX_FACES, PoseList
-from tumble.turntable.table_drive import TableDrive
-from tumble.turntable.table_plan import planned, turned_table
+from tumble.poses.pose_list import SIX_FACES, PoseList
+from tumble.procedures.turntable.live import LiveTurntable
+from tumble.procedures.turntable.table_drive import TableDrive
+from tumble.procedures.turntable.table_plan import planned, turned_table
+from tumble.tools.simulate import Grade, LiveSimulation
+from tumble.tools.simulate.live.scenario import LiveScenario
+from tumble.tools.simulate.live.table_units import TableUnit, units_on
+from tumble.tools.table.guarded import GuardedTable
+from tumble.tools.table.motion import travel_time
+from tumble.tools.table.plan import PosePlan
+from tumble.tools.table.profile import load_profile
+from tumble.tools.table.simulated import SimulatedTable
 
 Readings: TypeAlias = "tuple[tuple[FloatArray, FloatArray, FloatArray], ...]"
 """Of each unit: times on the bench's clock (n,), specific forces and angular rates (n, 3)."""
@@ -154,7 +154,7 @@ def without_sockets(number: int) -> Session:
         name: FeedSource(name, unit, clock, made.uptime, leads=number == 0)
         for number, (name, unit) in enumerate(units.items())
     }
-    plan, poses = planned(axes, POSE_SECONDS, SIX_FACES, turns=True)
+    plan, poses, _ = planned(axes, POSE_SECONDS, SIX_FACES, turns=True)
     bench = Bench(simulated, units, made.uptime)
     with GuardedTable(simulated, armed=True) as guarded, tempfile.TemporaryDirectory() as folder:
         live = _live(

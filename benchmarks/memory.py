@@ -67,7 +67,7 @@ def peak_here() -> int:
 def measure(tours: int, longer: int, console: Console) -> Content:
     """Write, acquire and delete one recording after the other."""
     from benchmarks.recordings import FORMATS, tours_of
-    from tumble.recording import Chunk
+    from tumble.foundation.recording import Chunk
 
     long = tours_of(tours * longer, SEED)
     count = len(long) // longer

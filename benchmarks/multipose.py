@@ -23,13 +23,13 @@ import numpy as np
 import tumble
 from benchmarks import multipose_speed
 from benchmarks.results import Content, machine, save
+from tumble.foundation.plain import finite
+from tumble.foundation.recording import FloatArray, Recording, RecordingSource
+from tumble.foundation.results import INTERVAL
 from tumble.logs import ReadOptions, list_imus, open_recording
-from tumble.multipose.procedure import as_counts
-from tumble.multipose.sections import Section
-from tumble.plain import finite
-from tumble.recording import FloatArray, Recording, RecordingSource
-from tumble.results import INTERVAL
-from tumble.simulate import SimulatedMultipose, simulate_multipose
+from tumble.procedures.multipose.procedure import as_counts
+from tumble.procedures.multipose.sections import Section
+from tumble.tools.simulate import SimulatedMultipose, simulate_multipose
 
 BASE_SEED = 70_000
 CORES = 2

@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 
 from benchmarks.results import Content
 from tumble import _core
-from tumble.recording import FloatArray
-from tumble.simulate import SimulatedMultipose, simulate_multipose
+from tumble.foundation.recording import FloatArray
+from tumble.tools.simulate import SimulatedMultipose, simulate_multipose
 
 SEED = 70_500
 ORIENTATIONS = 95

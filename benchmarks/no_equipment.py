@@ -19,10 +19,10 @@ import numpy as np
 import tumble
 from benchmarks.multipose import DATA, MPU_9150, recordings
 from benchmarks.results import Content, machine, save
+from tumble.foundation.plain import finite
+from tumble.foundation.recording import RecordingSource
 from tumble.logs import ReadOptions
-from tumble.multipose.procedure import as_counts
-from tumble.plain import finite
-from tumble.recording import RecordingSource
+from tumble.procedures.multipose.procedure import as_counts
 
 PROCEDURES = ("multipose", "noise", "thermal")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 IntArray = NDArray[np.int64]
 

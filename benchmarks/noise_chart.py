@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import tumble
-from tumble.noise.report.figures import deviation_sheet
-from tumble.noise.result import BIAS_INSTABILITY, RANDOM_WALK, WHITE
+from tumble.foundation.noise_terms import BIAS_INSTABILITY, RANDOM_WALK, WHITE
+from tumble.procedures.noise.report.figures import deviation_sheet
 from tumble.report.svg import standalone_svg
 
 CHART = Path(__file__).parent.parent / "docs" / "images" / "noise.svg"

@@ -16,9 +16,10 @@ from rich.console import Console
 import tumble
 from benchmarks.results import Content, machine, save
 from tumble import _core
-from tumble.noise.result import KNOCK, STEP, WHITE, NoiseResult
-from tumble.noise.result import RAMP_OF_LEVEL as RAMP
-from tumble.recording import FloatArray, Recording
+from tumble.foundation.noise_terms import WHITE
+from tumble.foundation.recording import FloatArray, Recording
+from tumble.procedures.noise.result import KNOCK, STEP, NoiseResult
+from tumble.procedures.noise.result import RAMP_OF_LEVEL as RAMP
 
 BASE_SEED = 27_600
 RATE_HZ, SECONDS = 100.0, 3600.0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from tumble.recording import FloatArray, Recording
+from tumble.foundation.recording import FloatArray, Recording
 
 SECONDS, RATE = 3600.0, 2.0
 SCATTER = 5e-3

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.results import Content, machine, save
 from tumble.logs import open_writer
-from tumble.simulate import simulate_turntable
+from tumble.tools.simulate import simulate_turntable
 
 SEED = 20_254_000
 DISTINCT = 10

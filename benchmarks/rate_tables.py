@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tumble.recording import FloatArray, Recording
+from tumble.foundation.recording import FloatArray, Recording
 
 GRAVITY = 9.80665
 EARTH = 7.292115e-5 * np.array([np.cos(0.84), 0.0, np.sin(0.84)])

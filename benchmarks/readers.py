@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import gzip
+import re
 import shutil
 import struct
 import subprocess
@@ -35,7 +36,8 @@ from benchmarks.memory import LARGEST_GROWTH, peak_here
 from benchmarks.recordings import FORMATS as RECORDINGS
 from benchmarks.results import Content, load, machine, save
 from benchmarks.speed import side_by_side
-from tumble.recording import Chunk
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import Chunk
 
 SEED = 20_254_000_000
 LARGEST_RATIO = 1.3
@@ -235,6 +237,45 @@ def _csv(path: Path, *, lines: int = 0, delimiter: str = ",") -> object:
     return pa.csv.read_csv(path, read_options=read, parse_options=pa.csv.ParseOptions(delimiter=delimiter))
 
 
+def _labelled(folder: Path, chunk: Chunk) -> Path:
+    """Print as a sketch does for the plotter of the Arduino IDE."""
+    names = [f"{triad}{axis.upper()}" for triad in ("Acc", "Gyr") for axis in _AXES]
+    path = folder / "monitor.txt"
+    with path.open("w") as file:
+        for row in np.hstack([chunk.accelerometer, chunk.gyroscope]).tolist():
+            file.write(",".join(f"{name}:{value!r}" for name, value in zip(names, row, strict=True)) + "\n")
+    return path
+
+
+def _read_labelled(path: Path) -> object:
+    number = re.compile(r":([^,\n]+)")
+    return np.array([number.findall(line) for line in path.read_text().splitlines()], dtype=np.float64)
+
+
+def _in_g(chunk: Chunk) -> Chunk:
+    return Chunk(chunk.time, np.round(chunk.accelerometer / STANDARD_GRAVITY, 9), chunk.gyroscope)
+
+
+def _picoquake(folder: Path, chunk: Chunk) -> Path:
+    names = ["count", *(f"{triad}_{axis}" for triad in "ag" for axis in _AXES)]
+    head = f"# PLab PicoQuake Data\n# Config: data_rate = {RATE} Hz\n{','.join(names)}\n"
+    return _table(folder / "log.csv", head, {"count": np.arange(len(chunk)), **_columns(_in_g(chunk), "ag")})
+
+
+def _metawear(folder: Path, chunk: Chunk) -> Path:
+    """Write both files at one rate, as reading at two is bound by interpolation."""
+    stamps = np.asarray(_stamps(chunk)) // 1_000_000
+    for sensor, unit, triad in (("Gyroscope", "deg/s", "g"), ("Accelerometer", "g", "a")):
+        head = f"epoch (ms),{','.join(f'{axis}-axis ({unit})' for axis in _AXES)}\n"
+        path = folder / f"log_MetaWear_{sensor}_200.000Hz_1.4.4.csv"
+        _table(path, head, {"t": stamps, **_columns(_in_g(chunk), triad)})
+    return path
+
+
+def _read_metawear(path: Path) -> object:
+    return [_csv(file) for file in path.parent.iterdir()]
+
+
 PYARROW = "pyarrow.csv.read_csv"
 READERS = {
     "csv": Reader(_recording("CSV"), _csv, PYARROW),
@@ -245,6 +286,9 @@ READERS = {
     "vectornav": Reader(_vectornav, lambda path: _csv(path, lines=0), PYARROW, timeless=True),
     "ros_echo": Reader(_rostopic, _csv, PYARROW),
     "kitti": Reader(_kitti, _read_kitti, "numpy.array of each file", share=0.02),
+    "labelled": Reader(_labelled, _read_labelled, "re and numpy", timeless=True, share=0.3),
+    "picoquake": Reader(_picoquake, lambda path: _csv(path, lines=3), PYARROW),
+    "metawear": Reader(_metawear, _read_metawear, PYARROW, share=0.3),
     "npy, archive": Reader(arrays.numpy_archive(), arrays.read_archive, "numpy.load"),
     "npy, packed archive": Reader(arrays.numpy_archive(packed=True), arrays.read_archive, "numpy.load"),
     "npy": Reader(arrays.numpy_array, np.load, "numpy.load"),

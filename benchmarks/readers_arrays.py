@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
-from tumble.recording import Chunk, FloatArray
+from tumble.foundation.recording import Chunk, FloatArray
 
 Write = Callable[[Path, Chunk], Path]
 

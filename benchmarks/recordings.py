@@ -15,9 +15,9 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from benchmarks.settings import ORDER, design_scenario
+from tumble.foundation.recording import Chunk, FloatArray
 from tumble.logs import open_writer
-from tumble.recording import Chunk, FloatArray
-from tumble.simulate import simulate_turntable
+from tumble.tools.simulate import simulate_turntable
 
 PIECE = 50_000
 """Samples written at a time."""

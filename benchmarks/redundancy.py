@@ -23,7 +23,7 @@ from rich.progress import track
 from benchmarks.redundancy_ladder import Pair, calibrate, draw_pair
 from benchmarks.results import Content, machine, save
 from tumble import _core
-from tumble.results import INTERVAL
+from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 60_715
 RUNS = 100

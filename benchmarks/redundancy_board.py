@@ -13,8 +13,8 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from benchmarks.redundancy_set import Samples
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
 
 FOLDER = Path(__file__).parents[2] / "shared" / "data" / "mimu4444"
 LOG = FOLDER / "exp_3.parquet"

@@ -8,8 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from benchmarks.redundancy_set import SENSORS, Samples, direction
-from tumble.recording import FloatArray
-from tumble.results import TriadName
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
 
 Kind = Literal[
     "jump",
@@ -24,6 +24,7 @@ Kind = Literal[
     "dead",
     "late",
     "not a number",
+    "duplicated",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
@@ -77,6 +78,8 @@ class InjectedFault:
             force, rate = samples.specific_force.copy(), samples.angular_rate.copy()
             force[first:], rate[first:] = force[first], rate[first]
             return replace(samples, specific_force=force, angular_rate=rate)
+        if self.kind == "duplicated":
+            return _duplicated(samples, first)
         readings = samples.of(self.sensor).copy()
         readings[first:] = self._spoilt(samples.arrival[first:] - self.start, readings[first:])
         channel = "specific_force" if self.sensor == "accelerometer" else "angular_rate"
@@ -107,6 +110,15 @@ class InjectedFault:
         else:
             wrong[:, self.axis] = readings[0, self.axis] if self.kind == "stuck" else np.nan
         return np.asarray(wrong)
+
+
+def _duplicated(samples: Samples, first: int) -> Samples:
+    """Give every second sample, from one on, with the readings of the one before it."""
+    force, rate = samples.specific_force.copy(), samples.angular_rate.copy()
+    for readings in (force, rate):
+        copies = readings[first + 1 :: 2]
+        copies[:] = readings[first::2][: len(copies)]
+    return replace(samples, specific_force=force, angular_rate=rate)
 
 
 def draw_fault(random: np.random.Generator, kind: Kind, start: float, least: float = 0.0) -> InjectedFault:

@@ -12,10 +12,10 @@ from benchmarks.redundancy_mission import LASTING, Mission
 from benchmarks.redundancy_stored import Record, StoredHistory
 from benchmarks.redundancy_truth import carried, corrected
 from tumble import _core
-from tumble.recording import FloatArray
-from tumble.results import TriadName
-from tumble.simulate.fault import FaultKind
-from tumble.simulate.flight.procedure import FlightTruth, SimulatedFlight
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
+from tumble.tools.simulate.fault import FaultKind
+from tumble.tools.simulate.flight.procedure import FlightTruth, SimulatedFlight
 
 SENSORS: tuple[TriadName, TriadName] = ("accelerometer", "gyroscope")
 SLOW = 0.5

@@ -31,9 +31,9 @@ from benchmarks.redundancy_mission import draw
 from benchmarks.redundancy_triggers import judge_triggers
 from benchmarks.redundancy_truth import faulty, reference, spans
 from benchmarks.redundancy_verdict import Verdict
-from tumble.recording import FloatArray
-from tumble.results import TriadName
-from tumble.simulate.flight.procedure import FlightTruth
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
+from tumble.tools.simulate.flight.procedure import FlightTruth
 
 MARGIN: dict[TriadName, float] = {"accelerometer": 0.03, "gyroscope": 0.003}
 """m/s^2 and rad/s."""

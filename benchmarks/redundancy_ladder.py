@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
 
 RATE_HZ = 200.0
 REST_SECONDS = 6.0

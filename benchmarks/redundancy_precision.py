@@ -25,7 +25,7 @@ from benchmarks.redundancy_figures import wide_console
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_replay import simulated_with_fault, watched
 from benchmarks.results import Content, machine, save
-from tumble.results import Precision
+from tumble.foundation.results import Precision
 
 TOLERANCE = 0.101
 """s, two windows, by which the times of one decision may differ."""

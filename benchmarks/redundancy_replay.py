@@ -14,10 +14,10 @@ from benchmarks.redundancy_judgement import Event, source_spans
 from benchmarks.redundancy_set import SENSORS, Body, Samples, SimulatedSet, Unit
 from benchmarks.redundancy_stored import StoredHistory
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
-from tumble.redundancy.witness import NativeWitness, Witness, in_order
-from tumble.results import TriadName
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
+from tumble.logs.witness import NativeWitness, Witness, in_order
 
 PIECE = 5.0
 """s of arrival that are replayed at a time: what is stored is seen between two."""

@@ -23,9 +23,9 @@ from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet, Unit, simulate_set
 from benchmarks.results import Content, machine, save
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
-from tumble.results import INTERVAL, TriadName
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import INTERVAL, TriadName
 
 RUNS = 400
 REST_SECONDS = 8.0

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
-from tumble.results import TriadName
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
 
 SENSORS: tuple[TriadName, TriadName] = ("accelerometer", "gyroscope")
 STEP = 0.004

@@ -7,8 +7,8 @@ import numpy as np
 from benchmarks.redundancy_flown import SENSORS, Flown, after_time_jumped, unhealthy
 from benchmarks.redundancy_truth import corrected, faulty
 from benchmarks.redundancy_verdict import Verdict
-from tumble.recording import FloatArray
-from tumble.results import TriadName
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
 
 CLEAR = 0.2
 """Share of a threshold by which a deviation has to be beyond it, or below, to be clear."""

@@ -6,12 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.redundancy_mission import ALWAYS, LASTING, Mission
-from tumble.recording import FloatArray
-from tumble.results import TriadName
-from tumble.simulate.fault import Fault
-from tumble.simulate.flight.procedure import FlightTruth, SimulatedFlight, SimulatedFlightUnit
-from tumble.simulate.flight.scenario import FlightScenario
-from tumble.simulate.unit import TriadTruth
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadName
+from tumble.tools.simulate.fault import Fault
+from tumble.tools.simulate.flight.procedure import FlightTruth, SimulatedFlight, SimulatedFlightUnit
+from tumble.tools.simulate.flight.scenario import FlightScenario
+from tumble.tools.simulate.unit import TriadTruth
 
 SETTLING = 1.0
 """s after a passing fault, and around any, that are not judged: windows and filters have to run out."""

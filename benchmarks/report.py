@@ -116,6 +116,13 @@ def disturbed(content: Content) -> Iterator[str]:
         largest = max(figures["largest"] for figures in triads)
         yield _row([f"{100 * case['share']:g} %", case["where"], *covered, f"{largest:.1f}"])
     yield ""
+    yield "| bump in a rest | drift of biases, 1-sigma | accelerometer: 95 % hold | gyroscope: 95 % hold |"
+    yield "|---|---|---|---|"
+    for case in content["bumping"]:
+        drift = f"{case['drift']:g} mm/s², {0.1 * case['drift']:g} mrad/s" if case["drift"] else "none"
+        covered = [f"{100 * case[triad]['coverage']:.1f} %" for triad in TRIADS]
+        yield _row([f"by {case['angle']:g}°" if case["angle"] else "none", drift, *covered])
+    yield ""
     yield (
         f"{content['sessions']} simulated sessions a case, six faces of 10 s, turns of 90° in four "
         "seconds. The structure shakes reference and target alike; samples are lost one by one, by each unit "
@@ -576,6 +583,28 @@ def constant_rates(content: Content) -> Iterator[str]:
     yield f"{sum(of['sessions'] for of in content['plans'])} sessions made by numpy alone, six faces each."
 
 
+def spin_disturbed(content: Content) -> Iterator[str]:
+    """Intervals of spins that slip, turn fast, or have a coarse gyroscope."""
+    groups = list(content["rows"][0]["groups"])
+    yield _row(["95 % hold, largest error over sigma", *groups, "said not to fit"])
+    yield "|" + "---|" * (2 + len(groups))
+    for row in content["rows"]:
+        held = (_held(of) for of in row["groups"].values())
+        yield _row([row["name"], *held, f"{100 * row['said']:.0f} %"])
+    yield ""
+    yield (
+        f"{content['sessions']} simulated sessions of each: 3 turns on a floor of 1 deg at 100 Hz; a slip of "
+        "10 cm/s begins and ends with the turn. A robot that slips along itself turns one way about another "
+        "point, which its lever arm is counted from; that of the table is from where it would turn."
+    )
+
+
+def _held(of: Content) -> str:
+    if of["coverage"] is None:
+        return "not known"
+    return f"{100 * of['coverage']:.1f} %, {of['largest']:.3g}"
+
+
 def spin_live(content: Content) -> Iterator[str]:
     """Whether chi-square and intervals of a live spin mean what they say, beside those of the log."""
     groups = list(content["live"]["coverage"])
@@ -778,6 +807,67 @@ def redundancy_recorded(content: Content) -> Iterator[str]:
             yield _row([f"{title}, {span}", f"{health['hours']:.2f}", *counts, without])
 
 
+def flight_campaign(content: Content) -> Iterator[str]:
+    """Who was named wrong in missions of a simulator of their own, and what was told in health."""
+    for title, of in content["sets"].items():
+        yield _row([f"fault; {title}", "missions", *OUTCOMES, *FLOWN_COLUMNS])
+        yield f"|---|---|{'---|' * (len(OUTCOMES) + len(FLOWN_COLUMNS))}"
+        rows = {**flown(of["kinds"]), "not calibrated": of["not calibrated"], "all": of["all"]}
+        for kind, each in rows.items():
+            counts = (str(each["outcomes"][name]) for name in OUTCOMES)
+            delays = (_seconds(each["isolated"]), _seconds(each["seen"]))
+            misled = (str(each["on a faulty unit"]), str(each["misled"]))
+            yield _row([kind, str(each["missions"]), *counts, *delays, *misled])
+        yield ""
+    yield "| all missions | health | units named | in missions | reasons | output missing | calibrated anew |"
+    yield "|---|---|---|---|---|---|---|"
+    for title, of in content["sets"].items():
+        health = of["health"]
+        reasons = ", ".join(f"{name} {count}" for name, count in health["reasons"].items())
+        missing = f"{health['missing']:.1f} s in {health['missing in missions']}"
+        anew = f"{health['recalibrated']} of {health['owed']} owed"
+        named = (str(health[name]) for name in ("named", "named in missions"))
+        yield _row([title, f"{health['hours']:.2f} h", *named, reasons, missing, anew])
+    yield ""
+    yield (
+        f"{content['missions']} missions, seeds from {content['seed']} on. How each column is counted: "
+        "[benchmarks/README.md](../benchmarks/README.md)."
+    )
+
+
+def flight_logs(content: Content) -> Iterator[str]:
+    """What is reported of recorded flights, beside the autopilot, and of faults put into them."""
+    yield "| log | IMUs | Hz | s | verdicts | at rest | disagree | autopilot | what the verdicts come from |"
+    yield "|---|---|---|---|---|---|---|---|---|"
+    for log in content["logs"]:
+        reasons = ", ".join(f"{name} {count}" for name, count in log["reasons"].items())
+        told = "; ".join(log["autopilot"][:AUTOPILOT_SAYS])
+        more = len(log["autopilot"]) - AUTOPILOT_SAYS
+        told += f"; {more} more" if more > 0 else ""
+        figures = [f"{log['rate']:.0f}", f"{log['seconds']:.0f}", f"{log['verdicts']} {reasons}".strip()]
+        at_rest = "judged" if log["judged at rest"] else ""
+        then = [at_rest, str(log["disagree"]), told.replace("|", "\\|"), log["why"]]
+        yield _row([log["file"], str(log["units"]), *figures, *then])
+    yield ""
+    yield "| logs | number | hours | verdicts | an hour, 95 % |"
+    yield "|---|---|---|---|---|"
+    for name, of in content["groups"].items():
+        rate = f"{of['verdicts'] / of['hours']:.1f} ({of['low']:.1f} to {of['high']:.1f})"
+        yield _row([name, str(of["logs"]), f"{of['hours']:.2f}", str(of["verdicts"]), rate])
+    yield ""
+    yield _row(["fault", "runs", *OUTCOMES, "named after", "seen after"])
+    yield f"|---|---|{'---|' * (len(OUTCOMES) + 2)}"
+    faults = content["faults"]
+    for kind, each in {**flown(faults["kinds"]), "all": faults["groups"]["all"]}.items():
+        counts = (str(each["outcomes"][name]) for name in OUTCOMES)
+        yield _row([kind, str(each["missions"]), *counts, _seconds(each["isolated"]), _seconds(each["seen"])])
+
+
+AUTOPILOT_SAYS = 2
+"""Reports of an autopilot that are shown."""
+FLOWN_COLUMNS = ("named after", "seen after", "source faulty", "misled")
+
+
 def _judged_table(title: str, kinds: Mapping[str, Content]) -> Iterator[str]:
     then = ("named after", "seen", "after", "m/s", "deg", "misled")
     yield _row([f"fault; {title}", "missions", *OUTCOMES, *then])
@@ -927,6 +1017,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "constant_rates": constant_rates,
     "spin": spin,
     "spin_live": spin_live,
+    "spin_disturbed": spin_disturbed,
     "live": live,
     "live_table": live_table,
     "multipose": multipose,
@@ -943,6 +1034,8 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy_precision": redundancy_precision,
     "redundancy_campaign_witness": redundancy_campaign,
     "redundancy_recorded": redundancy_recorded,
+    "flight_campaign": flight_campaign,
+    "flight_logs": flight_logs,
     "speed": speed,
     "production": production,
     "memory": memory,

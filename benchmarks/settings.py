@@ -8,7 +8,7 @@ from itertools import product
 from math import pi
 from typing import Literal
 
-from tumble.simulate import Grade, TurntableScenario
+from tumble.tools.simulate import Grade, TurntableScenario
 
 RATE_HZ = 200.0
 REST_SECONDS = 10.0

@@ -25,9 +25,9 @@ import tumble
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import ORDER, design_scenario
 from tumble import _core
+from tumble.foundation.recording import Chunk, Recording
 from tumble.logs import open_writer
-from tumble.recording import Chunk, Recording
-from tumble.simulate import TurntableScenario, simulate_turntable
+from tumble.tools.simulate import TurntableScenario, simulate_turntable
 
 SEED = 20_252_000_000
 

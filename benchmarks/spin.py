@@ -24,8 +24,8 @@ from benchmarks.results import Content, machine, save
 from benchmarks.spin_bound import GROUPS, bound, quantities
 from benchmarks.spin_session import Motion, fit, play
 from tumble import _core
-from tumble.recording import FloatArray
-from tumble.results import INTERVAL
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 30_000
 BATCH = 50

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from benchmarks.spin_session import GRAVITY, SCALE_SIGMA, Course, PlayedSpin, Unit, floor_frame, ideal
-from tumble.recording import FloatArray
+from tumble.foundation.recording import FloatArray
 
 UNKNOWNS = 13
 """Accelerometer bias (3), gyroscope bias (3), turn of the floor frame about forward and left (2), pull of the

@@ -22,13 +22,13 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.results import Content, machine, save
+from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.results import INTERVAL
 from tumble.live import LiveChunk, PolledSource
-from tumble.recording import Chunk, FloatArray
-from tumble.results import INTERVAL
-from tumble.simulate import SimulatedSpin, Step, simulate_spin
-from tumble.spin.live import LiveSpin
-from tumble.spin.procedure import spin
-from tumble.spin.result import Spin
+from tumble.procedures.spin.live import LiveSpin
+from tumble.procedures.spin.procedure import spin
+from tumble.procedures.spin.result import Spin
+from tumble.tools.simulate import SimulatedSpin, Step, simulate_spin
 
 SESSIONS = 400
 BASE_SEED = 1

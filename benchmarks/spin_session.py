@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
+from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.recording import FloatArray
 
 GRAVITY = STANDARD_GRAVITY
 """m/s^2, as the procedure takes it where no place is given."""

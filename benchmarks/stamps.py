@@ -14,9 +14,9 @@ from rich.console import Console
 
 import tumble
 from benchmarks.results import Content, machine, save
+from tumble.foundation.recording import FloatArray, Recording
 from tumble.live.host_clock import HostClock
-from tumble.recording import FloatArray, Recording
-from tumble.simulate import SimulatedTurntable, SimulatedUnit, simulate_turntable
+from tumble.tools.simulate import SimulatedTurntable, SimulatedUnit, simulate_turntable
 
 SEED = 27_000
 RATE_HZ = 100.0

@@ -21,8 +21,8 @@ from benchmarks.noise import covariance_of_means
 from benchmarks.results import Content, machine, save
 from benchmarks.spin import CORES
 from tumble import _core
-from tumble.recording import FloatArray
-from tumble.results import INTERVAL
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 80_000
 AXES = 6

@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import tumble
+from tumble.procedures.thermal.report.figures import drift_sheet
 from tumble.report.svg import standalone_svg
-from tumble.thermal.report.figures import drift_sheet
 
 CHART = Path(__file__).parent.parent / "docs" / "images" / "thermal.svg"
 

@@ -14,7 +14,7 @@ from rich.console import Console
 import tumble
 from benchmarks.ovens import LOOPS, oven
 from benchmarks.results import Content, machine, save
-from tumble.results import INTERVAL, Parameter
+from tumble.foundation.results import INTERVAL, Parameter
 
 BASE_SEED = 27_700
 AXIS = "accelerometer z"

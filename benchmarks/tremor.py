@@ -15,7 +15,7 @@ import tumble
 from benchmarks.bound import TRIADS
 from benchmarks.hands import session, sigmas_off, trembling
 from benchmarks.results import Content, machine, save
-from tumble.results import INTERVAL
+from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 27_800
 POSES = 22

@@ -18,9 +18,9 @@ from benchmarks.bound import (
 )
 from benchmarks.noise import IntArray, covariance_of_means
 from benchmarks.settings import Cell
-from tumble.recording import FloatArray
-from tumble.results import TriadResult
-from tumble.simulate import (
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import TriadResult
+from tumble.tools.simulate import (
     SimulatedTurntable,
     SimulatedUnit,
     TriadGrade,

@@ -27,9 +27,9 @@ import tumble
 from benchmarks.bound import parts
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import design_scenario
-from tumble.recording import FloatArray
-from tumble.simulate import TurntableScenario, simulate_turntable
-from tumble.turntable.result import TruthSource
+from tumble.foundation.recording import FloatArray
+from tumble.procedures.turntable.result import TruthSource
+from tumble.tools.simulate import TurntableScenario, simulate_turntable
 
 TRUTHS: tuple[TruthSource, ...] = ("ideal", "rotate-measurement", "rotate-truth", "reference")
 # Commanded rates are no truth of accelerometers, which poses are compared by here.

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 import tumble
-from tumble.simulate import simulate_turntable
+from tumble.tools.simulate import simulate_turntable
 
 
 def main() -> None:
@@ -19,7 +19,7 @@ def main() -> None:
     print(result)
 
     target = result["target_1"]
-    calibration = tumble.Calibration.from_target(target, result)
+    calibration = result.calibration_of(target)
     print(calibration)
 
     # At rest a calibrated accelerometer reads the length of gravity in every pose.

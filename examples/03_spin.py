@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import tumble
-from tumble.simulate import write_spin
+from tumble.tools.simulate import write_spin
 
 
 def main(folder: Path) -> None:
@@ -21,7 +21,7 @@ def main(folder: Path) -> None:
 
     result = tumble.spin(log)
     print(result)
-    tumble.Calibration.from_spin(result).save(folder / "spin.yaml")
+    result.calibration.save(folder / "spin.yaml")
 
     errors = {
         "level-free": result.spins[0].level_free.value - simulated.accelerometer_bias,

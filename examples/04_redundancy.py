@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 import tumble
-from tumble.simulate import write_flight
-from tumble.simulate.fault import Fault
-from tumble.simulate.flight.scenario import FlightUnit
+from tumble.tools.simulate import write_flight
+from tumble.tools.simulate.fault import Fault
+from tumble.tools.simulate.flight.scenario import FlightUnit
 
 UNITS = (
     FlightUnit(grade="industrial", ageing=0.0, faults=(Fault(kind="dead", start=130.0),)),

@@ -19,11 +19,11 @@ import numpy as np
 
 import tumble
 from tumble.live import open_set, open_source
-from tumble.simulate import LiveSimulation
-from tumble.spin.live import LiveSpin, LiveSpinOptions
-from tumble.turntable.live import LiveTurntable
-from tumble.turntable.poses import SIX_FACES
-from tumble.turntable.table_plan import turned_table
+from tumble.poses.pose_list import SIX_FACES
+from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
+from tumble.procedures.turntable.live import LiveTurntable
+from tumble.procedures.turntable.table_plan import turned_table
+from tumble.tools.simulate import LiveSimulation
 
 SPEED = 8.0
 """Simulated s in one of ours; leave it at 1 with a real table."""

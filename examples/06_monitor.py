@@ -11,10 +11,10 @@ import numpy as np
 
 import tumble
 from tumble import Chunk, RedundancyMonitor
-from tumble.simulate.fault import Fault
-from tumble.simulate.flight.files import known_of_units
-from tumble.simulate.flight.procedure import SimulatedFlight
-from tumble.simulate.flight.scenario import FlightUnit
+from tumble.tools.simulate.fault import Fault
+from tumble.tools.simulate.flight.files import known_of_units
+from tumble.tools.simulate.flight.procedure import SimulatedFlight
+from tumble.tools.simulate.flight.scenario import FlightUnit
 
 UNITS = (
     FlightUnit(grade="industrial", ageing=0.0, faults=(Fault(kind="dead", start=130.0),)),

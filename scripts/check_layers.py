@@ -6,6 +6,7 @@ Prints one line for every breach and exits 1 if there was any.
 from __future__ import annotations
 
 import ast
+import graphlib
 import json
 import re
 import subprocess
@@ -13,6 +14,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+from tumble.foundation import procedures
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "python" / "tumble"
@@ -34,17 +37,23 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-processor", "tumble-store
 BORDER_CRATES = {"tumble-capi", "tumble-processor"}
 """What has unsafe code: pointers that C hands over, and instructions of a processor."""
 
-PROCEDURES = {
-    *("align", "apply", "demo", "doctor", "inspect", "multipose", "noise", "record", "redundancy"),
-    *("compare", "convert", "exchange", "simulate", "spin", "table", "thermal", "turntable"),
+TOOLS = {
+    *("apply", "compare", "convert", "demo", "doctor", "exchange", "inspect", "record", "simulate", "table"),
 }
-"""Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
+ROOMS = {"foundation", "procedures", "tools"}
+"""Folders that hold what the layers name: a file of data, a procedure, a tool."""
+PARTS = {"tumble", *(f"tumble.{room}" for room in ROOMS)}
+"""Packages from which modules are imported by name."""
+PROCEDURES = TOOLS | {procedure.word for procedure in procedures.PROCEDURES}
+"""Folders of one procedure or tool each; layers of files: `result`, `procedure`, `page`, `command`."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
 
-FILES_OF_A_RESULT = {"result", "record", "poses", "limits", "spans", "known_faults", "keys"}
+FILES_OF_A_RESULT = {"result", "record", "poses", "spans", "known_faults", "keys"}
 """Plain data of a procedure; files that users write of it among them."""
+FILE_OF_A_CALIBRATION = "calibration"
+"""Makes a calibration file of a result."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """What a procedure's command is made of; `command_live` is a command too.
 
@@ -54,7 +63,7 @@ A folder `report` holds its pages, all other files are the procedure.
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "goal", "timing", "words"),
-    *("folder_lock",),
+    *("folder_lock", "body_axes", "log_time", "procedures", "services", "noise_terms"),
     "firmware",
     "log_formats",
 }
@@ -62,17 +71,24 @@ DATA = {
 
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
+    "log_time": set(),
+    "procedures": set(),
+    "services": {"recording", "results", "units"},
+    "noise_terms": {"units"},
+    "foundation": set(),
+    "tools": set(),
     "constants": {"_core"},
     "frames": {"errors"},
     "numbers": set(),
     "units": set(),
     "words": set(),
     "clock_line": set(),
+    "body_axes": set(),
     "errors": {"words"},
     "folder_lock": {"errors"},
     "files": {"errors", "words", "folder_lock"},
-    "file_names": set(),
-    "log_formats": {"file_names"},
+    "file_names": {"procedures"},
+    "log_formats": {"body_axes", "file_names"},
     "arrays": {"errors"},
     "recording": {"errors", "arrays", "units", "words"},
     "firmware": {"errors", "recording", "units"},
@@ -82,15 +98,18 @@ LAYERS: dict[str, set[str]] = {
     "schemas": set(),
     "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"errors", "files", "folder_lock"},
+    "provenance": {"errors", "files", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
-    "results": {"errors", "frames", "provenance", "recording", "_core"},
+    "results": {"errors", "frames", "log_time", "provenance", "recording", "_core"},
     "goal": {"errors", "numbers", "results", "units"},
-    "result": DATA,
-    "calibration": DATA | {"result", "_core"},
+    "result": DATA | {"calibration"},
+    "calibration": DATA | {"_core"},
+    "poses": DATA | {"_core"},
+    "to_calibration": DATA | {"result", "calibration"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
-    | {"schemas", "documents", "bounded_yaml", "words", "clock_line", "log_formats", "firmware"},
+    | {"schemas", "documents", "bounded_yaml", "words", "clock_line", "log_formats", "firmware"}
+    | {"body_axes", "log_time"},
     "live": {
         "numbers",
         "units",
@@ -113,6 +132,7 @@ LAYERS: dict[str, set[str]] = {
         "setting_models",
         "result",
         "calibration",
+        "poses",
         "logs",
         "live",
         "gravity",
@@ -121,15 +141,28 @@ LAYERS: dict[str, set[str]] = {
     }
     | {"_core"},
     "report": DATA,
-    "page": DATA | {"result", "report"},
+    "page": DATA | {"result", "report", "poses"},
     "cli": DATA | {"logs"},
+    "__main__": {"cli"},
     "command": DATA
-    | {"setting_table", "result", "calibration", "logs", "live", "procedure", "report", "page", "cli"},
+    | {
+        "setting_table",
+        "result",
+        "calibration",
+        "poses",
+        "logs",
+        "live",
+        "procedure",
+        "report",
+        "page",
+        "cli",
+    },
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
 
-WHEN_ASKED = {("result", "page"), ("result", "command")}
-"""What a layer may fetch of another inside a function only: a result shows and saves itself."""
+WHEN_ASKED = {("result", "page"), ("result", "command"), ("result", "to_calibration")}
+"""What a layer may fetch of another inside a function only: a result shows and saves itself, and makes
+its calibration."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}
 """What the command line does not need, since it only passes things on."""
@@ -195,7 +228,8 @@ def _without_tests(source: str) -> str:
 
 def python_breaches() -> Iterator[str]:
     """Find imports that the layers do not allow, and folders that import each other around."""
-    between: dict[str, set[str]] = {}
+    rooms: dict[str, set[str]] = {}
+    folders: dict[str, set[str]] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
         layer = _layer(parts)
@@ -211,23 +245,37 @@ def python_breaches() -> Iterator[str]:
                 yield f"{where}: imports the whole of tumble; name the part"
             elif top == "tumble" and not _allowed(layer, _layer(used), within_function):
                 yield f"{where}: {layer} may not import tumble.{'.'.join(used)}"
-            elif top == "tumble" and not within_function and "result" not in (layer, _layer(used)):
-                between.setdefault(parts[0], set()).add(used[0])
+            elif top == "tumble":
+                rooms.setdefault(parts[0], set()).add(used[0])
+                folders.setdefault(_folder(parts), set()).add(_folder(used))
             if layer in ON_THE_COMMAND_LINE and top in NO_MATHEMATICS:
                 yield f"{where}: the command line holds no mathematics, so has no use for {top}"
-    yield from _circles(between)
+    yield from _circles(rooms)
+    yield from _circles(folders)
 
 
 def _layer(parts: Sequence[str]) -> str:
     """Tell the layer of a file or module, given as its path within the package."""
-    if parts[0] not in PROCEDURES or len(parts) == 1:
-        return "procedure" if parts[0] in PROCEDURES else parts[0]
-    inner = parts[0] in FOLDERS_OF_PROCEDURES and (PACKAGE / parts[0] / parts[1]).is_dir()
-    file = parts[2] if inner and len(parts) > len(("simulate", "spin")) else parts[1]
+    room, *rest = parts
+    if room not in ROOMS or rest in ([], ["__init__"]):
+        return room
+    if room == "foundation":
+        return rest[0]
+    return _layer_within(room, *rest) if rest[0] in PROCEDURES else "/".join(parts)
+
+
+def _layer_within(room: str, folder: str, *files: str) -> str:
+    """Tell the layer of a file of a procedure or tool."""
+    if not files:
+        return "procedure"
+    inner = folder in FOLDERS_OF_PROCEDURES and (PACKAGE / room / folder / files[0]).is_dir()
+    file = files[1] if inner and len(files) > 1 else files[0]
     if file in FILES_OF_A_RESULT:
         return "result"
     if file == "report":
         return "page"
+    if file == FILE_OF_A_CALIBRATION:
+        return "to_calibration"
     return "command" if file.split("_")[0] in FILES_OF_A_COMMAND else "procedure"
 
 
@@ -235,13 +283,16 @@ def _allowed(layer: str, used: str, within_function: bool) -> bool:
     return used == layer or used in LAYERS[layer] or (within_function and (layer, used) in WHEN_ASKED)
 
 
+def _folder(parts: Sequence[str]) -> str:
+    """Name the folder of a procedure, a tool or a room; a file of data stands for itself."""
+    return "/".join(parts[:2]) if parts[0] in ROOMS else parts[0]
+
+
 def _circles(between: dict[str, set[str]]) -> Iterator[str]:
-    """Take away folders that import none of those left, until nothing changes: what stays goes around."""
-    left = {folder: used & between.keys() - {folder} for folder, used in between.items()}
-    while free := {folder for folder, used in left.items() if not used & left.keys()}:
-        left = {folder: used for folder, used in left.items() if folder not in free}
-    if left:
-        yield f"these folders import each other around: {', '.join(sorted(left))}"
+    try:
+        graphlib.TopologicalSorter({name: used - {name} for name, used in between.items()}).prepare()
+    except graphlib.CycleError as error:
+        yield f"these import each other around: {' <- '.join(error.args[1])}"
 
 
 def _imports(path: Path) -> Iterator[tuple[int, str, bool]]:
@@ -253,7 +304,7 @@ def _imports(path: Path) -> Iterator[tuple[int, str, bool]]:
         elif isinstance(node, ast.ImportFrom):
             base = _absolute(path, node)
             for name in node.names:
-                full = f"{base}.{name.name}" if base == "tumble" else base
+                full = f"{base}.{name.name}" if base in PARTS else base
                 yield node.lineno, full, node.col_offset > 0
 
 

@@ -58,7 +58,8 @@ MIRRORS = (
         path=SOURCES / "spin" / "settings.rs",
         struct="SpinSettings",
         core="tumble_core::spin::settings::SpinSettings",
-        about="How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to "
+        about="How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with "
+        "tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to "
         "be different.",
         call="tumble_spin_defaults",
         conversion="As the core has them, if they can be meant.",

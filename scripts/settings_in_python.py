@@ -1,4 +1,4 @@
-"""The stub of `tumble.setting_models`: what type checkers and editors know of models made while they run."""
+"""The stub of `tumble.foundation.setting_models`: types of models that are made while they run."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import textwrap
 from pathlib import Path
 
 from tumble import _core
-from tumble.documents import Document
-from tumble.setting_table import meaning
+from tumble.foundation.documents import Document
+from tumble.foundation.setting_table import meaning
 
-STUB = Path(__file__).parents[1] / "python" / "tumble" / "setting_models.pyi"
+STUB = Path(__file__).parents[1] / "python" / "tumble" / "foundation" / "setting_models.pyi"
 LINE = 110
 HEAD = '''\
 """Made by scripts/write_settings.py from the tables of settings; edit those instead."""
 
 from typing import Literal
 
-from tumble.documents import Document
+from tumble.foundation.documents import Document
 '''
 
 

@@ -1,6 +1,6 @@
 """Write the table of logs that are read into docs/how-to/read-logs.md, or with --check say if it is stale.
 
-A format stands once, in `tumble.log_formats`.
+A format stands once, in `tumble.foundation.log_formats`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from made_files import ROOT, page_with, write_or_check
 
-from tumble.log_formats import LOG_FORMATS
+from tumble.foundation.log_formats import LOG_FORMATS
 
 PAGE = ROOT / "docs" / "how-to" / "read-logs.md"
 

@@ -1,4 +1,4 @@
-"""Write python/tumble/simulate/grade.py from the lab's grade.rs, or with --check say if it is stale.
+"""Write python/tumble/tools/simulate/grade.py from the lab's grade.rs, or with --check say if it is stale.
 
 A figure of a sensor grade stands in Rust: as a field with its meaning, and in the table of grades. What
 Python users see of it, with types for checkers and editors, is made from there.
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from made_files import ROOT, write_or_check
 
 SOURCE = ROOT / "crates" / "tumble-lab" / "src" / "simulate" / "grade.rs"
-MODULE = ROOT / "python" / "tumble" / "simulate" / "grade.py"
+MODULE = ROOT / "python" / "tumble" / "tools" / "simulate" / "grade.py"
 LINE = 110
 
 TEXT = '''\

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from made_files import ROOT, write_or_check
 
-from tumble.schemas import SCHEMAS, schema_text
+from tumble.foundation.schemas import SCHEMAS, schema_text
 
 FOLDER = ROOT / "docs" / "schema"
 

@@ -17,10 +17,10 @@ from settings_in_core import PATH as BOUNDS
 from settings_in_core import bounds
 from settings_in_python import STUB, stub
 
-from tumble import setting_models
-from tumble.redundancy.explain import default_text, typed_choices
+from tumble.foundation import setting_models
+from tumble.foundation.setting_table import explain
+from tumble.procedures.redundancy.explain import default_text, typed_choices
 from tumble.report.numbers import readable_unit
-from tumble.setting_table import explain
 
 PAGE = ROOT / "docs" / "how-to" / "redundancy.md"
 

@@ -1,0 +1,1 @@
+"""Simulated and recorded flights of redundant sets, replayed through `tumble.redundancy`."""
