@@ -13,8 +13,9 @@ pub const INTERVAL: f64 = 1.959_963_984_540_054;
 const MOST_TERMS: u32 = 1_000_000;
 /// Steps to a quantile: bisection alone would need as many as a float has bits.
 const MOST_STEPS: u32 = 200;
-/// Below this t the tail of Student's distribution is worked out as what is left of one half.
+/// Below this t, and above these degrees of freedom, the tail of Student's distribution is one half less the rest.
 const CENTRAL: f64 = 3.0;
+const MANY_DEGREES: f64 = 1000.0;
 /// From here on the series of Stirling is exact to rounding.
 const STIRLING: f64 = 10.0;
 
@@ -63,8 +64,7 @@ pub fn f_tail(x: f64, first: f64, second: f64) -> f64 {
     let x = x.max(0.0);
     let (outer, inner) = (second / (second + first * x), first * x / (second + first * x));
     let (a, b) = (0.5 * second, 0.5 * first);
-    let log_beta = libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b);
-    let front = (a * outer.ln() + b * inner.ln() - log_beta).exp();
+    let front = (a * outer.ln() + b * inner.ln() - log_beta(a, b)).exp();
     if outer < (a + 1.0) / (a + b + 2.0) {
         front / (a * beta_fraction(a, b, outer))
     } else {
@@ -177,8 +177,8 @@ fn student_tail(t: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     let (inner, outer) = (t * t / (freedom + t * t), freedom / (freedom + t * t));
     let front = t * student_density(t, freedom);
-    // Near 1 the rounding of `outer` counts, so that it serves only what is too rare to be told from 1/2.
-    if t < CENTRAL || inner < 1.5 / (half + 2.5) {
+    // With many degrees of freedom `outer` is close to 1 and its rounding counts; with few, the difference from 1/2 does.
+    if (t < CENTRAL && freedom > MANY_DEGREES) || inner < 1.5 / (half + 2.5) {
         0.5 - front / beta_fraction(0.5, half, inner)
     } else {
         0.5 * front / (half * beta_fraction(half, 0.5, outer))
@@ -205,15 +205,20 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
 fn student_density(t: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     let log_power = -0.5 * (freedom + 1.0) * (t * t / freedom).ln_1p();
-    (log_power + log_gamma_step(half)).exp() / (PI * freedom).sqrt()
+    (log_power + log_gamma_step(half, 0.5)).exp() / (PI * freedom).sqrt()
 }
 
-/// ln Gamma(a + 1/2) - ln Gamma(a).
-fn log_gamma_step(a: f64) -> f64 {
+/// ln B(a, b).
+fn log_beta(a: f64, b: f64) -> f64 {
+    libm::lgamma(a.min(b)) - log_gamma_step(a.max(b), a.min(b))
+}
+
+/// ln Gamma(a + step) - ln Gamma(a).
+fn log_gamma_step(a: f64, step: f64) -> f64 {
     if a < STIRLING {
-        return libm::lgamma(a + 0.5) - libm::lgamma(a);
+        return libm::lgamma(a + step) - libm::lgamma(a);
     }
-    a * (0.5 / a).ln_1p() - 0.5 + 0.5 * a.ln() + stirling(a + 0.5) - stirling(a)
+    (a - 0.5) * (step / a).ln_1p() - step + step * (a + step).ln() + stirling(a + step) - stirling(a)
 }
 
 /// A continued fraction `b0 + a1 / (b1 + a2 / (b2 + ...))` from its head on, by the method of Lentz as modified by
