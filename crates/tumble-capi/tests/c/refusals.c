@@ -272,7 +272,7 @@ static void units_that_cannot_be_are_refused(void)
         tumble_unit *unit = &units[mistakes[i].unit];
         switch (mistakes[i].what) {
         case 0:
-            unit->axes = TUMBLE_AXES_ALL & ~1;
+            unit->axes = 0;
             break;
         case 1:
             unit->axes = 0x40;

@@ -157,14 +157,15 @@ impl<T: Real> PrimaryCalibration<T> {
             let has = axes.of(sensor);
             let model = sensor.of_mut(&mut limited.models);
             model.bias = axes.present(sensor, &model.bias);
-            let missing = (0..3).filter(|i| has.get(*i) != Some(&true));
-            for i in missing {
-                model.matrix.row_mut(i).fill(T::zero());
-                model.matrix.column_mut(i).fill(T::zero());
-                if let Some(own) = model.matrix.get_mut((i, i)) {
-                    *own = T::one();
+            // By `from_fn`: a row or column by its number would reach a panic.
+            model.matrix = Matrix3::from_fn(|row, column| {
+                let both = [row, column].into_iter().all(|i| has.get(i) == Some(&true));
+                match model.matrix.get((row, column)) {
+                    Some(entry) if both => *entry,
+                    _ if row == column => T::one(),
+                    _ => T::zero(),
                 }
-            }
+            });
             let correction = model.correction();
             if let Ok(correction) = correction {
                 *sensor.of_mut(&mut limited.corrections) = correction;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::squared;
+use crate::products::{columns, squared};
 use crate::real::{Real, real};
 use crate::sample::{CHANNELS, Sample};
 
@@ -123,10 +123,9 @@ impl Axes {
         if *others == Self::ALL {
             return comparable;
         }
-        for (channel, has) in comparable.0.iter_mut().enumerate() {
-            let sensor = Sensor::of_channel(channel);
-            let row = turn.row(channel - sensor.first_channel());
-            let mut needs = row.iter().zip(others.of(sensor));
+        let rows = columns(&turn.transpose());
+        for ((channel, has), row) in comparable.0.iter_mut().enumerate().zip(rows.iter().cycle()) {
+            let mut needs = row.iter().zip(others.of(Sensor::of_channel(channel)));
             *has &= needs.all(|(share, there)| *there || share.abs() < real(NEGLIGIBLE)); // eq. 24
         }
         comparable
