@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test bench foreign flights soak package lint site format requirements clean
+.PHONY: help build demo demo-live firmware test test-rust test-python test-commands bench foreign flights soak package lint site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -30,11 +30,17 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 	@scripts/install_device_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
-test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
-	scripts/install_device_tools.sh
+test: test-rust test-python test-commands  ## Run all tests: of Rust, of Python and devices, and the commands of the pages
+
+test-rust:  ## Run the tests of Rust
 	cargo test --workspace --exclude tumble-fuzz --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
+
+test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python, C and firmware
+	scripts/install_device_tools.sh
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
+
+test-commands: $(VENV)/.native $(VENV)/.requirements-test  ## Run the commands of README and how-tos
 	$(BIN)/python scripts/check_commands.py --run
 
 bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
