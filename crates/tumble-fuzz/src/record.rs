@@ -3,8 +3,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::Matrix3;
-use tumble_core::model::ErrorModel;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::Rung;
 use tumble_store::record::{
@@ -128,15 +127,12 @@ fn expect(holds: bool, otherwise: &str) -> RunOutcome {
     if holds { Ok(()) } else { Err(otherwise.to_owned()) }
 }
 
-/// What `docs/record-format.md` asks of a writer.
+/// Tells whether a writer may write it (`docs/record-format.md`).
 fn is_sound(stored: &StoredRecord) -> bool {
     let record = &stored.record;
-    let sigmas = record.matrix_sigma.iter().chain(&record.bias_sigma);
-    let mut sigmas = sigmas.chain(&record.lever_arm_sigma);
+    let mut numbers = record.parts().into_iter().flatten();
     record.is_finite()
-        && sigmas.all(|sigma| !sigma.is_nan())
-        && !record.residual.is_nan()
-        && !record.residual_before.is_nan()
+        && numbers.all(|number| !number.is_nan())
         && stored.temperature.is_none_or(f32::is_finite)
 }
 
@@ -213,28 +209,23 @@ fn any_record(draw: &mut Draw) -> StoredRecord {
     }
 }
 
+/// Sizes of the parts of a record; of its matrix, those of the difference from the identity.
+const USUAL: [f32; PART_NAMES.len()] = [0.05, 0.5, 0.01, 0.01, 0.2, 0.01, 0.1, 0.5, 0.1];
+
 /// A record as a calibration leaves it.
 pub fn plain_record(draw: &mut Draw) -> StoredRecord {
-    let matrix = Matrix3::from_fn(|i, j| f32::from(u8::from(i == j)) + draw.usual(0.05));
-    let record = Record {
-        identity: draw.time(),
-        sensor: draw.pick(&SENSORS),
-        model: ErrorModel {
-            matrix,
-            bias: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.5)),
-        },
-        matrix_sigma: Matrix3::from_fn(|_, _| draw.usual(0.01).abs()),
-        bias_sigma: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.01).abs()),
-        lever_arm: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.2)),
-        lever_arm_sigma: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.01).abs()),
-        rung: draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]),
-        directions: draw.byte(),
-        residual: draw.usual(0.1).abs(),
-        residual_before: draw.usual(0.5).abs(),
-        pairs: draw.bits() as u32,
-        sequence: draw.bits() as u32,
-        followed: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.1)),
-    };
+    let mut record = Record::blank(draw.time(), draw.pick(&SENSORS));
+    record.rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
+    record.directions = draw.byte();
+    record.pairs = draw.bits() as u32;
+    record.sequence = draw.bits() as u32;
+    for ((name, part), size) in PART_NAMES.into_iter().zip(record.parts_mut()).zip(USUAL) {
+        part.fill_with(|| draw.usual(size));
+        if name.ends_with("_sigma") || name.starts_with("residual") {
+            part.iter_mut().for_each(|number| *number = number.abs());
+        }
+    }
+    record.model.matrix += Matrix3::identity();
     StoredRecord {
         record,
         temperature: draw.once_in(2).then(|| draw.usual(80.0)),
@@ -247,18 +238,13 @@ pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
         mut record,
         mut temperature,
     } = stored;
-    match draw.below(7) {
-        0 => draw.spoil(&mut record.model.matrix),
-        1 => draw.spoil(&mut record.model.bias),
-        2 => draw.spoil(&mut record.lever_arm),
-        3 => {
-            draw.spoil(&mut record.matrix_sigma);
-            draw.spoil(&mut record.bias_sigma);
-            draw.spoil(&mut record.lever_arm_sigma);
-        }
-        4 => draw.spoil([&mut record.residual, &mut record.residual_before]),
-        5 => draw.spoil(&mut record.followed),
-        _ => draw.spoil(&mut temperature),
+    match record
+        .parts_mut()
+        .into_iter()
+        .nth(draw.below(PART_NAMES.len() + 1))
+    {
+        Some(part) => draw.spoil(part),
+        None => draw.spoil(&mut temperature),
     }
     StoredRecord { record, temperature }
 }

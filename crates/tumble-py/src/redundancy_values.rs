@@ -5,10 +5,9 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::platform::PlatformError;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
@@ -114,38 +113,32 @@ pub(crate) fn unknown_word(kind: &str, word: &str) -> PyErr {
 }
 
 /// A record out of a dictionary.
-pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
-    fn item<'py, V: FromPyObjectOwned<'py>>(record: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
-        let found = record.get_item(name)?;
+pub(crate) fn read_record(dict: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
+    fn item<'py, V: FromPyObjectOwned<'py>>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
+        let found = dict.get_item(name)?;
         let found = found.ok_or_else(|| PyValueError::new_err(format!("the record has no '{name}'")))?;
         found.extract().map_err(Into::into)
     }
-    let vector_of = |name| vector(&item(record, name)?, name);
-    let optional = |name, none: f64| match record.get_item(name)?.filter(|value| !value.is_none()) {
-        Some(_) => vector_of(name),
-        None => Ok(Vector3::repeat(none)),
-    };
-    let sensor: String = item(record, "sensor")?;
-    let rung: String = item(record, "rung")?;
-    Ok(Record {
-        identity: item(record, "identity")?,
-        sensor: Sensor::named(&sensor).ok_or_else(|| unknown_word("sensor", &sensor))?,
-        model: ErrorModel {
-            matrix: matrix(&item(record, "matrix")?, "matrix")?,
-            bias: vector_of("bias")?,
-        },
-        matrix_sigma: matrix(&item(record, "matrix_sigma")?, "matrix_sigma")?,
-        bias_sigma: vector_of("bias_sigma")?,
-        lever_arm: optional("lever_arm", 0.0)?,
-        lever_arm_sigma: optional("lever_arm_sigma", f64::INFINITY)?,
-        rung: Rung::named(&rung).ok_or_else(|| unknown_word("rung", &rung))?,
-        directions: item(record, "directions")?,
-        residual: item(record, "residual")?,
-        residual_before: item(record, "residual_before")?,
-        pairs: item(record, "pairs")?,
-        sequence: item(record, "sequence")?,
-        followed: vector_of("followed")?,
-    })
+    let sensor: String = item(dict, "sensor")?;
+    let sensor = Sensor::named(&sensor).ok_or_else(|| unknown_word("sensor", &sensor))?;
+    let rung: String = item(dict, "rung")?;
+    let mut record = Record::blank(item(dict, "identity")?, sensor);
+    record.rung = Rung::named(&rung).ok_or_else(|| unknown_word("rung", &rung))?;
+    record.directions = item(dict, "directions")?;
+    record.pairs = item(dict, "pairs")?;
+    record.sequence = item(dict, "sequence")?;
+    for (name, part) in PART_NAMES.into_iter().zip(record.parts_mut()) {
+        let given = dict.get_item(name)?.is_some_and(|value| !value.is_none());
+        match part {
+            // Gyroscopes have no lever arm.
+            [_, _, _] if !given && name == "lever_arm" => part.fill(0.0),
+            [_, _, _] if !given && name == "lever_arm_sigma" => part.fill(f64::INFINITY),
+            [number] => *number = item(dict, name)?,
+            [_, _, _] => part.copy_from_slice(vector(&item(dict, name)?, name)?.as_slice()),
+            _ => part.copy_from_slice(matrix(&item(dict, name)?, name)?.as_slice()),
+        }
+    }
+    Ok(record)
 }
 
 /// A record for Python; gyroscopes have no lever arm.
@@ -155,24 +148,22 @@ pub(crate) fn write_record<'py>(
     adopted: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let matrix = |m: &Matrix3<f64>| array2(py, m);
-    let has_arm = record.sensor == Sensor::Accelerometer;
-    let arm = |v: &Vector3<f64>| has_arm.then(|| array1(py, v));
     dict.set_item("identity", record.identity)?;
     dict.set_item("sensor", record.sensor.name())?;
-    dict.set_item("matrix", matrix(&record.model.matrix))?;
-    dict.set_item("bias", array1(py, &record.model.bias))?;
-    dict.set_item("matrix_sigma", matrix(&record.matrix_sigma))?;
-    dict.set_item("bias_sigma", array1(py, &record.bias_sigma))?;
-    dict.set_item("lever_arm", arm(&record.lever_arm))?;
-    dict.set_item("lever_arm_sigma", arm(&record.lever_arm_sigma))?;
     dict.set_item("rung", record.rung.name())?;
     dict.set_item("directions", record.directions)?;
-    dict.set_item("residual", record.residual)?;
-    dict.set_item("residual_before", record.residual_before)?;
     dict.set_item("pairs", record.pairs)?;
     dict.set_item("sequence", record.sequence)?;
-    dict.set_item("followed", array1(py, &record.followed))?;
+    for (name, part) in PART_NAMES.into_iter().zip(record.parts()) {
+        match part {
+            _ if name.starts_with("lever_arm") && record.sensor == Sensor::Gyroscope => {
+                dict.set_item(name, py.None())?;
+            }
+            [number] => dict.set_item(name, number)?,
+            [_, _, _] => dict.set_item(name, array1(py, &Vector3::from_column_slice(part)))?,
+            _ => dict.set_item(name, array2(py, &Matrix3::from_column_slice(part)))?,
+        }
+    }
     dict.set_item("adopted", adopted)?;
     Ok(dict)
 }

@@ -1,5 +1,7 @@
 //! What is stored of a secondary: the error of one sensor against the primary.
 
+use core::slice;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::ErrorModel;
@@ -44,30 +46,90 @@ pub struct Record<T: Real> {
     pub followed: Vector3<T>,
 }
 
+/// Parts of a record that are numbers: what files and Python call them, in the order of [`Record::parts`].
+pub const PART_NAMES: [&str; 9] = [
+    "matrix",
+    "bias",
+    "matrix_sigma",
+    "bias_sigma",
+    "lever_arm",
+    "lever_arm_sigma",
+    "residual",
+    "residual_before",
+    "followed",
+];
+
 impl<T: Real> Record<T> {
+    /// A record of zeros and of counts that are zero, to be filled.
+    pub fn blank(identity: u64, sensor: Sensor) -> Self {
+        Self {
+            identity,
+            sensor,
+            model: ErrorModel {
+                matrix: zeros(),
+                bias: zeros(),
+            },
+            matrix_sigma: zeros(),
+            bias_sigma: zeros(),
+            lever_arm: zeros(),
+            lever_arm_sigma: zeros(),
+            rung: Rung::Offset,
+            directions: 0,
+            residual: T::zero(),
+            residual_before: T::zero(),
+            pairs: 0,
+            sequence: 0,
+            followed: zeros(),
+        }
+    }
+
     /// The first record of a sensor of which nothing is known but its bias, m/s^2 or rad/s, and 1-sigma of that, as a spin
     /// shows it: M is the identity, and may be off by any amount.
     pub fn of_bias(identity: u64, sensor: Sensor, bias: &Vector3<T>, sigma: &Vector3<T>) -> Self {
         let anything: T = real(f64::INFINITY);
         Self {
-            identity,
-            sensor,
             model: ErrorModel {
                 bias: *bias,
                 ..ErrorModel::identity()
             },
             matrix_sigma: Matrix3::repeat(anything),
             bias_sigma: *sigma,
-            lever_arm: zeros(),
             lever_arm_sigma: Vector3::repeat(anything),
-            rung: Rung::Offset,
-            directions: 0,
             residual: anything,
             residual_before: anything,
-            pairs: 0,
             sequence: 1,
-            followed: zeros(),
+            ..Self::blank(identity, sensor)
         }
+    }
+
+    /// Its numbers, part by part; matrices column by column.
+    pub fn parts(&self) -> [&[T]; PART_NAMES.len()] {
+        [
+            self.model.matrix.as_slice(),
+            self.model.bias.as_slice(),
+            self.matrix_sigma.as_slice(),
+            self.bias_sigma.as_slice(),
+            self.lever_arm.as_slice(),
+            self.lever_arm_sigma.as_slice(),
+            slice::from_ref(&self.residual),
+            slice::from_ref(&self.residual_before),
+            self.followed.as_slice(),
+        ]
+    }
+
+    /// The same numbers, to be changed.
+    pub fn parts_mut(&mut self) -> [&mut [T]; PART_NAMES.len()] {
+        [
+            self.model.matrix.as_mut_slice(),
+            self.model.bias.as_mut_slice(),
+            self.matrix_sigma.as_mut_slice(),
+            self.bias_sigma.as_mut_slice(),
+            self.lever_arm.as_mut_slice(),
+            self.lever_arm_sigma.as_mut_slice(),
+            slice::from_mut(&mut self.residual),
+            slice::from_mut(&mut self.residual_before),
+            self.followed.as_mut_slice(),
+        ]
     }
 
     /// Whether motion showed all directions of M.
@@ -88,27 +150,16 @@ impl<T: Real> Record<T> {
 
     /// The same record in other numbers.
     pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U + Copy) -> Record<U> {
-        let vector = |v: &Vector3<T>| v.map(number);
-        let matrix = |m: &Matrix3<T>| m.map(number);
-        Record {
-            identity: self.identity,
-            sensor: self.sensor,
-            model: ErrorModel {
-                matrix: matrix(&self.model.matrix),
-                bias: vector(&self.model.bias),
-            },
-            matrix_sigma: matrix(&self.matrix_sigma),
-            bias_sigma: vector(&self.bias_sigma),
-            lever_arm: vector(&self.lever_arm),
-            lever_arm_sigma: vector(&self.lever_arm_sigma),
-            rung: self.rung,
-            directions: self.directions,
-            residual: number(self.residual),
-            residual_before: number(self.residual_before),
-            pairs: self.pairs,
-            sequence: self.sequence,
-            followed: vector(&self.followed),
+        let mut other = Record::blank(self.identity, self.sensor);
+        (other.rung, other.directions) = (self.rung, self.directions);
+        (other.pairs, other.sequence) = (self.pairs, self.sequence);
+        for (there, here) in other.parts_mut().into_iter().zip(self.parts()) {
+            there
+                .iter_mut()
+                .zip(here)
+                .for_each(|(to, from)| *to = number(*from));
         }
+        other
     }
 }
 

@@ -1,13 +1,8 @@
 //! Versions 1 and 2, byte by byte as in `docs/record-format.md`: the error of one sensor of one unit. What is here never
 //! changes: another order, or another field, is another version.
 
-use core::slice;
-
-use tumble_core::model::ErrorModel;
-use tumble_core::products::zeros;
 use tumble_core::real::Real;
-use tumble_core::redundancy::record::Record;
-use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::settings::Rung;
 
 use crate::checksum::CHECKSUM;
@@ -29,7 +24,7 @@ const NUMBERS: usize = 22;
 
 /// What the numbers are, and how many: M, b, sigmas of both, lever arm and sigma of it, residuals, and how far the primary
 /// was followed, which version 1 lacks.
-const PARTS: [(Field, u8); 9] = [
+const PARTS: [(Field, u8); PART_NAMES.len()] = [
     (Field::Matrix, 9),
     (Field::Bias, 3),
     (Field::Sigmas, 9),
@@ -91,7 +86,7 @@ pub fn write<T: Real>(
     put(bytes, DIRECTIONS, [record.directions]);
     put(bytes, PAIRS, record.pairs.to_le_bytes());
     put(bytes, SEQUENCE, record.sequence.to_le_bytes());
-    numbers::write(words_mut(bytes, NUMBERS, flag), &parts(record));
+    numbers::write(words_mut(bytes, NUMBERS, flag), &record.parts());
     put(bytes, flag, [u8::from(temperature.is_some())]);
     if let Some(temperature) = temperature {
         put(bytes, flag + 1, temperature.to_le_bytes());
@@ -107,12 +102,13 @@ pub fn read<T: Real>(bytes: &[u8], flag: usize) -> Result<StoredRecord<T>, Decod
     if length(bytes, flag) != Some(bytes.len()) {
         return Err(DecodeError::Corrupt);
     }
+    let (identity, sensor) = subject(bytes)?;
+    // Zeros where an older version has no numbers.
     let mut stored = StoredRecord {
-        record: blank(),
+        record: Record::blank(identity, sensor),
         temperature: temperature(bytes, flag),
     };
     let record = &mut stored.record;
-    (record.identity, record.sensor) = subject(bytes)?;
     let [found, directions] = field(bytes, RUNG).unwrap_or_default();
     let rung = RUNGS.get(usize::from(found));
     record.rung = *rung.ok_or(DecodeError::UnknownCode {
@@ -123,7 +119,7 @@ pub fn read<T: Real>(bytes: &[u8], flag: usize) -> Result<StoredRecord<T>, Decod
     record.pairs = u32::from_le_bytes(field(bytes, PAIRS).unwrap_or_default());
     record.sequence = u32::from_le_bytes(field(bytes, SEQUENCE).unwrap_or_default());
     check(bytes, flag).map_err(DecodeError::NotFinite)?;
-    numbers::read(words(bytes, NUMBERS, flag), &mut parts_mut(record));
+    numbers::read(words(bytes, NUMBERS, flag), &mut record.parts_mut());
     Ok(stored)
 }
 
@@ -150,57 +146,4 @@ fn check(bytes: &[u8], flag: usize) -> Result<(), Field> {
     }
     let temperature = temperature(bytes, flag).is_none_or(f32::is_finite);
     temperature.then_some(()).ok_or(Field::Temperature)
-}
-
-/// A record to be read into; of what an older version lacks, nothing is known.
-fn blank<T: Real>() -> Record<T> {
-    Record {
-        identity: 0,
-        sensor: Sensor::Accelerometer,
-        model: ErrorModel {
-            matrix: zeros(),
-            bias: zeros(),
-        },
-        matrix_sigma: zeros(),
-        bias_sigma: zeros(),
-        lever_arm: zeros(),
-        lever_arm_sigma: zeros(),
-        rung: Rung::Offset,
-        directions: 0,
-        residual: T::zero(),
-        residual_before: T::zero(),
-        pairs: 0,
-        sequence: 0,
-        followed: zeros(),
-    }
-}
-
-/// The numbers of a record, as [`PARTS`] says.
-fn parts<T: Real>(record: &Record<T>) -> [&[T]; PARTS.len()] {
-    [
-        record.model.matrix.as_slice(),
-        record.model.bias.as_slice(),
-        record.matrix_sigma.as_slice(),
-        record.bias_sigma.as_slice(),
-        record.lever_arm.as_slice(),
-        record.lever_arm_sigma.as_slice(),
-        slice::from_ref(&record.residual),
-        slice::from_ref(&record.residual_before),
-        record.followed.as_slice(),
-    ]
-}
-
-/// The same, to be read into.
-fn parts_mut<T: Real>(record: &mut Record<T>) -> [&mut [T]; PARTS.len()] {
-    [
-        record.model.matrix.as_mut_slice(),
-        record.model.bias.as_mut_slice(),
-        record.matrix_sigma.as_mut_slice(),
-        record.bias_sigma.as_mut_slice(),
-        record.lever_arm.as_mut_slice(),
-        record.lever_arm_sigma.as_mut_slice(),
-        slice::from_mut(&mut record.residual),
-        slice::from_mut(&mut record.residual_before),
-        record.followed.as_mut_slice(),
-    ]
 }
