@@ -1051,7 +1051,11 @@ SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
 }
 """Made from the figures of several benchmarks."""
 
-PAGES = {"README.md": ("figures", "device"), "docs/benchmarks.md": ("missed", *TABLES)}
+PAGES = {
+    "README.md": ("figures",),
+    "docs/how-to/firmware.md": ("device",),
+    "docs/benchmarks.md": ("missed", *TABLES),
+}
 """What is printed where."""
 
 
