@@ -70,7 +70,7 @@ class NonOrthogonality(Document):
 
 
 class Angles(Document):
-    """What M says of the axes, in degrees."""
+    """Angles of the axes in M, in degrees."""
 
     non_orthogonality: NonOrthogonality = Field(alias="non-orthogonality")
     mounting: VectorWithGaps
@@ -83,7 +83,7 @@ class Sigma(Document):
     bias: VectorWithGaps
     """In the unit of the triad."""
     scale: VectorWithGaps
-    """Of the diagonal of K, 1."""
+    """Sigma of the diagonal of K, 1."""
     non_orthogonality: NonOrthogonality = Field(alias="non-orthogonality")
     """deg."""
     mounting: VectorWithGaps
@@ -94,11 +94,11 @@ class Inherited(Document):
     """Uncertainty that the reference leaves on all its targets alike; their differences are free of it."""
 
     source: str
-    """What states it: the calibration of the reference, a grade, or the rate table."""
+    """Source of the uncertainty: the calibration of the reference, a grade, or the rate table."""
     sigma: Sigma
     """1-sigma, contained in the `sigma` of the triad."""
     covariance: Covariance
-    """Of [M row by row, b], to be added to the `covariance` of the triad."""
+    """Covariance of [M row by row, b], to be added to the `covariance` of the triad."""
 
 
 class Residual(Document):
@@ -114,7 +114,7 @@ class Triad(Document):
     """Three sensing axes. `M` and `b` suffice to correct; the rest says how good they are and where from."""
 
     unit: Literal["m/s^2", "rad/s"]
-    """Of what the sensor says."""
+    """Unit of the readings."""
     M: Matrix
     """sensor from case: y = M u + b."""
     b: Vector
@@ -130,7 +130,7 @@ class Triad(Document):
     estimated: tuple[Group, ...] = Field(default=(), strict=False)
     """Groups of parameters that the data showed; the others stand at their ideal values."""
     unobservable: tuple[str, ...] = Field(default=(), strict=False)
-    """What the data did not show, in words."""
+    """Parameters that the data did not show, in words."""
     rank: int | None = None
     """Number of directions of [M, b] that the data showed, at most 12."""
     chi_square: float | None = None
@@ -150,12 +150,12 @@ class Triad(Document):
     random_walk_for_filters: VectorWithGaps | None = None
     """Random walk as a filter needs it: that above, or, where the log does not show it, its upper bound."""
     temperature_drift: TemperatureDrift | None = None
-    """What temperature does to bias and scale; M and b are then those at its reference."""
+    """Effect of temperature on bias and scale; M and b are then those at its reference temperature."""
     residuals: tuple[Residual, ...] = Field(default=(), strict=False)
     covariance: Covariance | None = None
-    """Of [M row by row, b], without what is inherited."""
+    """Covariance of [M row by row, b], without the inherited part."""
     inherited: Inherited | None = None
-    """What the uncertainty of the reference adds; absent where nobody states that."""
+    """Contribution of the uncertainty of the reference; absent where it is not stated."""
 
     @property
     def total_covariance(self) -> FloatArray | None:
@@ -277,13 +277,13 @@ class Log(Document):
     file: str
     """Its name, without folders."""
     sha256: str = ""
-    """Of its bytes, in hexadecimal; of a folder that of the names and digests of its files."""
+    """SHA-256 of its bytes, in hexadecimal; of a folder, that of the names and digests of its files."""
     duration: float | None = None
     """s."""
 
 
 class ReferenceUncertainty(Document):
-    """Who states how uncertain the reference is: `calibration`, `grade tactical`, or `not stated`.
+    """Source of the uncertainty of the reference: `calibration`, `grade tactical`, or `not stated`.
 
     Where it is not stated, scale and non-orthogonality are relative to the reference.
     """
@@ -304,7 +304,7 @@ class Reference(Document):
 
 
 class Method(Document):
-    """How the calibration was found."""
+    """Method by which the calibration was found."""
 
     procedure: str
     truth: str = ""
@@ -324,7 +324,7 @@ class Contribution(Document):
     station: str = ""
     logs: tuple[Log, ...] = Field(default=(), strict=False)
     verdict: str = ""
-    """As of a calibration; `measured` of noise and temperature."""
+    """Verdict as of a calibration; `measured` for noise and temperature."""
 
 
 class Calibration(Document):
@@ -349,11 +349,11 @@ class Calibration(Document):
     verdict: str = ""
     """`pass` or `fail` by the limits below, `calibrated` where there were none, or `model not met`."""
     limits: Limits | None = None
-    """What it was held against."""
+    """Limits against which it was checked."""
     method: Method | None = None
-    """What gave all that no contribution gave; absent where there is no such part."""
+    """Method of all parts that no contribution gave; absent where there is no such part."""
     contributions: tuple[Contribution, ...] | None = Field(default=None, strict=False)
-    """What gave the other parts of a calibration that was built up, the earliest first."""
+    """Contributions to a calibration that was built up in steps, the earliest first."""
     reference: Reference | None = None
     gravity: Gravity | None = None
     temperature: Temperature | None = None

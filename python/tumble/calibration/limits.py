@@ -20,7 +20,7 @@ SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 
 
 class Calibrated(Protocol):
-    """What limits are held against: a unit whose triads were calibrated, or the reason why not."""
+    """A unit to be checked against limits: its calibrated triads, or the reason why there are none."""
 
     @property
     def failure(self) -> str:
@@ -83,7 +83,7 @@ class TriadLimits(Document):
     bias: PerAxis | None = None
     """unit"""
     scale: PerAxis | None = None
-    """Of scale - 1, a ratio: 0.02 is two per cent."""
+    """Limit of scale - 1, a ratio: 0.02 is two per cent."""
     non_orthogonality: PerPair | None = Field(default=None, alias="non-orthogonality")
     """deg"""
     mounting: PerAxis | None = None

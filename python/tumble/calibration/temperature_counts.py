@@ -1,4 +1,4 @@
-"""What of a recording a calibration does not know: temperatures beyond its range, and those not recorded."""
+"""Samples whose temperature is beyond the range of the calibration, or was not recorded."""
 
 from __future__ import annotations
 

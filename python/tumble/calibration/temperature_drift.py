@@ -1,4 +1,4 @@
-"""What temperature does to bias and scale of one triad, as it stands in a calibration file.
+"""Temperature drift of bias and scale of one triad, as stored in a calibration file.
 
 `y = (1 + s(t)) M u + b + d(t)`, axis by axis, with `t = T - reference` and T held within `range`; `s` and
 `d` are polynomials without a constant term, so that M and b are those at the reference

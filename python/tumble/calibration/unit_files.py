@@ -12,7 +12,7 @@ from tumble.foundation.files import PAGE, check_output, prepare_folder
 
 
 class UnitResult(Protocol):
-    """What a procedure found of one unit."""
+    """Result of a procedure for one unit."""
 
     @property
     def name(self) -> str:

@@ -1,1 +1,1 @@
-"""What everything else is built of: units, numbers, files, documents, recordings, results."""
+"""Shared foundation of all packages: units, numbers, files, documents, recordings, results."""

@@ -55,7 +55,7 @@ def times(values: ArrayLike, name: str = "time") -> FloatArray:
 
 
 def are_dates(values: ArrayLike) -> bool:
-    """Whether these are dates or durations, whose unit nobody has to guess."""
+    """Returns whether the values are dates or durations, which carry their unit."""
     array = _array(values, "time")
     return array.dtype.kind in "mM" or hasattr(next(iter(array.ravel()), None), "tzinfo")
 
@@ -71,7 +71,7 @@ def refuse_other_lengths(arrays: Sequence[tuple[str, FloatArray | None]]) -> Non
 
 
 def are_samples(time: object, accelerometer: object, gyroscope: object, temperature: object) -> bool:
-    """Whether these are (n,), (n, 3), (n, 3) and, if there is any, (n,) that need no conversion."""
+    """Returns whether shapes are (n,), (n, 3), (n, 3) and, if given, (n,), and need no conversion."""
     if not (_is_ready(time) and _is_ready(accelerometer) and _is_ready(gyroscope)):
         return False
     rows, triads = time.shape, (*time.shape, AXES)
@@ -84,7 +84,7 @@ def are_samples(time: object, accelerometer: object, gyroscope: object, temperat
 
 
 def _is_ready(values: object) -> TypeGuard[FloatArray]:
-    """Whether nothing has to be converted: samples that come one by one have little time for that."""
+    """Returns whether the values need no conversion; a quick test for samples that come one by one."""
     return type(values) is np.ndarray and values.dtype is _FLOAT64 and values.flags.c_contiguous
 
 

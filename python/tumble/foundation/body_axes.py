@@ -27,7 +27,7 @@ def in_words(axes: str) -> str:
 
 
 def are_axes(axes: str) -> bool:
-    """Whether the letters name three directions at right angles, of a right-handed frame."""
+    """Returns whether the letters name three directions at right angles, of a right-handed frame."""
     if len(axes) != len("xyz") or any(letter not in _VECTORS for letter in axes):
         return False
     (ax, ay, az), (bx, by, bz), z = (_VECTORS[letter] for letter in axes)

@@ -81,7 +81,7 @@ def _refusal(problem: str, mark: _Mark) -> yaml.MarkedYAMLError:
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """How much a node holds, with all that it leads to."""
+    """Size of a node together with all nodes that it refers to."""
 
     nodes: int
     levels: int

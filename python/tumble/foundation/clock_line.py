@@ -1,4 +1,4 @@
-"""What live and recorded clocks share: the lower convex hull of delays, and what a line below them may be.
+"""Lower convex hull of clock delays, and the range of a clock line below it, for live and recorded clocks.
 
 Andrew, "Another efficient algorithm for convex hulls in two dimensions", Information Processing Letters
 9, 1979.

@@ -61,7 +61,7 @@ class Document(BaseModel):
         validate_by_alias=True,
     )
     renamed_keys: ClassVar[Mapping[str, str]] = {}
-    """What keys of earlier versions are called now."""
+    """Current names of keys of earlier versions."""
 
     def content(self) -> dict[str, Any]:
         """Plain mappings, lists, numbers and text as they stand in the file; absent parts are left out."""

@@ -6,7 +6,7 @@ from tumble.foundation.words import plain
 
 
 class TumbleError(Exception):
-    """What is wrong, where, why, and what to do, in one line.
+    """A mistake of the user in one line: cause, place, reason and remedy.
 
     `why` is the line without what it is about. The command line prints the line and exits with code 2; a bug
     keeps its traceback and exits 1.
@@ -24,7 +24,7 @@ def _printable(text: str) -> str:
 
 
 class CommandError(TumbleError):
-    """What was typed lacks an argument, or holds an option or a value that the command does not know."""
+    """A command line that lacks an argument, or holds an unknown option or value."""
 
 
 class LogError(TumbleError):
@@ -36,7 +36,7 @@ class TableError(TumbleError):
 
 
 class ArrayError(TumbleError):
-    """What was given as numbers is none, or has a shape that means nothing."""
+    """An array that holds no numbers, or has an unusable shape."""
 
 
 class CalibrationFileError(TumbleError):

@@ -1,4 +1,4 @@
-"""What people read off a matrix M of three sensors: scale, non-orthogonality and mounting, with sigmas.
+"""Scale, non-orthogonality and mounting in a matrix M of three sensors, with their sigmas.
 
 `M = K L Q` as in docs/conventions.md: K diagonal scale, L lower triangular with unit rows, Q a rotation.
 """

@@ -33,19 +33,19 @@ _LONGEST_NAME = 255
 _SHOWN = 60
 """Characters shown of a name that is longer."""
 _HEAD_BYTES = 16_384
-"""How much of a file is looked at to tell its kind."""
+"""Number of bytes read from a file to detect its kind."""
 _MOST_NAMED = 20
 """Files of one folder that a remark names one by one."""
 _MOST_KEPT = 16
 """Files of which is kept what was read."""
 
 Found = TypeVar("Found")
-"""What is read in a file."""
+"""Result of reading a file."""
 
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """What a file holds, as far as its beginning tells."""
+    """Kind of a file, as far as its beginning shows."""
 
     name: str
     """`an HTML page`: for messages."""
@@ -53,7 +53,7 @@ class FileKind:
     """Is found in the first bytes of every file of this kind."""
 
     def begins(self, path: Path) -> bool:
-        """Whether the file is of this kind; an empty one is of any, a device or a pipe of none."""
+        """Returns whether the file is of this kind; an empty file is of any kind, a device of none."""
         if is_special(path):
             return False
         with path.open("rb") as file:
@@ -66,14 +66,14 @@ PAGE = FileKind("an HTML page", re.compile(rb"\A\s*<!doctype html", re.IGNORECAS
 
 @dataclass(slots=True)
 class FilesOfCommand:
-    """What the running command reads and what it has replaced."""
+    """Files that the running command reads, and files that it has replaced."""
 
     inputs: dict[FileIdentity, Path] = field(default_factory=dict)
     replaced: list[Path] = field(default_factory=list)
     made: list[Path] = field(default_factory=list)
     """Folders, one in another the inner first."""
     locks: dict[FileIdentity, FolderLock] = field(default_factory=dict)
-    """Of the folders that the command writes into."""
+    """Locks of the folders that the command writes into."""
 
     def hold(self, folder: Path) -> None:
         """Hold a folder to its end; raises `OutputError` where another run writes into it."""

@@ -1,4 +1,4 @@
-"""How certain a calibration is to be: `bias 0.001, scale 0.02 %`, in the units of the report."""
+"""Goal of a calibration as largest sigmas: `bias 0.001, scale 0.02 %`, in the units of the report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from tumble.foundation.units import TRIADS, UNITS
 
 FORM = f"[accelerometer|gyroscope] {'|'.join(GROUPS)} SIGMA [UNIT], commas between"
 BY_TIME_AT_REST = "bias"
-"""What of a gyroscope is found at rest; all else of it in turns. An accelerometer's is all found at rest."""
+"""Group of gyroscope parameters that rests show; turns show the others. Rests show all of an
+accelerometer."""
 
 
 class Calibrated(Protocol):
@@ -22,7 +23,7 @@ class Calibrated(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the unit."""
+        """Name of the unit."""
 
     @property
     def accelerometer(self) -> TriadResult | None:
@@ -44,22 +45,22 @@ class GoalTerm:
 
     @property
     def name(self) -> str:
-        """As it is typed, without the number."""
+        """Name of the term as the user types it, without the number."""
         return f"{self.triad} {self.group}"
 
     @property
     def needs_turns(self) -> bool:
-        """Whether more turns, rather than more time at rest, make it better."""
+        """Returns whether the term improves with more turns rather than with more time at rest."""
         return self.triad == "gyroscope" and self.group != BY_TIME_AT_REST
 
 
 @dataclass(frozen=True, slots=True)
 class GoalProgress:
-    """How far one term is, of the unit that is furthest from it."""
+    """Progress of one term, for the unit that is furthest from it."""
 
     term: GoalTerm
     unit: str
-    """Of the number: `m/s^2`, `rad/s`, `1`, `deg`."""
+    """Unit of the number: `m/s^2`, `rad/s`, `1`, `deg`."""
     sigma: float
     """Infinite while the data do not show it."""
     target: str
@@ -76,7 +77,7 @@ class Goal:
 
     terms: tuple[GoalTerm, ...]
     text: str
-    """As it was typed."""
+    """Goal as typed by the user."""
 
     @classmethod
     def parse(cls, text: str) -> Goal:

@@ -18,16 +18,16 @@ class LogFormat:
     """A format that is read."""
 
     name: str
-    """As in `tumble.foundation.recording.Metadata.format`."""
+    """Name, the same as in `tumble.foundation.recording.Metadata.format`."""
     what: str
     """In words."""
     module: str
     """Below `tumble.logs`: it has `open_logged_imu(path, imu, options)` and `list_imus(path, options)`, and
     `recognises(path, head)` where it looks inside."""
     example: str
-    """What a user types."""
+    """Argument that a user types, for example."""
     endings: tuple[str, ...] = ()
-    """Of the names of its files, where they are its own or usual."""
+    """Usual endings of the names of its files."""
     begins: tuple[bytes, ...] = ()
     """First bytes of its files."""
     pattern: bytes = b""
@@ -35,17 +35,18 @@ class LogFormat:
     folder_with: str = ""
     """Name of a file or folder by which a folder is known to be of this format."""
     looks_inside: bool = False
-    """Whether its module is asked about files and folders that nothing of the above tells."""
+    """Indicates whether its module inspects files and folders that neither name nor beginning identifies."""
     binary: bool = False
-    """Whether a file with such an ending that begins otherwise is damaged, and no table of text."""
+    """Indicates whether a file with such an ending but another beginning is reported as damaged, not read as
+    a text table."""
     extra: str = ""
-    """What is to be installed for it, as in `pip install tumble-imu[EXTRA]`; empty where nothing is."""
+    """Extra to be installed, as in `pip install tumble-imu[EXTRA]`; empty if none is needed."""
     body: str = ""
     """Directions of its axes in a vehicle, as in `body_axes`, where its documentation defines them."""
     axes: str = ""
     """Directions of its axes, in words, where its documentation defines them; of its local frame too."""
     firmware: str = ""
-    """Whose parameters its logs hold, as after `--to`: its module has `parameters_in`."""
+    """Firmware whose parameters its logs hold, as after `--to`: its module has `parameters_in`."""
 
 
 _FRD = f"{in_words(FRD)}, so that z reads -g when level; local frame NED"
@@ -302,7 +303,7 @@ class NoLog:
 
     what: str
     remedy: str = "give a log instead"
-    """What to do with it."""
+    """Remedy that the message names."""
     begins: tuple[bytes, ...] = ()
     """First bytes of such files."""
     pattern: bytes = b""
@@ -378,7 +379,7 @@ NO_LOGS = (
     ),
     NoLog("a program", begins=(b"\x7fELF", b"MZ\x90")),
 )
-"""What is known not to be a log, the narrower kinds first."""
+"""Kinds of files that are known not to be logs, the narrower kinds first."""
 
 AXES_OF = {each.name: each.axes for each in LOG_FORMATS}
 """Directions of the axes of each format, in words; empty where it defines none."""
@@ -397,7 +398,7 @@ class Packing:
     """A way in which files are packed."""
 
     name: str
-    """As in `pyarrow.CompressedInputStream`, but for xz."""
+    """Name, as in `pyarrow.CompressedInputStream`, except for xz."""
     ending: str
     unpack: str
     """The program that unpacks it."""

@@ -1,4 +1,4 @@
-"""What text is a number: decimal digits of ASCII, as devices and loggers write them."""
+"""Numbers in text: decimal digits of ASCII, as devices and loggers write them."""
 
 from __future__ import annotations
 

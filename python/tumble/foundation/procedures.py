@@ -27,7 +27,7 @@ class Procedure:
         self.endings = endings
         """Behind the name of a unit in the names of its files."""
         self.serves = serves
-        """Whether `serves.py` says what recordings it can be run on."""
+        """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
 
     @property
     def folder(self) -> str:

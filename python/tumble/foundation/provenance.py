@@ -36,13 +36,13 @@ class LogFacts:
     """The log that a result was found from."""
 
     sha256: str = ""
-    """Of its bytes, in hexadecimal; empty for arrays in memory."""
+    """SHA-256 of its bytes, in hexadecimal; empty for arrays in memory."""
     duration: float = 0.0
     """s, from the first sample to the last; of several files their sum."""
     axes: str = ""
     """Directions of the case axes in a vehicle, such as FRD; empty where the log does not define them."""
     time: LogTime = UNKNOWN_TIME
-    """Of its own clock; of several files that of the first."""
+    """Time by its own clock; of several files, that of the first."""
 
 
 UNKNOWN = Provenance()

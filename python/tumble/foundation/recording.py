@@ -65,7 +65,8 @@ class ResolvedUnit:
     """The unit a quantity was found in, and why it was taken to be that one."""
 
     name: str
-    """As written in the field: `m/s^2`, `g`, `rad/s`, `deg/s`, `counts`, `s`, `ms`, `us`, `ns`, `degC`."""
+    """Name of the unit as in the field: `m/s^2`, `g`, `rad/s`, `deg/s`, `counts`, `s`, `ms`, `us`, `ns`,
+    `degC`."""
     scale: float
     """SI value of one unit."""
     reason: str
@@ -73,18 +74,18 @@ class ResolvedUnit:
 
     @property
     def is_assumed(self) -> bool:
-        """Whether nothing told it."""
+        """Returns whether the unit is an assumption that neither log nor user states."""
         return self.reason == ASSUMED
 
 
 @dataclass(frozen=True, slots=True)
 class Metadata:
-    """What is known of a recording besides its samples."""
+    """Facts about a recording besides its samples."""
 
     name: str
     """Short name for tables and file names: `target_1`, `exp_3-imu2`."""
     source: str
-    """What the user typed: path, and IMU where the file holds several."""
+    """Argument as typed by the user: path, and IMU where the file holds several."""
     format: str
     """Name of a row of `log_formats.LOG_FORMATS`, or `folder`, `arrays`, `table`, `single axes`."""
     accelerometer_unit: ResolvedUnit
@@ -113,7 +114,7 @@ class Metadata:
     pace_sigma: float = 0.0
     """1-sigma of the pace of `time`, relative, where times were fitted; zero for stamps taken as they are."""
     remarks: tuple[str, ...] = ()
-    """What the reader did that a user should know: signs turned, rows skipped."""
+    """Remarks of the reader for the user: signs inverted, rows skipped."""
 
     def __post_init__(self) -> None:
         """Escape control characters in the names of a log, which reach terminals and file names."""
@@ -129,7 +130,7 @@ class Metadata:
 
     @property
     def in_memory(self) -> bool:
-        """Whether the samples come from no file, so that `source` names none."""
+        """Returns whether the samples come from no file, so that `source` names none."""
         return self.format in ("arrays", "table")
 
 

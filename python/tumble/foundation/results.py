@@ -1,4 +1,4 @@
-"""What several procedures find, as plain data: what reports show and calibration files keep."""
+"""Results shared by several procedures, as plain data: reports show them and calibration files keep them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Verdict = Literal[
     "differ",
     "cannot be told",
 ]
-"""What a procedure says of a unit, or of a set of them, in a word."""
+"""Verdict of a procedure on a unit, or on a set of units."""
 
 Figures: TypeAlias = Mapping[str, float]
 """Figures of what the core objects to: SI units, times in s of the clock of the samples."""
@@ -49,7 +49,7 @@ LARGEST_WIDENING = 10.0
 residuals hold, and nothing shows that the rest is as random (docs/theory/turntable.md, section 7)."""
 
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
-"""Of the parameters of a triad, before the axis in their names."""
+"""Groups of the parameters of a triad, before the axis in their names."""
 
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""
@@ -74,11 +74,11 @@ class Tabular:
 
 
 class Named(Protocol):
-    """What has a name of its own within a result."""
+    """An item with a name of its own within a result."""
 
     @property
     def name(self) -> str:
-        """As in tables and messages."""
+        """Name as in tables and messages."""
 
 
 Item = TypeVar("Item", bound=Named)
@@ -118,13 +118,13 @@ class Collection(Generic[Item]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Addition:
-    """What any result says that adds to a calibration, or begins one."""
+    """Common fields of results that extend a calibration or begin one."""
 
     name: str
     sources: tuple[str, ...]
     serial: str
     logs: tuple[LogFacts, ...] = ()
-    """Of each source."""
+    """Facts about each source."""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
     """When and by whom it was found."""
     start_hash: str = ""
@@ -220,7 +220,7 @@ class TriadResult:
 
     @property
     def model_met(self) -> bool:
-        """Whether noise, or something as random, explains what the fit leaves."""
+        """Returns whether noise, or an equally random effect, explains the residuals of the fit."""
         return self.widening <= LARGEST_WIDENING
 
     @property

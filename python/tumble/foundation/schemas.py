@@ -15,11 +15,11 @@ class DocumentSchema:
     name: str
     """`calibration`: documents of this kind begin with `schema: tumble-calibration/VERSION`."""
     what: str
-    """What messages call such a document."""
+    """Name of such a document in messages."""
     module: str
     model: str
     is_stated: bool = False
-    """Whether a document without its `schema` is refused."""
+    """Indicates whether a document must state its `schema`."""
 
     def load_model(self) -> Any:  # noqa: ANN401 - a model of pydantic, which is imported late
         """Import the model."""

@@ -20,14 +20,14 @@ SMALLEST_TURN = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """Whether a recording can serve a procedure."""
+    """Suitability of a recording for a procedure."""
 
     procedure: str
     """`turntable, as reference`, `turntable, as target`, or the name of another procedure."""
     missing: tuple[str, ...]
-    """What the procedure needs and the recording does not show; empty if it can serve."""
+    """Conditions of the procedure that the recording does not meet; empty if it is suitable."""
     remarks: tuple[str, ...] = ()
-    """What will remain unknown although it can serve."""
+    """Quantities that will remain unknown although the recording is suitable."""
 
     @property
     def possible(self) -> bool:
@@ -37,16 +37,16 @@ class Service:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a recording shows, for procedures to judge whether it can serve them."""
+    """Evidence from a recording, by which procedures judge whether it suits them."""
 
     triads: Sequence[Triad]
     """Those recorded."""
     alone: bool
-    """Whether no other IMU was logged together with this one."""
+    """Indicates whether no other IMU was logged together with this one."""
     rests: tuple[Rest, ...]
-    """Of a unit that lies."""
+    """Rests of a unit that lies."""
     rests_by_hand: tuple[Rest, ...]
-    """Of a unit that is held."""
+    """Rests of a unit that is held by hand."""
     turn_angles: FloatArray
     """(k, 3) rad, between rests."""
     trace: tuple[FloatArray, FloatArray, FloatArray]
@@ -54,7 +54,7 @@ class Evidence:
     temperature: tuple[float, float] | None
     """Lowest and highest, degC."""
     faults: tuple[str, ...]
-    """What no procedure can do with."""
+    """Faults that make the recording unsuitable for every procedure."""
 
     @cached_property
     def directions(self) -> list[FloatArray]:
@@ -71,7 +71,7 @@ class Evidence:
 
     @cached_property
     def turned(self) -> bool:
-        """Whether any turn between rests is more than the bias of the gyroscope could feign."""
+        """Returns whether any turn is larger than the bias of the gyroscope alone can explain."""
         spans = np.array([after.start - before.end for before, after in pairwise(self.rests)])
         if len(spans) == 0 or len(spans) != len(self.turn_angles):
             return False

@@ -1,4 +1,4 @@
-"""How evenly samples come: interval, jitter and gaps, gathered as they stream by."""
+"""Regularity of sampling: interval, jitter and gaps, gathered while samples stream by."""
 
 from __future__ import annotations
 

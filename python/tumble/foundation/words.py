@@ -12,8 +12,8 @@ ESCAPED = "tumble-escaped"
 
 
 _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
-"""What a terminal obeys instead of showing it: control characters but tab and newline, and those that turn
-the direction of what follows (https://www.unicode.org/reports/tr9/, section 2)."""
+"""Characters that a terminal obeys instead of showing: control characters except tab and newline, and those
+that change the direction of the following text (https://www.unicode.org/reports/tr9/, section 2)."""
 _OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 """Begin what spreadsheets compute, or lead up to it."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")

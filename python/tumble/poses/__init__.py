@@ -1,1 +1,1 @@
-"""What the turntable and the procedures by hand share: lists of poses, and the triads found at them."""
+"""Lists of poses and the triads found at them, for turntable and procedures by hand."""

@@ -12,7 +12,7 @@ from tumble.foundation.recording import FloatArray
 LEVEL = math.radians(10.0)
 """Tilt, rad, below which an axis is just called up or down."""
 SMALL_PART = 0.3
-"""Of a tilt towards one axis, below which its part towards another is not named."""
+"""Share of a tilt below which its part towards another axis is not named."""
 
 MOST_ORIENTATIONS = 1000
 """More than a person holds a unit in: a day and a half of work."""

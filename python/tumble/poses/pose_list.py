@@ -134,7 +134,7 @@ class PoseEntry(Document):
     """One pose."""
 
     name: Annotated[str, Field(min_length=1)]
-    """What tables and pictures call it."""
+    """Name in tables and pictures."""
     up: Vector
     """Direction of the table frame that points up, of any length but zero."""
     file: str | None = None

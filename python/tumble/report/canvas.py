@@ -20,7 +20,7 @@ Range: TypeAlias = tuple[float, float]
 Paint: TypeAlias = Callable[[str], str]
 """Gives what a drawing colour is called where the figure will stand."""
 Frame: TypeAlias = Literal["data", "panel"]
-"""What a place is counted in: the numbers of the panel, or shares of its width or height."""
+"""Frame of a place: numbers of the panel, or shares of its width or height."""
 
 Side: TypeAlias = Literal["left", "center", "right"]
 """Where the place of a text is: at its left end, in its middle, at its right end."""
@@ -34,7 +34,7 @@ _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 _BELOW = {"baseline": 0.0, "center": 0.36, "top": 0.78, "bottom": -0.22}
 """Where the baseline of a text lies below its place, in sizes of the text."""
 _LINE_HEIGHT = 1.2
-"""Of a text, in sizes."""
+"""Line height of text, in font sizes."""
 _HATCHES = {"////": "M-1 1l2 -2M0 6l6 -6M5 7l2 -2", "xxxx": "M0 0l6 6M6 0l-6 6"}
 _HATCH_CELL = 6
 _HATCH_WIDTH = 0.6
@@ -57,7 +57,7 @@ _SHAPES = {
 
 
 class Definitions:
-    """What a figure refers to by an identifier: markers, hatches, edges of panels."""
+    """Definitions that a figure refers to by identifier: markers, hatches, edges of panels."""
 
     def __init__(self, prefix: str) -> None:
         self._prefix = prefix

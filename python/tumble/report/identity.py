@@ -17,12 +17,12 @@ NOT_STATED = "not stated"
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Of one result."""
+    """Identity of one result."""
 
     procedure: str
     """`Turntable`, `Multi-pose`."""
     name: str
-    """Of the unit, or of the set."""
+    """Name of the unit, or of the set."""
     serial: str
     """Empty where none is stated; of several units each with its name."""
     provenance: Provenance

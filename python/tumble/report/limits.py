@@ -1,4 +1,4 @@
-"""How much of a limit a value uses."""
+"""Share of a limit that a value uses."""
 
 from __future__ import annotations
 

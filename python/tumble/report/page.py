@@ -1,4 +1,4 @@
-"""What every page is made with: templates, and pictures with their captions."""
+"""Templates and captioned pictures of all pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What our figures share: axes with grid lines and labels, points, bars and lines in the house's measures."""
+"""Panels of all figures: axes with grid lines and labels, points, bars and lines in common measures."""
 
 from __future__ import annotations
 

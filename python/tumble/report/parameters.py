@@ -45,7 +45,7 @@ class ParameterRow:
     interval: str = ""
     limit: str = ""
     share: str = ""
-    """Of the limit."""
+    """Share of the limit."""
     kept: bool | None = None
     picture: Markup = NO_PICTURE
     reason: str = ""
@@ -63,7 +63,7 @@ class ParameterGroup:
 
     @property
     def observable(self) -> bool:
-        """Whether any of them was."""
+        """Returns whether any of them was observable."""
         return any(not row.reason for row in self.rows)
 
     @property

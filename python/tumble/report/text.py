@@ -1,4 +1,4 @@
-"""What all pages say in the same words: temperatures, verdicts."""
+"""Common wording of all pages: temperatures, verdicts."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def whisker(
 def round_up(numbers: Iterable[float]) -> float:
     """Find the smallest of our round numbers that no finite one of `numbers` exceeds; 1 for none."""
     largest = max((abs(number) for number in numbers if math.isfinite(number)), default=0.0)
-    # Of numbers too small to keep all their digits not even the power of ten is known.
+    # The power of ten is unknown for numbers too small to keep all their digits.
     if largest < sys.float_info.min:
         return 1.0
     power = 10.0 ** math.floor(math.log10(largest))

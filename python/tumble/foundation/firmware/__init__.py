@@ -1,4 +1,4 @@
-"""How firmware of autopilots corrects its sensors, by the parameters that it keeps.
+"""Sensor corrections of autopilot firmware, computed from its parameters.
 
 Read in this order: `correction` (the formula that both share), `rotations`, then `px4` and `ardupilot`.
 """

@@ -1,4 +1,4 @@
-"""What firmware does to the readings of a triad, and that undone.
+"""Correction that firmware applies to the readings of a triad, and its inverse.
 
 Both PX4 and ArduPilot give `u = R ((y - t(T) - b) * s)`: thermal polynomial t, offset b, scale s of the axes
 of the sensor, and then the rotation R of the board.
@@ -16,7 +16,7 @@ from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.recording import FloatArray
 
 POWERS = (1, 2, 3)
-"""Of temperature, in polynomials of either firmware."""
+"""Powers of temperature in the polynomials of either firmware."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Thermal:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What parameters say of one sensor."""
+    """Parameters of one sensor."""
 
     device: int
     """Id that the firmware knows it by; 0 where it has none."""
@@ -53,7 +53,7 @@ class Stored:
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What the parameters of one triad make of its readings."""
+    """Correction of one triad by the parameters of the firmware."""
 
     offset: FloatArray
     """(3,) m/s^2 or rad/s."""
@@ -64,7 +64,7 @@ class Correction:
     """(3, 3)."""
 
     def is_other_than(self, before: Correction) -> bool:
-        """Whether it does something else to readings."""
+        """Returns whether this correction changes readings in another way."""
         same = all(
             np.array_equal(getattr(self, name), getattr(before, name))
             for name in ("offset", "scale", "body_from_sensor")
@@ -83,7 +83,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class Corrections:
-    """What was done to a triad over time, as parameters may change."""
+    """Corrections of a triad over time, as parameters may change."""
 
     since: FloatArray
     """(k,) s from which each holds; the first holds from the start."""
@@ -91,7 +91,7 @@ class Corrections:
 
     @property
     def needs_temperature(self) -> bool:
-        """Whether it cannot be undone without."""
+        """Indicates whether the inverse needs the temperature."""
         return any(correction.thermal is not None for correction in self.each)
 
     def undo(self, time: FloatArray, corrected: FloatArray, temperature: FloatArray | None) -> FloatArray:
