@@ -23,24 +23,24 @@ _NETWORK_SCHEMES, _PATH_SCHEMES = ("udp", "tcp", "mavlink"), ("serial", "file", 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """What was typed, taken apart."""
+    """A typed address, taken apart."""
 
     text: str
-    """As it was typed: what messages call the source."""
+    """Text as the user typed it; messages name the source by it."""
     scheme: str
     """`serial`, `udp`, `mavlink`, `replay` ..."""
     place: str
-    """What follows the scheme, without leading slashes where there are two of them."""
+    """Part after the scheme, without leading slashes where there are two of them."""
     settings: Mapping[str, str] = field(default_factory=dict)
-    """What follows the question mark."""
+    """Settings after the question mark."""
     unit: str | None = None
     """Which of several IMUs that are heard there, where one is named."""
     clock_rate: float = 1.0
-    """How many s its clock goes in a second, `?clock-rate=`: of what is simulated faster than life."""
+    """Seconds of its clock per second, `?clock-rate=`: for simulations that run faster than real time."""
 
     @property
     def line(self) -> str:
-        """What is opened: sources that differ in their unit, or message, only share it."""
+        """Line to be opened: sources that differ only in their unit, or message, share it."""
         settings = sorted((key, value) for key, value in self.settings.items() if key != "message")
         query = "&".join(f"{key}={value}" for key, value in settings)
         return f"{self.scheme}:{self.place}?{query}"

@@ -20,7 +20,7 @@ SET_BACK = 0.25
 STAMPS_TO_BELIEVE = 5
 """Strange stamps in succession that agree with each other: the clock itself has leapt."""
 ABSURD = 1e25
-"""What no stamp and no reading comes near, in whatever unit: it is no number."""
+"""Bound that no stamp and no reading reaches in any unit; larger numbers are invalid."""
 COUNTER = 2.0**32
 """Where the counters of small devices begin again: after 71.6 minutes if they count microseconds."""
 
@@ -57,7 +57,7 @@ class DeviceClock:
         return running
 
     def _runs_on(self, stamps: FloatArray) -> bool:
-        """Whether no counter began again since the stamps before, as is usual; then they are taken in."""
+        """Returns whether no counter began again since the stamps before, as is usual; stores the newest."""
         last = self._last
         for stamp in stamps.tolist():
             if last is None or not abs(stamp - last) <= COUNTER / 2.0:
@@ -83,7 +83,7 @@ class StampGate:
     """s, the first of successive stamps behind the newest."""
 
     def believes_all(self, time: FloatArray) -> bool:
-        """Whether (n,) stamps, s, run on evenly after those before, as most do; then they are believed."""
+        """Returns whether (n,) stamps, s, continue evenly, as most do, and accepts them if so."""
         newest = self.newest
         for stamp in time.tolist():
             if not 0.0 < stamp - newest <= self._stall:
@@ -121,7 +121,7 @@ class StampGate:
         return True
 
     def _is_set_back(self, stamp: float) -> bool:
-        """Whether stamps have gone on behind the newest for so long that it is the clock that was set."""
+        """Returns whether stamps have continued behind the newest for so long that the clock was set back."""
         if stamp > self.newest:
             self._behind = np.nan
         elif not stamp >= self._behind:

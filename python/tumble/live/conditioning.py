@@ -66,12 +66,12 @@ class Conditioner:
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
-        """Whether rad/s were taken for granted."""
+        """Returns whether rad/s is an assumption."""
         return self._conversion is not None and self._conversion.gyroscope_unit.is_assumed
 
     @property
     def stamped(self) -> bool:
-        """Whether times are the device's own, as far as is known."""
+        """Returns whether times are the device's own, as far as is known."""
         return self._conversion is None or self._conversion.time_unit.reason != _ARRIVAL
 
     @property
@@ -177,7 +177,7 @@ class Conditioner:
         return kept
 
     def _are_ordinary(self, time: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray) -> bool:
-        """Whether nothing is to be left out or counted, as is usual: one by one, samples have to be quick."""
+        """Returns whether nothing is to be left out or counted, as is usual; a quick test of one sample."""
         fastest = IMPOSSIBLE_RAD_PER_S if self.gyroscope_unit_is_assumed else IMPOSSIBLE_READING[1]
         possible = _all_within(accelerometer, IMPOSSIBLE_READING[0]) and _all_within(gyroscope, fastest)
         if not (possible and self._gate.believes_all(time)):
@@ -253,7 +253,7 @@ class ConditionedSource(PolledSource):
 
 
 def _all_within(triad: FloatArray, limit: float) -> bool:
-    """Whether all of (n, 3) readings are at most so large, whatever their sign; what is no number is not."""
+    """Returns whether all of (n, 3) readings are finite and within the limit, whatever their sign."""
     if len(triad) > FEW_SAMPLES:
         return bool(np.abs(triad).max() <= limit)
     for x, y, z in triad.tolist():

@@ -32,7 +32,7 @@ SET_FORWARD = 0.1
 """s by which a sample arrives before it was taken, after a step of stamps too long by as much, where the
 clock was set forward. An arrival as early after an even step had a shorter delay."""
 UNEVEN = 0.5
-"""Of the step between stamps before, by which another differs where the clock may have been set."""
+"""Relative deviation from the step between stamps before, beyond which the clock may have been set."""
 DOUBTED = 5e-3
 """s by which a sample comes sooner than any before, at which one alone is not believed."""
 ALMOST_THERE = 1e-9
@@ -47,7 +47,7 @@ FINEST_DELAY, DELAYS_PER_OCTAVE, OCTAVES = 1e-6, 4, 26
 
 @dataclass(slots=True)
 class DelayCounts:
-    """How much later than the least possible samples arrived, counted in classes a fifth apart."""
+    """Histogram of the delays of arrivals beyond the least possible one, in classes a fifth apart."""
 
     largest: float = 0.0
     """s."""
@@ -150,12 +150,12 @@ class HostClock:
 
     @property
     def settled(self) -> bool:
-        """Whether the line stands on enough samples for host times to follow it slowly."""
+        """Returns whether the line rests on enough samples for host times to follow it slowly."""
         return self._line.span >= SETTLED and self._line.arrivals >= SETTLED_ARRIVALS
 
     @property
     def remark(self) -> str:
-        """What a user should know, in one line; empty while nothing is known."""
+        """Remark for the user, in one line; empty while nothing is known."""
         if not math.isfinite(self.sigma):
             return ""
         if not self._stamped:
@@ -236,7 +236,7 @@ class HostClock:
         return since, arrival - self._first[1] - since
 
     def _has_leapt(self, since: float, beyond: float, arrival: float) -> bool:
-        """Whether the sensor's clock was set, rather than that the line stalls: all samples stay late.
+        """Returns whether the sensor's clock was set; a stalled line, in contrast, catches up.
 
         Stamps that go on evenly are those of a clock that was not set, however much sooner they come.
         """
@@ -254,7 +254,7 @@ class HostClock:
         return arrival - self._late_since > (LEAP_ARRIVALS if was_set else LATE_FOR_GOOD)
 
     def _is_doubtful(self, beyond: float) -> bool:
-        """Whether it came so much sooner than all before that its stamp may be spoilt: the next one tells."""
+        """Returns whether it came so much sooner than all before that its stamp may be wrong."""
         before, self._sooner = self._sooner, min(beyond, 0.0)
         return self.settled and beyond < -DOUBTED and before > 0.5 * beyond
 

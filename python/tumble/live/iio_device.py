@@ -19,7 +19,7 @@ from tumble.live.address import Address
 from tumble.live.iio_scan import Element, Scan, parse_element
 
 CHANNELS: Mapping[Triad, str] = {"accelerometer": "in_accel", "gyroscope": "in_anglvel"}
-"""What IIO calls them; after offset and scale they are in m/s^2 and rad/s."""
+"""Names of the triads in IIO; after offset and scale they are in m/s^2 and rad/s."""
 DEVICES = "sys/bus/iio/devices"
 TIMESTAMP, TEMPERATURE = "in_timestamp", "in_temp"
 BUFFER_SCANS = 1024
@@ -66,7 +66,7 @@ class IioDevice:
     folder: Path
     """Where sysfs has it."""
     scan: Scan = field(default_factory=lambda: Scan([]))
-    """What is captured, once it is open."""
+    """Channels that are captured, once it is open."""
     _scaling: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Offset and scale of each channel that is captured."""
     _mounting: dict[Triad, FloatArray | None] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class IioDevice:
 
     @property
     def name(self) -> str:
-        """As the driver calls it: `lsm6dsm`."""
+        """Name that the driver gives: `lsm6dsm`."""
         return _text(self.folder / "name") or self.folder.name.removeprefix("iio:")
 
     @property

@@ -1,4 +1,4 @@
-"""How a buffer of Linux IIO holds its samples: `le:s12/16>>4` and the like.
+"""Layout of the samples in a buffer of Linux IIO: `le:s12/16>>4` and the like.
 
 Documentation/driver-api/iio/buffers.rst and Documentation/ABI/testing/sysfs-bus-iio of Linux.
 """

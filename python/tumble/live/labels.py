@@ -1,4 +1,4 @@
-"""Of which unit a line of text is, where several share one: `a: 1,2,3`, a column, a field of JSON."""
+"""Labels of the units that share a line of text: `a: 1,2,3`, a column, a field of JSON."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class LabelReader:
         """Rows with each label so far."""
         self._prefixes: set[str] = set()
         self._column: int | None = None
-        """Of the label, once names of columns came that have one."""
+        """Number of the column with the label, once names of columns came that include one."""
         self._delimiter = ","
 
     def expect(self, label: str) -> None:
@@ -110,7 +110,7 @@ class LabelReader:
         return True
 
     def _are_names(self, text: str) -> bool:
-        """Whether a line names columns; the one of labels among them is kept in mind."""
+        """Returns whether a line names columns, and stores which of them holds labels."""
         body = text.lstrip("#%").strip()
         delimiter = names_delimiter(body, self._options)
         if delimiter is None:
@@ -149,16 +149,16 @@ class LabelChoice:
 
     def __init__(self, address: Address, wanted: str | None, *, joined_midway: bool) -> None:
         self.label: str | None = None
-        """Of the rows that are read, once that is decided."""
+        """Label of the rows that are read, once it is decided."""
         self.prefix: str | None = None
         """Name of the unit where no rows are told apart, but columns by the front of their names."""
         self._address = address
         self._wanted = wanted
         self._holds_all = False
         self._is_open = True
-        """Whether rows to come may decide otherwise."""
+        """Indicates whether later rows may change the decision."""
         self._may_be_torn = joined_midway
-        """Whether the next row may have lost its label with its front."""
+        """Indicates whether the next row may have lost its label with its front."""
         self._without_label = 0
         self._kept: list[LabelledRow] = []
 
@@ -204,7 +204,7 @@ class LabelChoice:
         names = sorted(name for name, count in labels.items() if count > 1)
         if self._wanted is not None:
             raise none_such(self._address.text, "unit", self._wanted, names or sorted(labels))
-        # What is new in every row counts them.
+        # A label that is new in every row is a counter.
         if 2 * len(labels) > labels.total():
             self._holds_all = True
         elif len(names) > 1:
@@ -214,5 +214,5 @@ class LabelChoice:
 
 
 def _says_nothing(each: LabelledRow) -> bool:
-    """Whether it is neither of a unit nor may be a sample."""
+    """Returns whether the row has neither a label nor a possible sample."""
     return each.label == UNLABELLED and isinstance(each.row, str) and each.row[:1] not in _BEGIN_NUMBER

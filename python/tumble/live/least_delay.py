@@ -43,7 +43,7 @@ class _Block:
     slot: float
     """s of a slot."""
     corners: list[tuple[float, float]] = field(default_factory=list)
-    """Of the lower hull, s of the sensor and s of delay."""
+    """Corners of the lower hull, s of the sensor and s of delay."""
     count: int = 0
     sum: float = 0.0
     """s, of the sensor's times."""

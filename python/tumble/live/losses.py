@@ -13,7 +13,7 @@ class SampleLoss:
     """Samples of one unit that are missing between those that came."""
 
     name: str
-    """Of the unit."""
+    """Name of the unit."""
     samples: int
     """That came."""
     missing: int
@@ -23,7 +23,7 @@ class SampleLoss:
 
     @property
     def is_heavy(self) -> bool:
-        """Whether more is missing than `HEAVY_LOSS`."""
+        """Returns whether the share of missing samples is above `HEAVY_LOSS`."""
         return self.missing > HEAVY_LOSS * (self.samples + self.missing)
 
     def __str__(self) -> str:

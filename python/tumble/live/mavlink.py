@@ -45,7 +45,7 @@ class _Sender:
 
     @property
     def unit(self) -> str:
-        """What picks it: `HIGHRES_IMU.1`."""
+        """Unit by which the user selects it: `HIGHRES_IMU.1`."""
         return f"{self.message}.{self.sensor}" if self.sensor else self.message
 
     @property

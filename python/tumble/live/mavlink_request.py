@@ -49,7 +49,7 @@ class MessageRequest:
             )
 
     def _is_wanted(self, message: Any) -> bool:  # noqa: ANN401
-        """Whether it is the heartbeat of an autopilot: ground stations have one too."""
+        """Returns whether it is the heartbeat of an autopilot: ground stations have one too."""
         return (
             message.get_type() == "HEARTBEAT"
             and message.autopilot != self._dialect.MAV_AUTOPILOT_INVALID

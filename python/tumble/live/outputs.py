@@ -31,13 +31,13 @@ Place: TypeAlias = Any
 
 STDOUT = "stdout"
 NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
-"""Of what is sent, in s, m/s^2, rad/s and degC."""
+"""Names of the values that are sent, in s, m/s^2, rad/s and degC."""
 OF_A_SET = ("source", "flags")
-"""What is sent besides of a `SetChunk`."""
+"""Additional values that are sent of a `SetChunk`."""
 LARGEST_PAYLOAD = 1400
 """Bytes of a datagram that goes through most networks in one piece."""
 SYSTEM, PERIPHERAL = 1, 158
-"""What we call ourselves on MAVLink: a peripheral of the vehicle."""
+"""MAVLink identifiers of Tumble: a peripheral of the vehicle."""
 BETWEEN_HEARTBEATS = 1.0
 """s, on MAVLink: whoever does not say so for long is taken to be gone."""
 
@@ -64,7 +64,7 @@ class Output(Protocol):
 
     @property
     def name(self) -> str:
-        """What was typed."""
+        """Address as typed by the user."""
 
     def open(self, facts: Facts) -> AbstractContextManager[Writer]:
         """Open it; what it takes is there, or on its way, when `write` returns.

@@ -18,7 +18,7 @@ class Readings:
 
     samples: RawSamples
     moving: FloatArray | None = None
-    """As in `LiveChunk`."""
+    """State of the wheels, as in `LiveChunk`."""
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -39,12 +39,12 @@ class Readings:
 
 @dataclass(frozen=True, slots=True)
 class StreamFacts:
-    """What a stream states of itself; see `tumble.logs.conversion.Stating`."""
+    """Statements of a stream about itself; see `tumble.logs.conversion.Stating`."""
 
     source: str
-    """What was typed."""
+    """Source as typed by the user."""
     has_time: bool
-    """Whether samples carry stamps of the device."""
+    """Indicates whether samples carry stamps of the device."""
     accelerometer_unit: StatedUnit | None = None
     gyroscope_unit: StatedUnit | None = None
     time_unit: StatedUnit | None = None

@@ -50,7 +50,7 @@ class ReplaySource(PolledSource):
         self._chunk: Chunk | None = None
         self._wheels = wheels
         self._moving: FloatArray | None = None
-        """Whether wheels turned, of the chunk."""
+        """State of the wheels in the chunk."""
         self._done = 0
         """Samples of the chunk that were given."""
         self._began, self._start = math.nan, math.nan

@@ -20,14 +20,14 @@ class EchoedMessages:
     def __init__(self) -> None:
         self._lines: list[bytes] = []
         self._has_begun = False
-        """Whether a message was seen: from then on `---` belongs to one."""
+        """Indicates whether a message was seen: from then on `---` belongs to one."""
 
     def gather(self, lines: Sequence[bytes]) -> Iterator[bytes]:
         """Return lines, each message that is whole by now as one of them."""
         for line in lines:
             text = line.rstrip()
             if text == BEGIN:
-                # What was open lacks its end: its reader counts it.
+                # An open message without its end passes on as a line, and its reader counts it.
                 yield from self._lines[:1]
                 self._lines, self._has_begun = [line], True
             elif self._lines and text == END:

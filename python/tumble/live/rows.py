@@ -24,7 +24,7 @@ from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimit
 from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, several
 
 MOVING = "moving"
-"""What the state of the wheels is called in `--columns`."""
+"""Name of the state of the wheels in `--columns`."""
 MOVING_NAMES = ("moving", "wheels_moving", "wheel_moving", "wheel_speed", "wheels_speed", "motor")
 """Columns, in lower case, that say whether the wheels turn: 0 where they stand, else any other number."""
 ROWS_WITHOUT_NAMES = 8
@@ -100,7 +100,7 @@ class RowReader:
         self.unreadable = 0
         """Lines so far that held no sample and no column names."""
         self.prefix: str | None = None
-        """Of the columns of the unit that is read, where one is picked."""
+        """Prefix of the columns of the unit that is read, where one is selected."""
         self._source = address.text
         self._typed = address.text.partition("?")[0]
         self._moving_column = options.columns.get(MOVING)
@@ -117,7 +117,7 @@ class RowReader:
         """Why names that came so far are those of no IMU; the device may yet send others."""
         self._layout: _Layout | None = None
         self._layout_is_doubtful = False
-        """Whether its names came with the first line, which may have lost its front."""
+        """Indicates whether its names came with the first line, which may have lost its front."""
 
     @property
     def columns(self) -> ImuColumns:
@@ -127,7 +127,7 @@ class RowReader:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What a user should know of how rows were read."""
+        """Notices for the user on how rows were read."""
         notices = () if self._layout is None else self._layout.notices
         if self.unreadable:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
@@ -198,7 +198,7 @@ class RowReader:
             self._layout = None
 
     def _may_be_incomplete(self, names: list[str]) -> bool:
-        """Whether names may have lost those before them, or the first of them its front."""
+        """Returns whether names may lack those before them, or the first of them its front."""
         columns = [recognise(name) for name in names]
         if any(column and column.quantity == "time" for column in columns):
             return False

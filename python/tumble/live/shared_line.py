@@ -19,7 +19,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.track import one_name
 
 Part = TypeVar("Part")
-"""What a line is taken apart into: a row, a message."""
+"""Part into which a line is split: a row, a message."""
 
 
 MOST_AT_ONCE = 64
@@ -40,7 +40,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
     def __init__(self, line: SharedLine[Part], address: Address, options: ReadOptions) -> None:
         super().__init__(options, line.transport.reorder_window)
         self.line = line
-        """What it is heard on."""
+        """Transport that the units share."""
         named = (address.unit or "").strip("/").replace("/", "_")
         self.name = f"{line.name}-{named}" if named else line.name
         self.wanted = one_name(address.text, address.unit, options.topic)
@@ -101,20 +101,20 @@ class SharedLine(ABC, Generic[Part]):
         self.address = address
         self.transport = transport
         self.lost = False
-        """Whether it came to its end, or was unplugged: it is not to be opened again."""
+        """Indicates whether it ended or was unplugged, and must not be opened again."""
         self.units: list[LineUnit[Part]] = []
         """Those that are read at present."""
         self._senders: set[object] = set()
-        """Of the messages taken in last."""
+        """Senders of the messages taken in last."""
         self._proven: dict[object, float] = {}
         """s of `time.monotonic()` at which samples last came, by sender."""
         self._has_piled_up = False
-        """Whether more came than was taken in at once."""
+        """Indicates whether more came than was taken in at once."""
         self._shed = 0
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What a user should know of what came over the line."""
+        """Notices for the user on what came over the line."""
         others = f"left {count_of('message', self._shed)} unread that others sent faster than can be read"
         return (*self.transport.notices, *((others,) if self._shed else ()))
 

@@ -1,4 +1,4 @@
-"""What a live source is: samples of one IMU, as they come."""
+"""Interface of a live source: samples of one IMU, as they come."""
 
 from __future__ import annotations
 
@@ -93,15 +93,15 @@ class Source(Protocol):
 
     @property
     def stamped(self) -> bool:
-        """Whether samples carry a time of their own; where they carry none, it is that of their arrival."""
+        """Indicates whether samples carry a time of their own; otherwise their time is that of arrival."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a user should know of the samples given so far: units taken for granted, samples left out."""
+        """Remarks on the samples given so far, for the user: units assumed, samples left out."""
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
-        """Whether rad/s were taken for granted, for want of a word from the stream or the user."""
+        """Indicates whether rad/s is an assumption that neither the stream nor the user states."""
 
     def __enter__(self) -> Source: ...
 

@@ -1,4 +1,4 @@
-"""What carries bytes as they are written: a TCP connection, standard input, a file that grows."""
+"""Byte streams: a TCP connection, standard input, a file that grows."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class TcpConnection(NetworkSocket):
 
 
 class StandardInput:
-    """What another program pipes into this one; it ends where that program does."""
+    """Standard input, into which another program writes; it ends where that program does."""
 
     whole = False
     reorder_window = 0.0

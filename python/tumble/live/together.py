@@ -46,11 +46,11 @@ Opening: TypeAlias = Callable[[], Source]
 
 @dataclass(frozen=True, slots=True)
 class SourceEvent:
-    """What befell the source of one unit."""
+    """Loss or return of the source of one unit."""
 
     kind: Literal["lost", "returned"]
     name: str
-    """Of the unit."""
+    """Name of the unit."""
     time: float
     """s of `time.monotonic()`."""
     reason: str = ""
@@ -69,7 +69,7 @@ class _Unit:
         self.timing = TimeWatch()
         self.is_open = False
         self.line: int | None = None
-        """What is waited for while it is open; None where there is nothing that can be."""
+        """Descriptor to wait for while the source is open; None where there is none."""
         self.heard = math.inf
         """s of `time.monotonic()` at which the reader of the set was last given anything of it."""
         self.kept = EMPTY
@@ -156,7 +156,7 @@ class LiveSet:
         self._polled: list[_Unit] = []
         """Open units with nothing to wait for."""
         self._may_be_more = False
-        """Whether a unit with nothing to wait for gave samples just now."""
+        """Indicates whether a unit without a descriptor has just given samples."""
         self.listened = 0.0
         """s for which sources were waited for: while the computer did something else, nobody was silent."""
         self._looked = math.inf
@@ -168,7 +168,7 @@ class LiveSet:
 
     @property
     def is_replay(self) -> bool:
-        """Whether all of them replay logs, whose times are their own."""
+        """Returns whether all of them replay logs, whose times are their own."""
         return all(getattr(unit.source, "clock", "") == LOG_CLOCK for unit in self._units.values())
 
     @property
@@ -191,7 +191,7 @@ class LiveSet:
 
     @property
     def remarks(self) -> Mapping[str, tuple[str, ...]]:
-        """What a user should know of each unit: what its source says, the error of its clock, and gaps."""
+        """Remarks on each unit for the user: those of its source, the error of its clock, and gaps."""
         return {name: unit.remarks for name, unit in self._units.items()}
 
     def __enter__(self) -> LiveSet:

@@ -1,4 +1,4 @@
-"""What carries bytes here: a serial line, or datagrams; see `streams` for others."""
+"""Transports of bytes: a serial line, or datagrams; see `streams` for others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COUNT_DROPS = 40 if sys.platform == "linux" else None
 """Option of a socket (`SO_RXQ_OVFL`): each datagram comes with how many were dropped before it."""
 _COUNT = struct.Struct("=I")
 WAITING_BYTES = 1 << 22
-"""Of datagrams that wait to be read: seconds of one IMU."""
+"""Size of the buffer of datagrams that wait to be read: seconds of one IMU."""
 REORDER_WINDOW = 0.05
 """s for which datagrams may be overtaken by others unless `?reorder=` states it."""
 DEFAULT_BAUD = 115200
@@ -35,15 +35,15 @@ class Transport(Protocol):
 
     @property
     def whole(self) -> bool:
-        """Whether every piece holds whole messages, as datagrams do, or bytes as they happen to come."""
+        """Indicates whether every piece holds whole messages, as datagrams do, or arbitrary bytes."""
 
     @property
     def joined_midway(self) -> bool:
-        """Whether the first bytes may be the rest of a line that began before anybody listened."""
+        """Indicates whether the first bytes may be the rest of a line that began before the connection."""
 
     @property
     def sender(self) -> object:
-        """Who sent what was received last; None where a line has one sender only."""
+        """Sender of the bytes received last; None where a line has one sender only."""
 
     @property
     def unread(self) -> int:
@@ -55,7 +55,7 @@ class Transport(Protocol):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What a user should know of what came."""
+        """Notices on received bytes, for the user."""
 
     def fileno(self) -> int | None:
         """Give the descriptor to wait on; None where the line has none."""
@@ -142,7 +142,7 @@ class SerialLine:
 
 
 class NetworkSocket:
-    """What lines over a network share: the socket, while they are open."""
+    """Common part of transports over a network: the socket, while they are open."""
 
     def __init__(self) -> None:
         self._opened: socket.socket | None = None
@@ -204,7 +204,7 @@ class DatagramSocket(NetworkSocket):
             )[0]
             self._opened = socket.socket(family, kind, protocol)
             self._socket.setblocking(False)
-            # As much as the system grants: what comes while others are read waits here.
+            # The system may grant less; datagrams wait in this buffer while others are read.
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
             if COUNT_DROPS is not None:
                 self._socket.setsockopt(socket.SOL_SOCKET, COUNT_DROPS, 1)

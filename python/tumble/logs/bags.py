@@ -36,7 +36,7 @@ class Bag(Protocol):
     path: Path
     format: str
     remarks: tuple[str, ...]
-    """What a user should know of the file: damage to what is not needed, and what cannot be checked."""
+    """Remarks on the file for the user: damage to unneeded parts, and parts that cannot be checked."""
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read as they are."""
@@ -47,7 +47,7 @@ class Bag(Protocol):
         ...
 
     def definitions(self) -> dict[str, Definition]:
-        """How the messages of each topic are made, by name, as far as the file says so."""
+        """Definitions of the messages of each topic, by name, as far as the file states them."""
         ...
 
     def facts(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What every log has to keep to, checked while it streams by: time that runs forwards, and numbers."""
+"""Requirements on every log, checked while it streams by: increasing time, and finite numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
 _LARGEST_SHARE_OF_BAD_LINES = 0.01
 _LARGEST_SHARE_OF_CLASHES = 0.1
 _SPIKE = 10.0
-"""Of a reading that stands alone, against the usual one."""
+"""Ratio of an isolated reading to the usual one, above which it is a spike."""
 _SMALLEST_SPIKE: Mapping[Literal["accelerometer", "gyroscope"], float] = {
     "accelerometer": 15.0,
     "gyroscope": 1.0,
@@ -52,7 +52,7 @@ _LARGEST_POSSIBLE: dict[Measured, float] = {
 
 @dataclass(slots=True)
 class Oddities:
-    """How often something odd was met, and where first."""
+    """Number of irregularities of one kind, and the place of the first."""
 
     count: int = 0
     first: str = ""
@@ -104,7 +104,7 @@ class Warming:
 
 @dataclass(slots=True)
 class Counts:
-    """What a pass over a recording has met so far."""
+    """Counts of a pass over a recording so far."""
 
     read: int = 0
     """Samples in the log."""
@@ -115,7 +115,7 @@ class Counts:
     without_number: int = 0
     """Samples left out because the time or a channel is no finite number."""
     channels: dict[str, int] = field(default_factory=dict)
-    """Of those, how many each channel accounts for."""
+    """Number of those samples for which each channel accounts."""
     bad_lines: Oddities = field(default_factory=Oddities)
     """Lines left out because they cannot be read."""
     impossible: Oddities = field(default_factory=Oddities)
@@ -274,7 +274,7 @@ class ChunkStream(Iterator[Chunk]):
         return found
 
     def _is_sound(self, chunk: Chunk) -> bool:
-        """Whether all is finite, and no more than sensors read: two passes where masks would take many."""
+        """Returns whether all is finite and within usual readings: two passes where masks would take many."""
         quantities = self._quantities(chunk)
         return all(_largest(values) <= self._largest_usual[what] for what, values in quantities.items())
 

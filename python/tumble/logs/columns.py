@@ -78,7 +78,7 @@ _SELF_EXPLAINING = ReadOptions()
 _AXIS = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 _SEPARATOR = r"[\s_./:\-\[\]]*"
 _RANGE = r"\d|ln|wr|lo|hi|low|high|lg|hg"
-"""Of several sensors of one kind: a number, or low noise, wide range, low and high."""
+"""Mark of one of several sensors of one kind: a number, or low noise, wide range, low and high."""
 _STATE = re.compile(r"(?P<stem>.+)_(?P<state>CAL|UNCAL|RAW)")
 """Behind names of Shimmer Consensys."""
 _LEFT_OUT = re.compile(r"(?i)(?:.*[\s_.])?(?:linear |user_?)acceleration.*")
@@ -133,7 +133,7 @@ _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*[^\])0-9][^\])]*)
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """What the name of a column says."""
+    """Meaning of the name of a column."""
 
     quantity: Quantity
     axis: int
@@ -165,7 +165,7 @@ class ImuColumns:
 
     @property
     def as_option(self) -> str:
-        """What a user types to read these columns; in quotes where a name needs them for a shell."""
+        """Option that makes Tumble read these columns; in quotes where a name needs them for a shell."""
         channels = zip(CHANNELS, (*(self.accelerometer or ()), *(self.gyroscope or ())), strict=False)
         text = ",".join(f"{channel}={name}" for channel, name in channels)
         return f"--columns {text}" if re.fullmatch(r"[\w=,./:-]+", text) else f'--columns "{text}"'

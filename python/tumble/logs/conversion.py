@@ -34,11 +34,11 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Stating(Protocol):
-    """What a log or a live stream states of itself: all that a conversion is decided by, besides values."""
+    """Statements of a log or a live stream about itself: all that decides a conversion, besides values."""
 
     @property
     def source(self) -> str:
-        """What a user types to name it."""
+        """Argument by which a user names it."""
 
     @property
     def rate(self) -> float | None:
@@ -81,7 +81,7 @@ class TriadConversion:
 
     @property
     def changes_nothing(self) -> bool:
-        """Whether the log's axes and unit are those of the case."""
+        """Returns whether the log's axes and unit are those of the case."""
         return self.source == (0, 1, 2) and self._shift is None and self._stretch is None
 
     def __call__(self, values: FloatArray) -> FloatArray:
@@ -214,7 +214,7 @@ def notices_on_axes(options: ReadOptions) -> tuple[str, ...]:
 
 
 def is_mirrored(axes: str) -> bool:
-    """Whether these axes make a left-handed log right-handed; raises `LogError` where they are no axes."""
+    """Returns whether these axes make a left-handed log right-handed; raises `LogError` for invalid axes."""
     return float(np.linalg.det(case_from_log(axes))) < 0.0
 
 

@@ -154,7 +154,7 @@ class Rows:
 
     columns: Mapping[str, FloatArray]
     bad_lines: tuple[str, ...] = ()
-    """What was wrong with each line that was left out."""
+    """Error in each line that was left out."""
 
 
 class TextTable:

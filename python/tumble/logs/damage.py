@@ -9,7 +9,7 @@ from pathlib import Path
 from tumble.foundation.errors import LogError
 
 COPY_OR_SAVE = "copy it again, or save it again"
-"""What to do about a damaged file that no tool repairs."""
+"""Remedy for a damaged file that no tool repairs."""
 
 
 @contextmanager

@@ -40,7 +40,7 @@ TEMPERATURES = ("T", "Temp")
 BATCH_TRIADS: Mapping[int, Triad] = {0: "accelerometer", 1: "gyroscope"}
 """By the type that a batch states."""
 AT_SENSOR_RATE = 1
-"""Of INS_LOG_BAT_OPT: batches are as the sensor gives them."""
+"""Bit of INS_LOG_BAT_OPT: batches are as the sensor gives them."""
 MOST_PARAMETERS = 10_000
 """Names of parameters and changes of them that are kept; ArduPilot has some 1500."""
 _MOST_WAITING = 64
@@ -71,13 +71,13 @@ class _SourceFacts(Times):
 
 @dataclass(slots=True)
 class _Scan:
-    """What one pass shows of the whole log."""
+    """Result of one pass over the whole log."""
 
     sources: dict[_Source, _SourceFacts] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
-    """As first said."""
+    """First value of each parameter."""
     changes: list[tuple[float, str, float]] = field(default_factory=list)
-    """Of what corrects: time, s, name and value."""
+    """Changes of correction parameters: time, s, name and value."""
     remarks: tuple[str, ...] = ()
 
 

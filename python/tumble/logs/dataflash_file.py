@@ -31,7 +31,7 @@ _EMPTY = (0x00, 0xFF)
 
 @dataclass(slots=True)
 class _Layout:
-    """How the messages of one name are laid out."""
+    """Layout of the messages of one name."""
 
     name: str
     letters: str

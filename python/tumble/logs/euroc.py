@@ -121,7 +121,7 @@ def _about(file: Path) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Sensor:
-    """What `sensor.yaml` says."""
+    """Contents of `sensor.yaml`."""
 
     rate: float | None = None
     frame: str = ""

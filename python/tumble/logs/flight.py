@@ -1,4 +1,4 @@
-"""What logs of PX4 and ArduPilot have in common: an IMU in several forms, and a correction to undo."""
+"""Common parts of logs of PX4 and ArduPilot: an IMU in several forms, and a correction to undo."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class FlightImu:
     """One form in which a log holds an IMU; all in SI."""
 
     name: str
-    """As after `LOG:`."""
+    """Name of the IMU, as after `LOG:`."""
     form: str
-    """What it has in common with other IMUs of the log; of the forms listed the first is the best."""
+    """Form, in which other IMUs of the log may come too; of the forms listed the first is the best."""
     rate: float
     """Hz."""
     count: int
@@ -57,7 +57,7 @@ class FlightImu:
     serial: str = ""
     triads: tuple[Triad, ...] = TRIADS
     corrections: Callable[[], Mapping[Triad, Corrections]] | None = None
-    """What the firmware did; raises `LogError` where that is not known."""
+    """Corrections by the firmware; raises `LogError` where they are unknown."""
     has_temperature: bool = False
     notices: tuple[str, ...] = field(default=())
 

@@ -19,7 +19,7 @@ from tumble.logs.text_file import open_text
 from tumble.logs.track import LoggedImu
 
 HEAD_BYTES = 4096
-"""Of a file, by which its reader is found."""
+"""Number of bytes of a file by which its reader is found."""
 _ZIP_INDEX_BYTES = 1 << 16
 _FEW_ZEROS = 4
 """Bytes that a serial line garbles in a text, which is text all the same."""
@@ -28,7 +28,7 @@ FOLDER = "folder"
 
 
 class Reader(Protocol):
-    """What the module of a format has."""
+    """Interface of the module of a format."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """Say whether a file, or a folder, is of this format; `head` is empty for a folder."""
@@ -44,7 +44,7 @@ class Reader(Protocol):
 
 
 class ParameterReader(Reader, Protocol):
-    """What the module of a format has whose logs hold the parameters of firmware."""
+    """Interface of the module of a format whose logs hold the parameters of firmware."""
 
     def parameters_in(self, path: Path) -> Mapping[str, float]:
         """Give the parameters as they were when the log ended."""

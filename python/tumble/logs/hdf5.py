@@ -65,7 +65,7 @@ def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py h
     """Give the datasets of numbers by name, each once."""
     found: dict[str, Any] = {}
     for name, item in _objects(file, "", set()):
-        # What MATLAB keeps of cells and objects is in groups that begin so.
+        # MATLAB keeps cells and objects in groups whose names begin so.
         if isinstance(item, h5py.Dataset) and not name.startswith("#") and _is_readable(item):
             found[name] = item
         if len(found) > MOST_VARIABLES:

@@ -51,7 +51,7 @@ class TimedReadings:
             self.read_on()
 
     def spans(self, times: FloatArray) -> NDArray[np.bool_]:
-        """Whether each of (n,) times lies between two readings."""
+        """Returns for each of (n,) times whether it lies between two readings."""
         if not len(self._time):
             return np.zeros(len(times), dtype=np.bool_)
         inside: NDArray[np.bool_] = (times >= self._time[0]) & (times <= self._time[-1])

@@ -35,7 +35,7 @@ _CLOCK = re.compile(r"\s*(\d{1,2}):(\d\d):(\d\d(?:\.\d+)?)\s*->\s?")
 _DAY = 86400.0
 _TIME = "monitor time [s]"
 _USUAL_SHARE = 0.5
-"""Of the most frequent kind of line: those that come as often belong to a sample."""
+"""Share of the most frequent kind of line: kinds of lines that come as often belong to a sample."""
 _FEWEST_NUMBERS, _FEWEST_SAMPLES = 6, 3
 _LONGEST_LABEL = 60
 _ROTATION = re.compile(r"(?i)(gyro )?rotation\b")

@@ -74,7 +74,7 @@ class _Bytes:
 
     @cached_property
     def size(self) -> int:
-        """How many there are."""
+        """Number of bytes of the file, unpacked."""
         return self._path.stat().st_size if self._packed is None else len(self._unpacked)
 
     def read(self, offset: int, size: int) -> bytes:
@@ -163,7 +163,7 @@ class _Version5:
         self._order = "<" if self._file.read(_HEADER - 2, 2) == b"IM" else ">"
         self._found = 0
         self.opaque = False
-        """Whether there are tables, or objects of classes."""
+        """Indicates whether there are tables, or objects of classes."""
 
     def matrices(self) -> Iterator[_Matrix]:
         """Give all matrices of real numbers, by name and the structures that they are in."""

@@ -41,7 +41,7 @@ KINDS: Mapping[str, Kind] = {
 
 
 def holds_both_triads(message: MavlinkMessage, name: str) -> bool:
-    """Whether accelerometer and gyroscope were renewed, where a message says so; 0 says nothing."""
+    """Returns whether both triads were renewed, where a message states it; 0 states nothing."""
     if name != "HIGHRES_IMU" or message.fields_updated == 0:
         return True
     return bool(message.fields_updated & HIGHRES_TRIADS == HIGHRES_TRIADS)

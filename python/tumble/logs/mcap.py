@@ -75,7 +75,7 @@ class McapFile:
         }
 
     def definitions(self) -> dict[str, Definition]:
-        """How the messages of each topic are made; those of JSON need no schema."""
+        """Definitions of the messages of each topic; those of JSON need no schema."""
         none = Schema(id=0, name="", encoding="", data=b"")
         found = {}
         for channel in self._summary.channels.values():

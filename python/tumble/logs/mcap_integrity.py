@@ -1,4 +1,4 @@
-"""What of an MCAP file can be checked against damage, and what is found damaged (mcap.dev/spec)."""
+"""Integrity checks of an MCAP file: its checksums and its index, and the damage they find (mcap.dev/spec)."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _RECORD_HEAD = 9
 
 
 class SummaryCheck(NamedTuple):
-    """Whether the summary at the end of a file, which holds its index, can be relied on."""
+    """Reliability of the summary at the end of a file, which holds its index."""
 
     is_damaged: bool
     remark: str
-    """What to say of it; empty if it was checked and is whole, or there is none."""
+    """Remark for the user; empty if the summary was checked and is whole, or there is none."""
 
 
 def check_summary(file: IO[bytes]) -> SummaryCheck:
@@ -72,7 +72,7 @@ def _has_checksum(file: IO[bytes], chunk: ChunkIndex) -> bool:
 
 
 def _index_is_whole(file: IO[bytes], chunk: ChunkIndex) -> bool:
-    """Whether the records after a chunk are what the summary says: lists of messages, one a channel."""
+    """Returns whether the records after a chunk match the summary: lists of messages, one a channel."""
     for channel, offset in chunk.message_index_offsets.items():
         file.seek(offset)
         head = file.read(_INDEX_HEAD.size)

@@ -25,7 +25,7 @@ DEEPEST = 16
 LATEST = 9e9
 """s since 1970 that nanoseconds in 64 bits can count; more is no stamp."""
 MOST_NAMES = 2000
-"""Of one message; what comes after is not looked at."""
+"""Largest number of names of one message; later ones are ignored."""
 
 _SECONDS = ("sec", "secs", "seconds")
 _NANOSECONDS = ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
@@ -33,14 +33,14 @@ _NANOSECONDS = ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """How the messages of a topic are made."""
+    """Definition of the messages of a topic."""
 
     encoding: str
     """`cdr`, `ros1`, `json` or `protobuf`."""
     type: str
     """Name of the message."""
     text: bytes
-    """What the file says of it: a message definition, a schema, or a set of descriptors."""
+    """Text of the definition in the file: a message definition, a schema, or a set of descriptors."""
 
 
 class MessageForm(Protocol):
@@ -97,7 +97,7 @@ def stamps_of(whole: FloatArray, rest: FloatArray) -> FloatArray:
 
 
 def is_triad(name: str) -> bool:
-    """Whether three numbers of that name are readings of a triad."""
+    """Returns whether three numbers of that name are readings of a triad."""
     column = recognise(f"{name}.x")
     return column is not None and column.quantity in ("accelerometer", "gyroscope")
 

@@ -26,7 +26,7 @@ _COVARIANCES = {
 
 @dataclass(frozen=True, slots=True)
 class MessageUnits:
-    """What the messages of an IMU state of their units."""
+    """Units that the messages of an IMU state."""
 
     accelerometer: StatedUnit | None
     gyroscope: StatedUnit | None
@@ -186,7 +186,7 @@ def _renamed(imu: ImuColumns, names: Mapping[str, str]) -> ImuColumns:
 
 
 def may_hold_imu(text: bytes) -> bool:
-    """Whether a definition has words of both triads, so that it is worth a closer look."""
+    """Returns whether a definition has words of both triads, so that it is worth a closer look."""
     lower = text.lower()
     return any(word in lower for word in (b"acc", b"specific_force")) and any(
         word in lower for word in (b"gyr", b"angular", b"omega", b"rotation")

@@ -61,7 +61,7 @@ def _pair_of(path: Path) -> tuple[Path, Path] | None:
         if match and file.is_file() and (named is None or match["start"] == named["start"]):
             found[match["sensor"]].append(file)
     if named is not None and path.is_file():
-        # Of two files of one sensor, such as a copy, the one that was named counts.
+        # The named file counts where a sensor has two, such as a copy.
         found[named["sensor"]] = [path]
     if any(len(files) != 1 for files in found.values()):
         return None

@@ -12,7 +12,7 @@ EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
 }
-"""What is installed with `tumble-imu[EXTRA]`, and what it is for."""
+"""Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""
 
 
 def install_command(extra: str) -> str:

@@ -1,4 +1,4 @@
-"""What a user can state about a log that the log itself does not say."""
+"""Statements of the user about a log that the log itself does not make."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tumble.foundation.units import Channel
 
 COUNTS = 32768.0
-"""Of a sensor of 16 bits, to the end of its range."""
+"""Counts of a sensor of 16 bits, to the end of its range."""
 
 AxisValues: TypeAlias = float | Sequence[float]
 """One number for all three axes, or one for each."""
@@ -20,7 +20,7 @@ AxisValues: TypeAlias = float | Sequence[float]
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
-    """How to read a log. Every field may stay as it is where the log speaks for itself.
+    """Options for reading a log. Every field may keep its default where the log states it.
 
     What is stated here goes before what column names say, and that before what the values suggest.
     """

@@ -23,7 +23,7 @@ _NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 
 @dataclass(frozen=True, slots=True)
 class _Program:
-    """How a program names its columns, without the unit in brackets; of several the first that is there."""
+    """Names of a program's columns, without the unit in brackets; of several the first that is there."""
 
     format: str
     accelerometer: tuple[tuple[str, str, str], ...]

@@ -159,7 +159,7 @@ class _Batch:
     log_times: list[int] = field(default_factory=list)
     temperature: list[bytes] = field(default_factory=list)
     before: list[int] = field(default_factory=list)
-    """How many Imu messages of the batch came before each temperature."""
+    """Number of Imu messages of the batch before each temperature."""
 
 
 class _Gatherer:

@@ -1,4 +1,4 @@
-"""What `rostopic echo -p` and `ros2 topic echo --csv` print of `sensor_msgs/Imu`."""
+"""Output of `rostopic echo -p` and `ros2 topic echo --csv` for `sensor_msgs/Imu`."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ _UNPACKERS: dict[Callable[[bytes], bytes], Callable[[], Any]] = {
     decompressors["bz2"]: bz2.BZ2Decompressor,
     decompressors["lz4"]: LZ4FrameDecompressor,
 }
-"""What unpacks up to a limit, by what the library would unpack all with."""
+"""Decompressors with a limit, by the function with which the library would decompress everything."""
 
 
 class _ReaderWithoutIndex(Reader):
@@ -74,7 +74,7 @@ class RosBag1:
         return self._types
 
     def definitions(self) -> dict[str, Definition]:
-        """How the messages of each topic are made."""
+        """Definitions of the messages of each topic."""
         return self._definitions
 
     def topics(self) -> list[Topic]:

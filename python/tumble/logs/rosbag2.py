@@ -48,7 +48,7 @@ class RosBag2:
         return self._types
 
     def definitions(self) -> dict[str, Definition]:
-        """How the messages of each topic are made."""
+        """Definitions of the messages of each topic."""
         return self._definitions
 
     def topics(self) -> list[Topic]:

@@ -17,9 +17,9 @@ from tumble.foundation.words import count_of
 LARGEST_DISPLACEMENT = 1024
 """Places between a row and where its time belongs; rows are held that long, so that memory is bounded."""
 _SMALLEST_GAP = 1.5
-"""Of the usual step: a gap in which a row is missing."""
+"""Ratio to the usual step above which a gap lacks a row."""
 _LARGEST_STEP_AT_ENDS = 3.0
-"""Of the usual step, between a row that becomes the first or the last and the one beside it."""
+"""Largest ratio to the usual step between a row that becomes the first or the last and its neighbour."""
 
 _ROWS_A_STEP_BACK = 4
 """Late rows for each step back of time, at most, for which the step of all rows is the usual one."""
@@ -75,7 +75,7 @@ class WrongTime:
     """A row whose time fits nowhere in the window."""
 
     number: int
-    """Of the sample in the log."""
+    """Number of the sample in the log."""
     time: float
     step: float
     """Time since the row before it in the log, s."""

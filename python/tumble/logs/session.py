@@ -43,13 +43,13 @@ class SessionUnit(Document):
     name: str = Field(pattern=r"^[\w+-][\w.+-]*$")
     """Under which it was recorded; `SESSION:NAME` reads it."""
     source: str
-    """What was typed."""
+    """Source as typed by the user."""
     serial: str = ""
     """Serial number of the unit, where it is known."""
     samples: int | None = Field(default=None, ge=0)
     """Once the session has ended."""
     remarks: tuple[str, ...] = Field(default=(), strict=False)
-    """What there is to know of its samples: units taken for granted, gaps, the error of its clock."""
+    """Remarks on its samples: units assumed, gaps, the error of its clock."""
 
 
 class SessionProcedure(Document):
@@ -60,17 +60,17 @@ class SessionProcedure(Document):
     operator: str = ""
     station: str = ""
     options: dict[str, JsonValue] = Field(default_factory=dict)
-    """What was asked for, and how far it was met."""
+    """Options of the user, and how far they were met."""
 
 
 class Session(Document):
-    """What was recorded when, from where, and how it ended."""
+    """Contents of a recorded session: time, sources, and its end."""
 
     schema_: Literal["tumble-session/1"] = Field(default=SCHEMA, alias="schema")
     started: str
     """UTC, ISO 8601."""
     clock: SessionClock
-    """What `time` is of: the monotonic clock of the computer that recorded, the one sensor's own, or that of
+    """Clock of `time`: the monotonic clock of the computer that recorded, the one sensor's own, or that of
     replayed logs."""
     clock_origin: float = 0.0
     """s since 1970 at which that clock of the computer was zero."""
@@ -134,7 +134,7 @@ def unit_files(folder: Path, name: str) -> list[Path]:
     done = last_part(whole) if whole.is_file() else 0
     files = [whole] if whole.is_file() else []
     parts = {part: numbers for part in parts_folder(folder, name).glob("*") if (numbers := numbers_of(part))}
-    # Of those that begin alike the longest was joined last.
+    # The longest of those that begin alike was joined last.
     for part, (first, last) in sorted(parts.items(), key=lambda item: (item[1][0], -item[1][1])):
         if first > done:
             files.append(part)
@@ -150,7 +150,7 @@ def last_part(path: Path) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """How much of a unit is on disk."""
+    """Extent of a unit's samples on disk."""
 
     samples: int
     last: float
@@ -178,7 +178,7 @@ class RecordedColumn:
 
     @property
     def is_known(self) -> bool:
-        """Whether it was recorded: it is NaN throughout where nobody knew."""
+        """Returns whether it was recorded: an unknown column is NaN throughout."""
         return len(self._waiting) > 0 and bool(np.isfinite(self._waiting[0]))
 
     def take(self, count: int) -> FloatArray:

@@ -26,7 +26,8 @@ STAMP, ARRIVAL = "sensor_time", "arrival"
 LEAP = 0.05
 """s by which stamp and time come apart from one sample to the next where its clock may have been set."""
 UNEVEN = 0.5
-"""Of the usual step between stamps, by which another differs where the sensor's clock may have been set."""
+"""Deviation from the usual step between stamps, as a ratio, beyond which the sensor's clock may have been
+set."""
 BELIEVED = 10.0
 """s after which the live clock has believed that the sensor's clock was set back, at the latest."""
 SOONER, STRAY = 1e-3, 20.0
@@ -54,7 +55,7 @@ class Line:
 
 
 class _Arrival(NamedTuple):
-    """How a sample came: its stamp and arrival, s, and by how much the latter is after its time."""
+    """Arrival of a sample: its stamp and arrival, s, and the delay of the latter after its time."""
 
     stamp: float
     arrival: float
@@ -63,7 +64,7 @@ class _Arrival(NamedTuple):
 
 @dataclass(slots=True)
 class _Stretch:
-    """What is known between two leaps of the sensor's clock."""
+    """Samples between two leaps of the sensor's clock."""
 
     first_row: int
     quickest: list[_Arrival] = field(default_factory=list)

@@ -20,7 +20,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
 
 NAME = "table"
-"""What a table is called where nobody gives it a name."""
+"""Default name of a table."""
 
 
 def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:

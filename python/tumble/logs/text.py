@@ -1,4 +1,4 @@
-"""How a text log is laid out: delimiter, names, where the numbers begin."""
+"""Layout of a text log: delimiter, names, and the first row of numbers."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 
 @dataclass(frozen=True, slots=True)
 class TextLayout:
-    """What a reader has to know to read a text log block by block."""
+    """Layout by which a reader reads a text log block by block."""
 
     delimiter: str
     names: tuple[str, ...]
@@ -58,10 +58,11 @@ class TextLayout:
     """Typical length of a row."""
     decimal_point: str = "."
     preamble: dict[str, str] = field(default_factory=dict)
-    """What lines of the form `key, value` before the columns say, keys in lower case."""
+    """Values of lines of the form `key, value` before the columns, keys in lower case."""
     notices: tuple[str, ...] = ()
     quoted: bool = False
-    """Whether fields stand in quotes; a stray quote would else swallow the lines up to the next."""
+    """Indicates whether fields stand in quotes; a stray quote would otherwise swallow the lines up to the
+    next."""
 
     def first_field(self, name: str) -> str:
         """Give what a column holds in the first row; empty where that breaks off before it."""
@@ -77,14 +78,14 @@ def split_line(line: str, delimiter: str, quotes: str = '"') -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class SoughtTable:
-    """What a table is to hold, by which its line of names is found."""
+    """Contents expected of a table, by which its line of names is found."""
 
     what: str
-    """What messages call it."""
+    """Name in messages."""
     columns: str
     """Names of columns that messages show."""
     is_known: Callable[[str], bool]
-    """Whether a name is that of a column of such a table."""
+    """Returns whether a name is that of a column of such a table."""
 
 
 def _is_channel(name: str) -> bool:

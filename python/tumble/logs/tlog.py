@@ -68,7 +68,7 @@ class _Sender:
 
 @dataclass(slots=True)
 class _Scan:
-    """What one pass shows of the whole log."""
+    """Result of one pass over the whole log."""
 
     senders: dict[_Sender, Times] = field(default_factory=dict)
     ardupilots: set[int] = field(default_factory=set)

@@ -1,4 +1,4 @@
-"""What a reader finds in a file before any unit is decided: the common ground of all formats."""
+"""Contents of a file before any unit is decided: the common interface of all formats."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
 
 LARGEST_RATIO = 1100
-"""Of a size to that when compressed, which no readings reach, and deflate cannot."""
+"""Compression ratio that no readings reach, and deflate cannot."""
 CHUNK_SAMPLES = 1 << 15
 """Samples in a chunk: large enough for numpy to be quick, small enough for memory not to matter."""
 
@@ -31,7 +31,7 @@ class RawSamples:
     temperature: FloatArray | None = None
     """(n,)."""
     bad_lines: tuple[str, ...] = ()
-    """What was wrong with each line that was left out among them."""
+    """Error in each line that was left out among them."""
     received: FloatArray | None = None
     """(n,) s by the clock of the recorder, where the log has that besides the time of the sensor."""
 
@@ -71,7 +71,7 @@ class LoggedImu:
     imu: str
     """Name that tells it from other IMUs of the file: a topic, a column prefix; empty where it needs none."""
     format: str
-    """As in `tumble.foundation.recording.Metadata.format`."""
+    """Format, as in `tumble.foundation.recording.Metadata.format`."""
     read: Callable[[Transform], Iterator[RawSamples]]
     """A fresh pass over all samples, each piece put through the transform, in the order of the file."""
     head: Callable[[], RawSamples]
@@ -88,12 +88,12 @@ class LoggedImu:
     serial: str = ""
     already_corrected: bool | None = None
     undone: bool = False
-    """Whether a correction was undone, as the options ask; what was never corrected has nothing to undo."""
+    """Indicates whether a correction was undone, as the options ask; raw readings have nothing to undo."""
     notices: tuple[str, ...] = ()
     triads: tuple[Triad, ...] = TRIADS
     """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""
     pace_sigma: float = 0.0
-    """As in `tumble.foundation.recording.Metadata.pace_sigma`."""
+    """Sigma of the pace of the clock, as in `tumble.foundation.recording.Metadata.pace_sigma`."""
     columns: tuple[str, ...] = ()
     """Names of all columns of a table; empty for messages."""
     alone: bool = True
@@ -105,7 +105,7 @@ class LoggedImu:
 
     @property
     def source(self) -> str:
-        """What a user types to name this IMU."""
+        """Argument by which a user names this IMU."""
         return f"{self.path}:{self.imu}" if self.imu else str(self.path)
 
 

@@ -37,7 +37,7 @@ SELECTION = "sensor_selection"
 TOPICS = (*SENSOR.values(), *FIFO.values(), COMBINED, DELTAS, STATUS, SELECTION)
 SOUGHT = f"one of {COMBINED}, {DELTAS}, or {' and '.join(SENSOR.values())}"
 FIRST_RELEASE = (1, 11)
-"""Of PX4, whose drivers no longer correct."""
+"""First release of PX4 whose drivers no longer correct."""
 NO_ACCELEROMETER = 2**31 - 1
 """`accelerometer_timestamp_relative` of a sample without one."""
 FASTER = (
@@ -50,10 +50,10 @@ _CORRECTS = re.compile("CAL_(ACC|GYRO)|TC_|SENS_BOARD_")
 
 @dataclass(slots=True)
 class _TopicFacts(Times):
-    """What one pass shows of one instance of a topic."""
+    """Result of one pass for one instance of a topic."""
 
     names: tuple[str, ...] = ()
-    """Of its fields."""
+    """Names of its fields."""
     devices: dict[str, set[int]] = field(default_factory=dict)
     """Ids, by the field that holds them."""
     clipped: int = 0
@@ -61,11 +61,11 @@ class _TopicFacts(Times):
 
 @dataclass(frozen=True, slots=True)
 class _Scan:
-    """What one pass shows of the whole log."""
+    """Result of one pass over the whole log."""
 
     topics: Mapping[Topic, _TopicFacts]
     changes: tuple[tuple[float, str, float], ...]
-    """Of parameters that correct: time, s, name and value."""
+    """Changes of correction parameters: time, s, name and value."""
     remarks: tuple[str, ...]
 
 
@@ -371,7 +371,7 @@ def _means(records: Records) -> RawSamples:
 
 
 def _corrects_as_now(log: ULogFile, scan: _Scan) -> bool:
-    """Whether one library corrects all readings, as it does since drivers no longer do."""
+    """Returns whether one library corrects all readings, as it does since drivers no longer do."""
     return log.release >= FIRST_RELEASE or any(map(_stamps_sensors, scan.topics.values()))
 
 

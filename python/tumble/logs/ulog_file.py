@@ -30,7 +30,7 @@ MOST_DEFINITIONS = 1 << 24
 LARGEST_MESSAGE = 0xFFFF
 """Bytes that the length of a message can state."""
 MOST_CHANGES = 10_000
-"""Of parameters, in one log."""
+"""Largest number of changes of parameters in one log."""
 _MESSAGE = struct.Struct("<HB")
 """Length and kind."""
 _HEAD = struct.Struct("<HBH")
@@ -39,7 +39,7 @@ _FORMAT, _INFO, _MORE_INFO, _PARAMETER, _DEFAULT, _FLAGS = b"FIMPQB"
 _SUBSCRIPTION, _REMOVAL, _DATA, _DROPOUT, _SYNC = b"ARDOS"
 _DEFINITIONS = frozenset((_FORMAT, _INFO, _MORE_INFO, _PARAMETER, _DEFAULT, _FLAGS))
 _KINDS = frozenset(range(ord("A"), ord("Z") + 1))
-"""Of messages, among them those that may come to be: they are stepped over."""
+"""Kinds of messages, including future ones, which are skipped."""
 _TYPES = {
     "int8_t": "i1", "uint8_t": "u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "bool": "u1", "char": "S1",
@@ -62,11 +62,11 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class ULogFile:
-    """What a log says of itself, and its data."""
+    """Header and data of a log."""
 
     path: Path
     formats: Mapping[str, Any]
-    """As pyulog gives them, by topic."""
+    """Formats as pyulog gives them, by topic."""
     parameters: Mapping[str, float]
     """At the start."""
     sections: tuple[tuple[int, int], ...]
@@ -74,7 +74,7 @@ class ULogFile:
     clock: str
     """Names the time since start."""
     release: tuple[int, ...]
-    """Of PX4: major, minor, patch; empty where it is not stated."""
+    """Release of PX4: major, minor, patch; empty where it is not stated."""
 
     def layout(self, topic: str) -> np.dtype[np.void]:
         """Give the fields of a topic without padding at the end; no fields where it has no format."""

@@ -124,7 +124,7 @@ SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 _BURSTS_WITHIN = 128
 """Samples that hold several bursts, or a whole one."""
 _IN_BURST = 0.1
-"""Of the mean step: successive stamps closer than that are of one burst."""
+"""Share of the mean step: successive stamps closer than that belong to one burst."""
 _WINDOW = 32
 _SAMPLES_PER_SPIKE, _FEW_SAMPLES = 1000, 20
 IMPOSSIBLE_RAD_PER_S = 40.0
@@ -136,7 +136,7 @@ LARGEST_SI = 1e6
 LARGEST_TIME = 1e11
 """s, three thousand years."""
 _RANGES_G = (2.0, 4.0, 8.0, 16.0, 32.0)
-"""Of accelerometers as they are made."""
+"""Usual ranges of accelerometers."""
 _IMPOSSIBLE_DEG_PER_S = 4500.0
 _LARGEST_BIAS_DEG_PER_S = 100.0
 

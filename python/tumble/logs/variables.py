@@ -30,7 +30,7 @@ MOST_VARIABLES = 10_000
 """In one file; more is no log."""
 
 _MOST_COLUMNS = 64
-"""Of one variable; more, and its rows are no samples."""
+"""Largest number of columns of one variable; the rows of a wider one are no samples."""
 _AXES = 3
 _SEPARATOR = "/"
 """Between the names of groups, structures and what is in them."""
@@ -48,12 +48,12 @@ class Variable:
     pieces: Callable[[int], Iterator[NDArray[Any]]]
     """Starts a fresh pass along an axis: arrays of the same shape but for that axis, in order."""
     unit: str = ""
-    """What the file says of its unit beside its name."""
+    """Unit that the file states beside the name."""
 
 
 @dataclass(frozen=True, slots=True)
 class VariablesFile:
-    """What a file of variables holds."""
+    """Contents of a file of variables."""
 
     path: Path
     format: str
@@ -62,7 +62,7 @@ class VariablesFile:
     """Single numbers, by name: a rate may be among them."""
     serial: str = ""
     remedy: str = COPY_OR_SAVE
-    """What to do about a damaged one."""
+    """Remedy for a damaged file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class _Place:
 
     variable: Variable
     axis: int
-    """Of the array, along which samples follow one another."""
+    """Axis of the array along which samples follow one another."""
     keys: tuple[int | str, ...] = ()
     """Names of fields, one in another, and a number on the other axis."""
 
@@ -102,7 +102,7 @@ def _nanoseconds(dates: NDArray[Any]) -> FloatArray:
 
 
 def is_numeric(dtype: np.dtype[Any]) -> bool:
-    """Whether these can be readings, or times."""
+    """Returns whether values of this type can be readings, or times."""
     return dtype.kind in "biufM"
 
 
@@ -177,7 +177,7 @@ def _common_group(names: Sequence[str]) -> str:
     shared = 0
     while all(len(group) > shared and group[shared] == groups[0][shared] for group in groups):
         shared += 1
-    # What tells one IMU is kept even where it is the only one, as in a file without other groups.
+    # The group of one IMU is kept even where there is only one, as in a file without other groups.
     return "".join(f"{group}{_SEPARATOR}" for group in groups[0][:shared])
 
 

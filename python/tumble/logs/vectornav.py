@@ -36,7 +36,7 @@ class _Message:
     register: str
     fields: tuple[str, ...]
     compensated: bool
-    """Whether the calibration of the user and the estimates of the filter are applied."""
+    """Indicates whether the calibration of the user and the estimates of the filter are applied."""
 
 
 _MESSAGES: Mapping[str, _Message] = {
@@ -110,7 +110,7 @@ class _Sentence:
     kind: str
     """`VNIMU`, or `VNRRG,54`."""
     fields: tuple[str, ...]
-    """Of its line, with `$` and `*` as commas."""
+    """Fields of its line, with `$` and `*` as commas."""
     begin: int
     """Number of those before the first field of the message."""
 

@@ -23,7 +23,7 @@ many bytes they are."""
 
 @dataclass(slots=True)
 class Damage:
-    """What a pass over a file met that is not as it should be."""
+    """Damage that a pass over a file met."""
 
     dropouts: int = 0
     lost: int = 0
@@ -33,11 +33,11 @@ class Damage:
     first: int = 0
     """Where the first of them stand."""
     lines: int = 0
-    """Of text that could not be read."""
+    """Number of lines of text that could not be read."""
     messages: int = 0
     """Garbled, by their checksum."""
     cut: bool = False
-    """Whether the last message is not complete."""
+    """Indicates whether the last message is incomplete."""
 
     def add(self, position: int, count: int) -> None:
         """Count bytes that were stepped over."""

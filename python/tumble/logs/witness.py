@@ -1,4 +1,4 @@
-"""What something else on board says of the motion: satellites, odometry, a barometer, or an estimator."""
+"""Aiding measurements of the motion: satellites, odometry, a barometer, or an estimator."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ WITNESS = FileKind("a table of a witness", re.compile(rb"\Atime,"))
 
 @dataclass(frozen=True, slots=True)
 class Witness:
-    """What one of them said, at times of the logs' common clock."""
+    """Measurements of one aiding source, at times of the logs' common clock."""
 
     kind: WitnessKind
     time: FloatArray = field(repr=False)
@@ -57,7 +57,7 @@ class Witness:
     unit: str = ""
     """The unit that a score is of."""
     source: str = "witness"
-    """What messages call it."""
+    """Name of the source in messages."""
     arrival: FloatArray | None = field(default=None, repr=False)
     """(n,) s by the clock of a session, with whose samples of that arrival each was heard; None where it
     counts from the first sample of its time on."""
@@ -230,7 +230,7 @@ def measured_columns(kind: WitnessKind) -> tuple[str, ...]:
 
 
 def is_column(name: str) -> bool:
-    """Whether a column of this name is one of a witness."""
+    """Returns whether a column of this name is one of an aiding source."""
     return name in (TIME, ARRIVAL, *LEVEL, *BODY, *HEADING) or name.startswith((SCORE, SIGMA))
 
 

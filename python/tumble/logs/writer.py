@@ -1,4 +1,4 @@
-"""What every writer of recordings is, and what it is told beside the samples."""
+"""Interface of all writers of recordings, and the facts they store beside the samples."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from tumble.foundation.units import TRIADS, Triad
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What a written log keeps beside its samples, so that the next reader knows it."""
+    """Facts that a written log keeps beside its samples for the next reader."""
 
     frame: str = "case"
     """Frame of the samples; MCAP only."""
     serial: str = ""
     """Serial number of the unit."""
     corrected: str = ""
-    """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
+    """Hash of the calibration that corrected the samples; empty if they are raw."""
     triads: tuple[Triad, ...] = TRIADS
     """Those that were recorded, and are written."""
     further: tuple[str, ...] = ()
     """Columns besides, which chunks have under these names: (n,), or a word for all; CSV and Parquet only."""
     doubts: tuple[str, ...] = ()
-    """What its reader has to know of the correction."""
+    """Doubts about the correction, for the next reader."""
     notes: Mapping[str, str] = field(default_factory=dict)
-    """What else is kept of the file; Parquet only."""
+    """Other notes that the file keeps; Parquet only."""
 
     def of_the_samples(self) -> dict[str, str]:
         """Give what is kept of the samples in the head or the metadata of the file, by its name."""

@@ -23,7 +23,7 @@ _COLUMNS: Mapping[Triad, tuple[str, str, str]] = {
     "gyroscope": ("gx", "gy", "gz"),
 }
 PARQUET = {"compression": "zstd", "write_page_checksum": True}
-"""How Parquet is written."""
+"""Options with which Parquet is written."""
 
 
 def _schema(chunk: Chunk, triads: Sequence[Triad], further: Sequence[str] = ()) -> pa.Schema:

@@ -21,7 +21,7 @@ FORMATS = {
     "parquet": FileKind("a Parquet file", re.compile(rb"\APAR1")),
     "mcap": FileKind("an MCAP file", re.compile(rb"\A\x89MCAP0\r\n")),
 }
-"""What can be written, and how it begins; the name of a format is also the usual extension."""
+"""Formats that can be written, and their beginnings; the name of a format is also the usual extension."""
 
 
 def format_for(path: Path, name: str | None = None) -> str:

@@ -26,7 +26,7 @@ from tumble.logs.units import usual_step
 _COUNTER, _FINE, _OLD_COUNTER = "PacketCounter", "SampleTimeFine", "Counter"
 _BITS = {_COUNTER: 16, _FINE: 32, _OLD_COUNTER: 16}
 _MTI_TICKS, _DOT_TICKS = 1e4, 1e6
-"""Of SampleTimeFine, a second."""
+"""Ticks of SampleTimeFine in a second."""
 _SLOWEST_MTI = 2000.0
 """Ticks between samples: more are of a DOT, as no MTi gives less than five samples a second."""
 _RATES = ("update rate", "sample rate", "outputrate", "output rate")
