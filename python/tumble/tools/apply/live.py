@@ -21,13 +21,13 @@ from tumble.tools.apply.procedure import misuses_of, warnings_on
 
 @dataclass(frozen=True, slots=True)
 class LiveApplied:
-    """What was corrected by the end of the stream."""
+    """Summary of the corrected samples at the end of the stream."""
 
     samples: int
     delays: DelayCounts
     """s from the arrival of samples to when they were on their way, corrected."""
     warnings: tuple[str, ...]
-    """What a user should know before using them."""
+    """Warnings for the user of the samples."""
 
 
 class LiveApply:

@@ -25,7 +25,7 @@ class Applied:
     samples: int
     """Samples written."""
     warnings: tuple[str, ...]
-    """What a user should know before using it."""
+    """Warnings for the user of the corrected recording."""
 
     def __repr__(self) -> str:
         head = f"Applied({count_of('sample', self.samples)} to {self.path})"
@@ -115,7 +115,7 @@ def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool
 
 
 def _is_spin(calibration: Calibration) -> bool:
-    """Whether bias is all that the procedure is for, so that whoever applies it expects no more."""
+    """Returns whether the procedure estimates nothing but bias, so that no more is expected of it."""
     return calibration.method is not None and calibration.method.procedure == "spin"
 
 

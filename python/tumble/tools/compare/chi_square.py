@@ -1,4 +1,4 @@
-"""Whether differences are larger than chance makes them (docs/theory/compare.md, eq. 6 to 8)."""
+"""Chi-square tests of differences against chance (docs/theory/compare.md, eq. 6 to 8)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes calibrations comparable: one temperature, and one frame (docs/theory/compare.md)."""
+"""Conversion of calibrations to one temperature and one frame (docs/theory/compare.md)."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def change(
 
 
 def in_own_axes(unit: UnitModel) -> bool:
-    """Whether the frame is that of the accelerometer's axes: M of it is lower triangular."""
+    """Returns whether the frame is that of the accelerometer's axes: M of it is lower triangular."""
     matrix = unit.matrix(ACCELEROMETER)
     return bool(np.abs(np.triu(matrix, 1)).max() <= _SKEW * np.abs(matrix).max())
 

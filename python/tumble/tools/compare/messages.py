@@ -1,4 +1,4 @@
-"""What to know of calibrations before their differences are believed, in words."""
+"""Warnings on calibrations that limit the comparison, in words."""
 
 from __future__ import annotations
 

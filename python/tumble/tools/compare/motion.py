@@ -1,4 +1,4 @@
-"""What a difference of calibrations means in motion (docs/theory/compare.md, eq. 9 to 11)."""
+"""Effect of a difference of calibrations in motion (docs/theory/compare.md, eq. 9 to 11)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people read off two calibrations, side by side: bias, scale, angles, g-sensitivity."""
+"""Parameters of two calibrations, side by side: bias, scale, angles, g-sensitivity."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tumble.tools.compare.unit import OF_A_TRIAD, PLACES, UnitModel
 
 _AXES = ("x", "y", "z")
 _MATRIX = slice(3, OF_A_TRIAD)
-"""Of twelve parameters those of M: scale, non-orthogonality, mounting."""
+"""Elements of M among twelve parameters: scale, non-orthogonality, mounting."""
 _MOUNTING = slice(9, OF_A_TRIAD)
 _TO_DEGREES = np.repeat([1.0, np.degrees(1.0)], [6, 6])
 
 
 @dataclass(frozen=True, slots=True)
 class Differences:
-    """What can be compared of two units, and the covariance of the differences."""
+    """Differences of the comparable parameters of two units, with their covariance."""
 
     rows: tuple[Difference, ...]
     covariance: FloatArray

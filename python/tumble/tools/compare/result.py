@@ -1,4 +1,4 @@
-"""How far calibrations are apart, as plain data: what reports show."""
+"""Differences of calibrations, as plain data that reports show."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Difference:
 
     @property
     def compared(self) -> bool:
-        """Whether it counts in the test."""
+        """Returns whether it counts in the test."""
         return not self.reason
 
     @property
@@ -65,21 +65,21 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class JointTest:
-    """Whether some parameters together differ by more than they are uncertain."""
+    """Test of whether some parameters together differ by more than they are uncertain."""
 
     name: str
-    """Of the parameters: `accelerometer bias`, `all of M and b`."""
+    """Name of the parameters: `accelerometer bias`, `all of M and b`."""
     statistic: float
     """Chi-square, eq. 7; of what temperature does the largest difference in sigmas, squared."""
     degrees_of_freedom: int
-    """Of it; of what temperature does the differences that it is the largest of."""
+    """Degrees of freedom of the statistic; for temperature drift, the number of differences compared."""
     probability: float
     """Chance of a larger one, were the truth the same."""
 
 
 @dataclass(frozen=True, slots=True)
 class MotionError:
-    """What one calibration makes of what the other calls the truth, over all of a stated motion."""
+    """Error of one calibration if the other is the truth, over all of a stated motion."""
 
     triad: TriadName
     unit: str
@@ -88,7 +88,7 @@ class MotionError:
     rms: float
     """Root mean square of the length of the error, eq. 9 and 10."""
     expected: float
-    """What the uncertainties alone would make, eq. 11; NaN where one is not known."""
+    """Error expected from the uncertainties alone, eq. 11; NaN where one is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,19 +103,19 @@ class Pair:
     joint: JointTest | None
     """All that could be compared; None where that is nothing."""
     temperature: JointTest | None
-    """What temperature does, where both say; else None."""
+    """Test of temperature drift, where both state it; else None."""
     motion: tuple[MotionError, ...]
     notes: tuple[str, ...] = ()
-    """What to know before believing it."""
+    """Notes on the validity of the comparison."""
 
     @property
     def name(self) -> str:
-        """Of both."""
+        """Name of both."""
         return f"{self.first} and {self.second}"
 
     @property
     def identical(self) -> bool:
-        """Whether all numbers that stand in both are the same to the last digit."""
+        """Returns whether all numbers in both calibrations are equal to the last digit."""
         return bool(self.differences) and all(each.first == each.second for each in self.differences)
 
     @property
@@ -172,7 +172,7 @@ class History:
 
     @property
     def drifts(self) -> bool:
-        """Whether a 95 % interval of the slope is free of zero."""
+        """Returns whether a 95 % interval of the slope excludes zero."""
         return abs(self.rate) > self.reach * self.rate_sigma
 
     def row(self) -> Row:
@@ -192,7 +192,7 @@ class CompareResult(Tabular, Collection[Pair]):
     """The first calibration against each of the others, and all of them over time."""
 
     names: tuple[str, ...]
-    """Of all calibrations, each once."""
+    """Names of all calibrations, each once."""
     files: tuple[str, ...]
     serials: tuple[str, ...]
     dates: tuple[str, ...]
@@ -201,7 +201,7 @@ class CompareResult(Tabular, Collection[Pair]):
     history: tuple[History, ...]
     """Empty unless three calibrations or more are of one unit and of different dates."""
     notes: tuple[str, ...]
-    """What holds for all pairs."""
+    """Notes that apply to all pairs."""
     warnings: tuple[str, ...] = ()
     """Calibrations that are known to be wrong."""
     options: dict[str, object] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What two calibrations say of temperature, at temperatures that both know."""
+"""Differences of temperature drift of two calibrations, in the range that both cover."""
 
 from __future__ import annotations
 

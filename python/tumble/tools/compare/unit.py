@@ -1,4 +1,4 @@
-"""What a calibration says of a unit: M and b of both triads as one vector, with its covariance."""
+"""Parameters of a calibration: M and b of both triads as one vector, with its covariance."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class UnitModel:
         return self.values[PLACES[triad]][9:]
 
     def says_nothing_of(self, triad: TriadName) -> bool:
-        """Whether nothing of a triad is known, nor stated."""
+        """Returns whether a triad has neither values nor statements."""
         return triad not in self.triads
 
 
@@ -91,7 +91,7 @@ def jacobian(function: Callable[[FloatArray], FloatArray], at: FloatArray) -> Fl
 
 
 def _is_calibrated(section: Triad) -> bool:
-    """Whether it is more than a place for noise or drift over temperature, as `noise` makes."""
+    """Returns whether it is more than a placeholder for noise or temperature drift, as `noise` writes."""
     ideal = np.array_equal(section.M, np.eye(3)) and not section.b.any()
     return not (ideal and _is_stated(section))
 

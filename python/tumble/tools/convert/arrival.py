@@ -1,4 +1,4 @@
-"""How the clock of a sensor runs beside that of who recorded it: skew, and jitter of the way between.
+"""Clock of a sensor relative to that of the recorder: skew, and jitter of the transmission.
 
 A delay is never less than that of the way, so that the skew is the slope of a line below all delays: the edge
 of their lower convex hull over the mean of all times (Moon, Skelly, Towsley, "Estimation and removal of clock
@@ -16,7 +16,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.tools.convert.result import Arrival
 
 _PIECES = 32
-"""Of a chunk, of each of which the least delay is looked at."""
+"""Number of pieces of a chunk, of each of which the least delay counts."""
 
 
 class ArrivalWatch:
@@ -27,7 +27,7 @@ class ArrivalWatch:
         self._hull: list[tuple[float, float]] = []
         self._count = 0
         self._sums = np.zeros(5)
-        """Of t, d, t t, t d and d d, of time and delay since the first."""
+        """Sums of t, d, t t, t d and d d, of time and delay since the first."""
 
     def push(self, time: FloatArray, received: FloatArray) -> None:
         """Take in (n,) times by the sensor and (n,) by the recorder, s."""
@@ -50,7 +50,7 @@ class ArrivalWatch:
         level = y0 - slope * x0
         if not self._hull[-1][0] > 0.0 or (slope == 0.0 and dd == 0.0):
             return None
-        # Of the delays above that line, by sums alone.
+        # Mean and mean square of the delays above that line follow from the sums alone.
         mean = d / n - level - slope * t / n
         squares = (dd - 2.0 * (level * d + slope * td) + slope * slope * tt) / n
         squares += level * level + 2.0 * level * slope * t / n

@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 EUROC = "euroc"
 TARGETS = ("csv", "parquet", "mcap", EUROC)
-"""What can be written."""
+"""Formats that can be written."""
 _BEFORE = "before it was converted"
-"""What a corrected log was corrected with, where nobody knows."""
+"""Source of the correction of a log where it is unknown."""
 _LACKS = {
     "csv": ("frame",),
     "parquet": ("frame",),
     "mcap": (),
     EUROC: ("temperature", "serial number", "frame", "time of recording", "correction"),
 }
-"""What a target has no place for."""
+"""Quantities that a target cannot hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +45,9 @@ class _Place:
     path: Path
     write: Callable[[Chunk], None]
     name: str = ""
-    """What `LOG:NAME` calls it there; empty where it needs no name."""
+    """Name after `LOG:` in the new file; empty where it needs no name."""
     lacks: tuple[str, ...] = ()
-    """What it cannot hold, besides what no file of the target can."""
+    """Quantities that it cannot hold, besides those that no file of the target can."""
 
 
 OpenPlace: TypeAlias = Callable[[str, Chunk], _Place]
@@ -63,11 +63,11 @@ class _Imu:
     place: _Place
     stream: Iterator[Chunk]
     chunk: Chunk | None
-    """What is to be written next."""
+    """Chunk to be written next."""
     time: TimeWatch
     arrival: ArrivalWatch
     lost: tuple[str, ...]
-    """What the log holds, and the target has no place for."""
+    """Quantities in the log that the target cannot hold."""
 
     def advance(self) -> None:
         """Write what is next, and read on."""
@@ -202,7 +202,7 @@ def _tables(stack: ExitStack, recordings: dict[str, Recording], output: Path, ta
 
 
 _PLACES = {EUROC: _folders, "mcap": _topics}
-"""How places are opened for a target; one that is not here is a table."""
+"""Functions that open the places of a target; a target that is not listed is a table."""
 
 
 def _inputs(recordings: dict[str, Recording]) -> tuple[Path, ...]:

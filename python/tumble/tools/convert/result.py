@@ -1,4 +1,4 @@
-"""What a conversion wrote, as plain data."""
+"""Files that a conversion wrote, as plain data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tumble.foundation.words import count_of
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """How samples came, by the clock of the recorder, against the time of the sensor that is written."""
+    """Arrival of samples, by the clock of the recorder, against the time of the sensor that is written."""
 
     delay: float
     """Least s from the time of the sensor to that of the recorder, at the beginning."""
@@ -29,10 +29,10 @@ class ConvertedImu:
     """One IMU in the file that holds it now."""
 
     imu: str
-    """As in the log; empty where it needs no name."""
+    """Name of the IMU in the log; empty where it needs no name."""
     path: Path
     name: str
-    """What `LOG:NAME` calls it in the new file; empty where it needs no name."""
+    """Name after `LOG:` in the new file; empty where it needs no name."""
     samples: int
     rate: float
     """Hz."""
@@ -41,7 +41,7 @@ class ConvertedImu:
     arrival: Arrival | None
     """None where the log has but one time."""
     remarks: tuple[str, ...]
-    """What a user should know of it, and what the new file cannot hold."""
+    """Remarks for the user, including what the new file cannot hold."""
     axes: str = ""
     """Directions of the axes as the format of the log defines them; they are not turned."""
 
@@ -56,7 +56,7 @@ class Converted(Tabular):
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """What was written, each file once."""
+        """Written files, each once."""
         return tuple(dict.fromkeys(each.path for each in self.imus))
 
     def rows(self) -> Iterator[Row]:

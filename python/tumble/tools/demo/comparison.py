@@ -1,4 +1,4 @@
-"""How far the calibrations of the demo are from the truth of its simulator."""
+"""Errors of the calibrations of the demo against the truth of its simulator."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tumble.foundation.units import TRIADS, Triad
 from tumble.tools.demo.scene import SESSION, TARGETS
 
 LARGEST_MATRIX_ERROR = 1e-3
-"""Of a consumer-grade unit: five times what its noise explains."""
+"""Largest error of M of a consumer-grade unit: five times what its noise explains."""
 
 
 @dataclass(frozen=True, slots=True)
 class TriadDifference:
-    """Of one triad of a target, the largest over its elements."""
+    """Largest errors of one triad of a target over its elements."""
 
     triad: Triad
     matrix: float
-    """Of M; a ratio."""
+    """Error of M; a ratio."""
     bias: float
     """In `unit`."""
     unit: str

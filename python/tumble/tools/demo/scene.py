@@ -1,4 +1,4 @@
-"""What the demo shows: five targets of different grades beside a reference, one of them faulty."""
+"""Scene of the demo: five targets of different grades beside a reference, one of them faulty."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tumble.foundation.files import prepare_folder, write_text
 
 GRADES = ("consumer", "consumer", "industrial", "tactical", "industrial")
 TARGETS = tuple(f"target_{number}" for number in range(1, len(GRADES) + 1))
-"""As the simulator names them."""
+"""Names of the targets in the simulator."""
 FAULTY = "target_5"
 """One of its axes reads 10 % too much, so that it fails its limits."""
 SEED = "7"

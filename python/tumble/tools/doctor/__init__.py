@@ -1,1 +1,1 @@
-"""What of Tumble works on this machine, and how to get the rest."""
+"""Parts of Tumble that work on this machine, and instructions to install the others."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from tumble.tools.doctor.result import Finding, State
 
 SERIAL_NAMES = ("ttyUSB*", "ttyACM*", "ttyAMA*", "cu.usb*")
-"""Of ports in `/dev`, where pyserial is not installed to list them."""
+"""Names of ports in `/dev`, where pyserial is not installed to list them."""
 
 
 def serial_ports(root: Path) -> Iterator[Finding]:

@@ -28,7 +28,7 @@ class Requirement:
     """With which it comes; empty where it is always needed."""
 
     def holds(self, version: str) -> bool:
-        """Whether a version is within the bounds.
+        """Returns whether a version is within the bounds.
 
         >>> Requirement("typer", ">=0.12,<0.29", "").holds("0.9.1")
         False

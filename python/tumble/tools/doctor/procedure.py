@@ -16,7 +16,7 @@ from tumble.tools.doctor.terminal import terminal
 
 INSTALL_AGAIN = f"python -m pip install --force-reinstall {PACKAGE}"
 DATA_FRAMES = Requirement("pandas", "", "")
-"""What gives results as data frames; it comes with no extra."""
+"""Library for results as data frames; it comes with no extra."""
 
 
 def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:

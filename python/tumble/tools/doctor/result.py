@@ -1,4 +1,4 @@
-"""What was found of a machine, part by part."""
+"""Diagnosis of a machine, part by part."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class State(str, Enum):
-    """How a part is."""
+    """State of a part."""
 
     WORKS = "works"
     MISSING = "missing"
@@ -29,7 +29,7 @@ class Finding:
     what: str
     """Its version or what was seen of it; why it does not work."""
     remedy: str = ""
-    """What to do; empty where nothing is to be done."""
+    """Remedy; empty where none is needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Section:
     name: str
     findings: tuple[Finding, ...]
     is_needed: bool = False
-    """Whether nothing works without each of its parts."""
+    """Indicates whether nothing works without each of its parts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Diagnosis:
 
     @property
     def works(self) -> bool:
-        """Whether all parts work that are needed; what is optional may be missing."""
+        """Returns whether all needed parts work; optional ones may be missing."""
         needed = [finding for section in self.sections if section.is_needed for finding in section.findings]
         return all(finding.state is State.WORKS for finding in needed)
 

@@ -1,4 +1,4 @@
-"""What the terminal shows, and whether its shell completes what is typed."""
+"""Capabilities of the terminal, and of its shell to complete what is typed."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _KEYWORDS: Final = frozenset(
         "volatile", "while", "xor", "xor_eq",
     }
 )  # fmt: skip
-"""Of C23 and C++23."""
+"""Keywords of C23 and C++23."""
 _OTHERS: Final = frozenset({"main", "std", "NULL", "linux", "unix", "i386", "noreturn"})
 """A function that programs have, a namespace, and macros of compilers and of headers."""
 _PATTERNS: Final = re.compile(

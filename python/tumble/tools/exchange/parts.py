@@ -1,4 +1,4 @@
-"""What a calibration consists of, part by part, and what leaving a part out costs.
+"""Parts of a calibration, and the error that remains without each.
 
 `y = (1 + s(t)) K L Q u + b + d(t) + G f` (docs/theory/model.md): bias b, scale K, non-orthogonality L,
 mounting Q, g-sensitivity G, and temperature, d and s. Other programs hold some of these.
@@ -44,11 +44,11 @@ class Loss:
     """Name of the IMU."""
     triad: TriadName
     part: str
-    """What is lost."""
+    """Part that is lost."""
     size: float
     """Largest error of a measurement, m/s^2 or rad/s."""
     condition: str = ""
-    """Of what measurement."""
+    """Condition of the measurement."""
 
     def __str__(self) -> str:
         size = f"{self.size:.3g} {UNITS[self.triad]} {self.condition}".rstrip()

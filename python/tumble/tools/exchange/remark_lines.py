@@ -13,7 +13,7 @@ _COMMENTS = {
     ".param.yaml": "# {}",
     ".h": "/* {} */",
 }
-"""How a line of a file that ends so is made a comment."""
+"""Comment marks, by the ending of the file."""
 _HEAD = ("%", "---", "#", "//", "/*")
 """Begin lines before which nothing may stand, and the comments that a file begins with."""
 _JSON_COMMENT = "comment"

@@ -1,4 +1,4 @@
-"""What a format of another program is: the parts it holds, what it has to be told, its files."""
+"""Format of another program: the parts it holds, the settings it needs, its files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Setting:
     """Something that a target has to be told and no calibration knows."""
 
     name: str
-    """As in `--set NAME=VALUE`."""
+    """Name as in `--set NAME=VALUE`."""
     meaning: str
     default: str | None = None
     """None where it has to be given."""
@@ -122,14 +122,14 @@ class Exported:
     losses: tuple[Loss, ...]
     """Errors that stay, as the target cannot hold what would remove them."""
     remarks: tuple[str, ...] = ()
-    """What to know or to do besides."""
+    """Remarks and further steps for the user."""
     warnings: tuple[str, ...] = ()
     """Verdicts of the calibrations that whoever uses the file has to know of; they stand in its head."""
 
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What the writer of a target gives."""
+    """Result of the writer of a target."""
 
     content: str
     losses: tuple[Loss, ...] = ()
@@ -139,7 +139,7 @@ class Written:
 
 Write: TypeAlias = Callable[[Sequence[Calibration], Settings], Written]
 Content: TypeAlias = dict[str, object]
-"""Of a calibration file."""
+"""Content of a calibration file."""
 READINGS = "readings"
 """Key of a content: by triad, the unit of readings that are in no unit of the triad, such as counts."""
 Read: TypeAlias = Callable[[str], list[Content]]
@@ -151,12 +151,12 @@ class Target:
     """A format of another program."""
 
     word: str
-    """As after `--to`."""
+    """Word after `--to`."""
     title: str
     ending: str
-    """Of its files, with the dot."""
+    """Ending of its files, with the dot."""
     kind: FileKind
-    """What its files begin with."""
+    """Kind, by the beginning of its files."""
     holds: Mapping[Triad, Collection[Part]]
     write: Write
     source: str
@@ -172,11 +172,11 @@ class Target:
     most: int = 1
     """Units in one file."""
     remarks: tuple[str, ...] = field(default=())
-    """What to know or to do whenever it is written."""
+    """Remarks and further steps for every file of this format."""
     read: Read | None = None
     """Reads its files; None where they hold no calibration, or none that can be read back."""
     encoding: str = "utf-8"
-    """Of its text."""
+    """Encoding of its text."""
     read_parameters: ReadParameters | None = None
     """Reads the parameters in a log of its firmware; None where it keeps none there."""
 

@@ -1,1 +1,1 @@
-"""What a log holds, and what it can serve."""
+"""Contents of a log, and the procedures that it suits."""

@@ -1,4 +1,4 @@
-"""What an inspection finds, as plain data."""
+"""Findings of an inspection, as plain data."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Inspection(Tabular):
     """Directions of gravity more than 20 deg apart that the rests show."""
     services: tuple[Service, ...]
     remarks: tuple[str, ...]
-    """What a user should know before using the recording."""
+    """Remarks on the recording for the user."""
 
     @property
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""What single channels of a recording show, gathered as samples stream by."""
+"""Statistics of single channels of a recording, gathered as samples stream by."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from tumble.foundation.recording import Chunk, Recording
 FEWEST_KEPT = 1 << 14
 """Samples for which there is room from the beginning."""
 CLOCK = "live"
-"""What all units of a live set are stamped by."""
+"""Clock that stamps all units of a live set."""
 
 
 class _Samples:

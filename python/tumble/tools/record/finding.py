@@ -1,4 +1,4 @@
-"""What a session shows so far, found beside it: samples go on being taken meanwhile."""
+"""Estimates from a session so far, computed in the background while it records."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Generic, TypeVar
 
 SHARE_OF_TIME = 0.1
-"""Of all time that may go into finding, unless it is hurried."""
+"""Largest share of time that computing may take, unless it is hurried."""
 
 Found = TypeVar("Found")
 
@@ -25,12 +25,12 @@ class Finding(Generic[Found]):
 
     @property
     def is_running(self) -> bool:
-        """Whether something is being found that is not there yet."""
+        """Returns whether an estimate is being computed."""
         return self._running is not None and not self._running.done()
 
     @property
     def is_due(self) -> bool:
-        """Whether it is time to begin anew."""
+        """Returns whether it is time for the next estimate."""
         return self._running is None and self._clock() >= self._due
 
     def hurry(self) -> None:

@@ -18,7 +18,7 @@ FROZEN_AFTER = 2.0
 
 @dataclass(slots=True)
 class _Reading:
-    """What a unit reads again and again."""
+    """Reading that a unit repeats."""
 
     value: FloatArray
     """(6,)."""
@@ -58,7 +58,7 @@ class FrozenUnits:
         self._readings[name] = last
 
     def is_frozen(self, name: str) -> bool:
-        """Whether a unit that was named repeats the same reading still."""
+        """Returns whether a unit that was reported still repeats the same reading."""
         return name in self._found and self._readings[name].since == self._found[name]
 
     def objections(self, moving: Mapping[str, bool]) -> Iterator[Objection]:

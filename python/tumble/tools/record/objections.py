@@ -1,4 +1,4 @@
-"""What is wrong with a unit that is read live, and what to do about it."""
+"""Faults of a unit that is read live, with their remedies."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ RecordStepKind: TypeAlias = Literal[Listening, "progress", "lost", "returned", "
 
 @dataclass(frozen=True, slots=True)
 class UnitProgress:
-    """How the recording of one unit goes."""
+    """Progress of the recording of one unit."""
 
     name: str
     samples: int
@@ -46,12 +46,12 @@ class UnitProgress:
     """Samples that would fill the gaps."""
     condition: UnitCondition
     trembles: bool
-    """Whether it is at rest but for the hand that holds it."""
+    """Indicates whether it is at rest except for the tremor of the hand that holds it."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordStep:
-    """What has just happened, and how far the recording is."""
+    """Latest event, and the progress of the recording."""
 
     kind: RecordStepKind
     elapsed: float
@@ -60,14 +60,14 @@ class RecordStep:
     bytes: int
     """On disk."""
     unit: str = ""
-    """Of which unit it happened."""
+    """Name of the unit of the event."""
     reason: str = ""
     """Why a source was lost, or the recording ended."""
 
 
 @dataclass(slots=True)
 class _Unit:
-    """What was heard of one unit of late."""
+    """Recent samples of one unit."""
 
     heard: float = 0.0
     """s of `LiveSet.listened`."""
@@ -160,7 +160,7 @@ class Recorder:
 
     @property
     def session(self) -> Session:
-        """What `session.yaml` says."""
+        """Contents of `session.yaml`."""
         return self._writer.session
 
     def describe(self, procedure: SessionProcedure) -> None:

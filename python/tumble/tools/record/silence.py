@@ -15,7 +15,7 @@ GONE_AFTER = 30.0
 
 @dataclass(slots=True)
 class Absence:
-    """How long what a session waits for has been away; `clock` is s for which units were listened to."""
+    """Duration of an absence that a session waits for; `clock` is s for which units were listened to."""
 
     clock: Callable[[], float]
     since: float = field(init=False)
@@ -30,12 +30,12 @@ class Absence:
 
     @property
     def lasts(self) -> bool:
-        """Whether it has been away for longer than a session waits."""
+        """Returns whether the absence is longer than a session waits."""
         return self.clock() - self.since > GONE_AFTER
 
 
 class Silence:
-    """How long no unit has been heard of; `clock` is s for which units were listened to."""
+    """Duration for which no unit has sent samples; `clock` is s for which units were listened to."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._absence = Absence(clock)

@@ -44,7 +44,7 @@ class RecordedUnit:
 
     source: Source
     typed: str
-    """What was typed to name its source."""
+    """Source as typed by the user."""
     serial: str = ""
     """Serial number, where the source does not state it."""
 
@@ -56,7 +56,7 @@ class RecordedUnit:
 
 @dataclass(slots=True)
 class _Unit:
-    """What is kept of one unit in memory."""
+    """Samples of one unit in memory."""
 
     parts: UnitParts
     samples: int = 0
@@ -131,7 +131,7 @@ class SessionWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            # What cannot be written need not be tried again.
+            # A failed write is not repeated.
             if error is not None and not isinstance(error, OutputError):
                 self._end_failed()
         finally:

@@ -1,4 +1,4 @@
-"""What can be wrong with a recording, on purpose."""
+"""Faults that a simulated recording can have on purpose."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ FAULTS: dict[FaultKind, str] = {
     "time-backwards": "the clock jumps back at `start` by `size` s, 1 if not given",
     "clock-jump": "the clock jumps ahead at `start` by `size` s, 1 if not given",
 }
-"""What each kind does."""
+"""Effect of each kind."""
 
 POSITIVE: tuple[FaultKind, ...] = ("saturated", "noise", "late", "time-backwards", "clock-jump")
 """Kinds whose size is positive."""
@@ -78,7 +78,7 @@ class Fault:
     end: float | None = None
     """s after the session began; one second after `start` if not given."""
     size: float | None = None
-    """How bad it is; unit and default depend on the kind, see `FAULTS`."""
+    """Magnitude; unit and default depend on the kind, see `FAULTS`."""
 
     def __post_init__(self) -> None:
         if self.kind not in FAULTS:

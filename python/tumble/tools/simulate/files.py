@@ -1,4 +1,4 @@
-"""What files of all simulated recordings have in common: samples in pieces, the truth in plain words."""
+"""Common files of all simulated recordings: samples in pieces, and the truth as text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a scenario crosses to the native simulator: in SI units and rad, as one text in JSON.
+"""Scenario in the form of the native simulator: in SI units and rad, as one text in JSON.
 
 The mappings made here and in each procedure are the structs of `crates/tumble-lab/src/simulate`, field by
 field; what does not fit them is refused with its place.
@@ -30,7 +30,7 @@ NATIVE_KINDS = {
     "dead": "gap",
     "time-backwards": "clock-jump",
 }
-"""What the native simulator calls a fault, where it knows it as a case of another."""
+"""Kinds of faults that the native simulator treats as cases of another kind."""
 
 
 def play(simulator: Callable[[str], Played], scenario: Mapping[str, Any], what: str) -> Played:

@@ -1,4 +1,4 @@
-"""What all scenarios have in common: their error, and what figures may be."""
+"""Common parts of all scenarios: their error, and the bounds of their numbers."""
 
 from __future__ import annotations
 

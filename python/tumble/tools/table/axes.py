@@ -1,4 +1,4 @@
-"""What a table is made of: axes from the floor up, and what each of them may do."""
+"""Axes of a table from the floor up, and their limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tumble.foundation.recording import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class AxisLimits:
-    """What an axis may do."""
+    """Limits of an axis."""
 
     rate: float
     """rad/s, either way."""

@@ -75,12 +75,12 @@ class GuardedTable:
 
     @property
     def name(self) -> str:
-        """What messages call the table."""
+        """Name of the table in messages."""
         return self._table.name
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a user should know of the driver."""
+        """Remarks on the driver for the user."""
         return self._table.remarks
 
     def __enter__(self) -> GuardedTable:

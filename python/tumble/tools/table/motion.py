@@ -1,4 +1,4 @@
-"""How an axis moves: at constant acceleration, then at constant rate, then it brakes."""
+"""Motion of an axis: at constant acceleration, at constant rate, and braking."""
 
 from __future__ import annotations
 

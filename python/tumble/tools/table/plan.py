@@ -39,7 +39,7 @@ MOST_TURNS = 6
 EXACT = 9
 """Poses up to which the shortest order is found for certain: all that a plan has."""
 ABOUT = 0.25
-"""Of a turn, by which one that was made may differ: a unit may be mounted 10 deg askew."""
+"""Share of a turn by which an executed turn may deviate: a unit may be mounted 10 deg askew."""
 UNSEEN = 1e12
 """Variance over goal, squared, of what nothing shows."""
 STEPS = 64
@@ -48,12 +48,12 @@ STEPS = 64
 
 @dataclass(frozen=True, slots=True)
 class Goals:
-    """What the calibration is for, and with what noise; a unit that is better needs less time."""
+    """Goals of the calibration, and the noise; a better unit needs less time."""
 
     accelerometer_bias: float = 1e-3
     """m/s^2."""
     accelerometer_matrix: float = 1e-4
-    """Of each element of M."""
+    """Goal for each element of M."""
     gyroscope_bias: float = 1e-5
     """rad/s."""
     gyroscope_matrix: float = 1e-4
@@ -149,7 +149,7 @@ class PosePlan:
 
     @property
     def sigma_per_minute(self) -> float:
-        """What is minimised: root mean square of sigma over goal that a minute leaves, s / 60 and root."""
+        """Objective: root mean square of sigma over goal that a minute leaves, s / 60 and root."""
         return math.sqrt(float(np.mean(np.square(self.sigma))) * self.seconds / 60.0)
 
     def _variances(self) -> tuple[FloatArray, FloatArray]:
@@ -409,7 +409,7 @@ def _exchanged_order(between: FloatArray) -> list[int]:
 
 
 def _was_made(rotation: FloatArray, made: list[FloatArray]) -> bool:
-    """Whether a rotation and its way back are among those that were made, which they then are no more."""
+    """Removes a rotation and its way back from those executed; returns whether both were there."""
     found: list[FloatArray] = []
     for wanted in (rotation, -rotation):
         most = ABOUT * float(np.linalg.norm(wanted))

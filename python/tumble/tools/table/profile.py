@@ -54,16 +54,16 @@ class Units(Document):
 
 
 class Line(Document):
-    """How bytes go to and fro."""
+    """Framing of the bytes in both directions."""
 
     write_end: str = "\n"
-    """What ends every command and query."""
+    """End of every command and query."""
     read_end: Annotated[str, Field(min_length=1)] = "\n"
-    """What ends every reply, where there is no prompt."""
+    """End of every reply, where there is no prompt."""
     prompt: Annotated[str, Field(min_length=1)] | None = None
-    """What the table says when it is ready again, after every command and query; none if not given."""
+    """Prompt of the table when it is ready again, after every command and query; none if not given."""
     echo: bool = False
-    """Whether the table repeats what it is told before it replies."""
+    """Indicates whether the table repeats a command before it replies."""
     timeout: Positive = 2.0
     """s for which the table may leave a query, or a command that is acknowledged, unanswered."""
     baud: Annotated[int, Field(gt=0)] = 9600
@@ -76,9 +76,9 @@ class ProfileAxis(Document):
     """One axis."""
 
     name: Annotated[str, Field(min_length=1)]
-    """What messages and `--table-limits` call it."""
+    """Name in messages and `--table-limits`."""
     number: str = ""
-    """What stands for `{axis}` on the line."""
+    """Text that replaces `{axis}` on the line."""
     about: Vector
     """Direction it turns about where all angles are zero: x and y level, z up."""
     angle: Annotated[tuple[float, float], Field(strict=False)] | None = None
@@ -131,7 +131,7 @@ FIELDS_OF_COMMANDS = {
 
 
 class Commands(Document):
-    """What the table is told; a command is sent once for each axis where it holds `{axis}`."""
+    """Commands to the table; a command is sent once for each axis where it holds `{axis}`."""
 
     enable: tuple[str, ...] = Field(default=(), strict=False)
     """Sent before the first motion, in this order."""
@@ -174,7 +174,7 @@ class Query(Document):
 
     send: str
     reply: str
-    """What is replied, `{angle}` for a number; blanks at either end do not count."""
+    """Pattern of the reply, `{angle}` for a number; blanks at either end do not count."""
 
     @field_validator("send")
     @classmethod
@@ -246,7 +246,7 @@ class Queries(Document):
 
 
 class Replies(Document):
-    """What the table says to a command."""
+    """Replies of the table to a command."""
 
     acknowledge: str | None = None
     """Replied to every command that was taken; none if not given."""
@@ -263,7 +263,7 @@ class TableProfile(Document):
     tried: str | None = None
     """On what hardware this was tried, when and by whom; without it users are warned."""
     notes: tuple[str, ...] = Field(default=(), strict=False)
-    """What is taken from documents, what is assumed."""
+    """Sources of the values: those from documents, and assumptions."""
     units: Units = Units()
     line: Line = Line()
     axes: Annotated[tuple[ProfileAxis, ...], Field(strict=False, min_length=1, max_length=3)]

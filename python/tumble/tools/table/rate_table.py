@@ -1,4 +1,4 @@
-"""What every driver of a table gives."""
+"""Interface of every driver of a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RateTable(Protocol):
 
     @property
     def name(self) -> str:
-        """What messages call the table."""
+        """Name of the table in messages."""
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -29,7 +29,7 @@ class RateTable(Protocol):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a user should know, such as that nobody has tried this driver on hardware."""
+        """Remarks for the user, such as that this driver was never tested on hardware."""
 
     def __enter__(self) -> RateTable: ...
 
@@ -47,7 +47,7 @@ class RateTable(Protocol):
         """Begin to turn at these rates, and go on; returns at once."""
 
     def settled(self) -> bool:
-        """Whether the last motion has ended: at its angles, or at its rates."""
+        """Indicates whether the last motion has ended: at its angles, or at its rates."""
 
     def position(self) -> FloatArray:
         """Give the angles; NaN where the table cannot say."""

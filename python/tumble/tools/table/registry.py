@@ -23,7 +23,7 @@ class TableAddress:
     """`DRIVER[:PLACE][?KEY=VALUE&...]`, taken apart."""
 
     text: str
-    """As it was typed: what messages call the table."""
+    """Text as typed by the user; messages name the table by it."""
     driver: str
     place: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)

@@ -159,7 +159,7 @@ class TextTable:
 
     @property
     def _is_answered(self) -> bool:
-        """Whether the table says something to a command."""
+        """Returns whether the table replies to a command."""
         return self._profile.replies.acknowledge is not None or self._profile.line.prompt is not None
 
     def _wait_for_acknowledgement(self, text: str) -> None:

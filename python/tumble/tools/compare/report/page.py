@@ -59,7 +59,7 @@ class PairSection:
 
 @dataclass(frozen=True, slots=True)
 class ComparePage:
-    """What the template of the page is given."""
+    """Data for the template of the page."""
 
     title: str
     verdict: str

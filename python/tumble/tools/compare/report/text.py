@@ -1,4 +1,4 @@
-"""What page, screen and notebook say of two calibrations in the same words."""
+"""Common wording of page, screen and notebook on two calibrations."""
 
 from __future__ import annotations
 

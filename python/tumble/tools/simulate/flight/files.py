@@ -45,7 +45,7 @@ What the builder of this simulated flight knows of its units; for tumble redunda
 
 @dataclass(frozen=True, slots=True)
 class _Log:
-    """What a unit recorded, and when it arrived."""
+    """Samples that a unit recorded, and their arrival."""
 
     name: str
     samples: Chunk

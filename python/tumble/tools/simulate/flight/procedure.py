@@ -61,7 +61,7 @@ class SimulatedFlightUnit(SimulatedUnit):
 
 @dataclass(frozen=True, slots=True)
 class FlightTruth:
-    """What an ideal unit at the primary's place would say, in the primary's case frame."""
+    """Readings of an ideal unit at the primary's place, in the primary's case frame."""
 
     time: FloatArray
     """(n,) s of the flight's clock."""
@@ -87,7 +87,7 @@ class FlightPath:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedFlight:
-    """What all units recorded, and what is true."""
+    """Recordings of all units, and the truth."""
 
     scenario: FlightScenario
     units: tuple[SimulatedFlightUnit, ...]

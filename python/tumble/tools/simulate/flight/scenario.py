@@ -25,7 +25,7 @@ PRIMARY = "primary"
 MOST_FLIGHTS = 1000
 SHORTEST_SECONDS = 1.0
 HIGHEST_HZ = 500.0
-"""Of vibration: a quarter of the rate it is made at."""
+"""Highest frequency of vibration: a quarter of the rate at which it is simulated."""
 MOST_PPM = 1e5
 
 
@@ -53,7 +53,7 @@ VIBRATIONS: dict[Motion, Vibration] = {
     ),
     "vehicle": Vibration(specific_force=0.4, angular_rate=0.005, tones_hz=(27.0, 54.0), band_hz=(10.0, 40.0)),
 }
-"""What is usual."""
+"""Usual vibration of each motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,9 +67,9 @@ class FlightUnit:
     """Nominal mounting: rotation vector from the primary's case to its own; (180, 0, 0) is the board's other
     side. What it is off by is drawn from the grade."""
     perfect: bool = False
-    """Whether it has bias and noise only: scale, non-orthogonality and alignment are exact."""
+    """Indicates whether it has bias and noise only: scale, non-orthogonality and alignment are exact."""
     ageing: float = 1.0
-    """How far biases have moved since the factory: 1 sigma of each axis over the grade's turn-on bias."""
+    """Change of biases since the factory: 1 sigma of each axis over the grade's turn-on bias."""
     accelerometer_ageing: Vector | None = None
     """m/s^2, by which the bias moved, in place of what is drawn."""
     gyroscope_ageing: Vector | None = None
@@ -77,17 +77,17 @@ class FlightUnit:
     rate_hz: float = 200.0
     """Samples a second."""
     filtered: bool = True
-    """Whether vibration comes as its mean over a sample period, or as it is at an instant, so that what is
-    faster than half the sample rate looks slower than it is."""
+    """Indicates whether vibration comes as its mean over a sample period; otherwise its instantaneous value
+    aliases."""
     phase: float | None = None
     """First sample, in sample periods after the start; drawn if not given, 0 for the primary."""
     clock_offset_seconds: float = 0.0
     """Its clock shows this much more than the flight's."""
     clock_skew_ppm: float = 0.0
     latency_seconds: float = 0.0
-    """How long after it was taken a sample is at hand."""
+    """Delay after which a sample is available."""
     faults: Sequence[Fault] = ()
-    """What is wrong with it; times in s after the start."""
+    """Faults of the unit; times in s after the start."""
 
     @property
     def averaging_seconds(self) -> float:
@@ -125,7 +125,7 @@ class FlightScenario:
     motion_seconds: float = 60.0
     """Manoeuvres of each flight, beside take-off, hovering and landing; or each drive."""
     stops: int = 1
-    """Of a vehicle on each drive."""
+    """Stops of a vehicle on each drive."""
     stop_seconds: float = 5.0
     intensity: float = 0.6
     """0 for just so much that it gets going, to 1."""
@@ -140,7 +140,7 @@ class FlightScenario:
     uphill_deg: float = 40.0
     """Counter-clockwise from forward, at the start."""
     vibration: Vibration | None = None
-    """What is usual for the motion if not given."""
+    """Vibration; the usual one of the motion if not given."""
 
     roll_deg: float = 0.0
     pitch_deg: float = 0.0
@@ -150,7 +150,7 @@ class FlightScenario:
     bias_instability: bool = True
     quantisation: bool = True
     g_sensitivity: bool = True
-    """Whether gyroscopes respond to specific force."""
+    """Indicates whether gyroscopes respond to specific force."""
     gravity: float = STANDARD_GRAVITY
     """m/s^2."""
     latitude_deg: float | None = None

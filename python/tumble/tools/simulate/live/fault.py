@@ -1,4 +1,4 @@
-"""What can be wrong with a stream on purpose, while it is served."""
+"""Faults that a served stream can have on purpose."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LIVE_FAULTS: dict[LiveFaultKind, str] = {
     "restart": "the unit is silent from `start` to `end`, and its clock starts anew at 0",
     **{kind: FAULTS[kind] for kind in ("moved", "frozen", "gap", "late", "clock-jump", "time-backwards")},
 }
-"""What each kind does; those that recordings know too do the same here."""
+"""Effect of each kind; kinds that recordings have too have the same effect here."""
 SIZES: dict[LiveFaultKind, float] = {
     "garbled": 0.01,
     "moved": 2.0,
@@ -44,7 +44,7 @@ class LiveFault:
     end: float | None = None
     """s; one second after `start` if not given, for ever for what stays."""
     size: float | None = None
-    """How bad it is; unit and default depend on the kind, see `LIVE_FAULTS`."""
+    """Magnitude; unit and default depend on the kind, see `LIVE_FAULTS`."""
 
     def __post_init__(self) -> None:
         if self.kind not in get_args(LiveFaultKind):
@@ -59,7 +59,7 @@ class LiveFault:
 
     @property
     def bad(self) -> float:
-        """How bad it is."""
+        """Magnitude, or the usual one of the kind."""
         return SIZES.get(self.kind, 0.0) if self.size is None else self.size
 
     @property

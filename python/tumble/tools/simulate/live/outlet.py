@@ -22,7 +22,7 @@ from tumble.tools.simulate.live.samples import Samples
 from tumble.tools.simulate.scenario import ScenarioError
 
 COLUMNS = ("time_us", *(f"a{axis}_mps2" for axis in "xyz"), *(f"g{axis}_radps" for axis in "xyz"))
-"""What a sample holds; names state their units."""
+"""Columns of a sample; names state their units."""
 _JSON = "{" + ", ".join(f'"{name}": {"%d" if name == "time_us" else "%.9g"}' for name in COLUMNS) + "}\n"
 _ROW = ",".join("%d" if name == "time_us" else "%.9g" for name in COLUMNS) + "\n"
 HEADER = ",".join(COLUMNS) + "\n"
@@ -47,7 +47,7 @@ class Outlet(ABC):
 
     @abstractmethod
     def is_heard(self) -> bool:
-        """Whether somebody listens, as far as that can be known."""
+        """Indicates whether a client listens, as far as that can be known."""
 
     @abstractmethod
     def plug(self) -> None:
@@ -94,7 +94,7 @@ class UdpOutlet(Outlet):
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def is_heard(self) -> bool:
-        """Whether a datagram without content was not refused since the last call, as a closed port does."""
+        """Returns whether an empty datagram was not refused since the last call, as a closed port does."""
         if self._probe is None:
             self._probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         elif self._probe.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == 0:
@@ -176,7 +176,7 @@ class _LineOutlet(Outlet):
 
     @abstractmethod
     def _is_read(self) -> bool:
-        """Whether somebody has the line open; tells a new one the names of the columns."""
+        """Indicates whether a client has the line open; sends a new one the names of the columns."""
 
     @abstractmethod
     def _write(self, data: bytes) -> int:
@@ -196,7 +196,7 @@ class _LineOutlet(Outlet):
             self._rest = b""
 
     _rest = b""
-    """What did not go in yet."""
+    """Bytes that the line has not accepted yet."""
 
 
 BOOT = 0.2
@@ -221,7 +221,7 @@ class PtyOutlet(_LineOutlet):
         self._opened = math.inf
         """s of `time.monotonic` at which somebody opened it."""
         self._is_named = False
-        """Whether whoever has it open was told the names of the columns."""
+        """Indicates whether the client that has it open received the names of the columns."""
         self.plug()
 
     @property

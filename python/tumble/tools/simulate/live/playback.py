@@ -27,7 +27,7 @@ from tumble.tools.simulate.unit import PPM, ClockTruth
 ROBOT = "imu"
 """Name of the one unit of a robot, and of that in a hand."""
 BY_HAND_DEG = 2.0
-"""How far a hand misses a face, deg, 1 sigma about each axis."""
+"""Error with which a hand holds a face, deg, 1 sigma about each axis."""
 HAND_RATE_DPS = 90.0
 LAST_REST = 5.0
 """s for which a robot stands still after its turns."""

@@ -18,7 +18,7 @@ Such a one would now and then be taken before a program listens there, or while 
 _MOST_TAKEN = 100
 """Ports that are tried: where so many are taken one after the other, something else is wrong."""
 _TAKEN = (errno.EADDRINUSE, errno.EACCES)
-"""What is said of a port that another has, or that Windows keeps to itself."""
+"""Errors of a port that another process has, or that Windows reserves."""
 
 
 def in_turn(ports: Sequence[int]) -> Iterator[int]:

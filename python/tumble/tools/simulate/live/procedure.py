@@ -81,7 +81,7 @@ class LiveUnit:
         self.sent += ready
 
     def is_heard(self) -> bool:
-        """Whether somebody listens, as far as that can be known."""
+        """Returns whether a client listens, as far as that can be known."""
         return self._outlet.is_heard()
 
     def close(self) -> None:
@@ -95,7 +95,7 @@ class LiveUnit:
         taken = disturbed(shown(taken, self._scenario.uptime), self.faults, self._last)
         self._last = self._last.then(taken).where(slice(-1, None))
         due = np.concatenate([self._due, taken.taken + self._delays(taken)])
-        # What is late holds up what comes after it: one line, no overtaking.
+        # A late sample delays those after it: samples on one line do not overtake.
         self._due = np.maximum.accumulate(due)
         self._waiting = self._waiting.then(taken)
 
@@ -113,7 +113,7 @@ class LiveUnit:
             self._plugged = plugged
 
     def _at(self, now: float, kind: str) -> float:
-        """How bad a fault is at a time, 0 where there is none; 1 for one that has no size."""
+        """Magnitude of a fault at a time, 0 where there is none; 1 for a fault without magnitude."""
         for fault in self.faults:
             start, end = fault.span
             if fault.kind == kind and start <= now < end:
@@ -142,16 +142,16 @@ class LiveSimulation:
         self.table: SimulatedTable | None = None
         """Where the motion is that of a table, or of the joints of a hand."""
         self.truth: Mapping[str, Any] = {}
-        """What is true of the units, as in `truth.yaml`."""
+        """Truth of the units, as in `truth.yaml`."""
         self.lag = 0.0
         """s, at most, by which serving fell behind."""
         self.error: BaseException | None = None
-        """What ended it, where that was a bug."""
+        """Error that ended the simulation, where that was a bug."""
         self.hand: Hand | None = None
         """Where the motion is that of a hand; tell it where to turn."""
         self._folder = Path(folder)
         self.units_on_table: Mapping[str, TableUnit] = {}
-        """What each unit on a table is and feels; empty where there is none."""
+        """Units on a table with their motion; empty where there is none."""
         self._units: list[LiveUnit] = []
         self._server: TableServer | None = None
         self._stack = ExitStack()

@@ -43,7 +43,7 @@ NONE = Samples(np.empty(0), np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
 
 class Feed(Protocol):
-    """What a unit reads, as time goes on."""
+    """Source of the readings of a unit, as time goes on."""
 
     def until(self, now: float) -> Samples:
         """Give the samples taken since the last call, up to `now`, s of the bench's clock."""

@@ -37,34 +37,35 @@ class LiveScenario:
     rate_hz: float = 200.0
     """Samples a second of every unit, by its own clock."""
     rest_seconds: float = 10.0
-    """How long it rests first, and at every face or orientation; a table rests until it is told."""
+    """Duration of the first rest, and of that at every face or orientation; a table rests until it has a
+    command."""
     lever_arm_m: Mapping[str, Vector] = field(default_factory=dict)
     """Places of units on a table against the turning centre, m, case frame; at the centre if not given."""
     table_profile: str = "scpi"
     """Words that the table understands, and what its axes may do."""
     told: bool = False
-    """Whether a hand turns only when it is told."""
+    """Indicates whether a hand turns only on request."""
 
     transport: TransportName = "udp"
     host: str = "127.0.0.1"
     """Where datagrams go, and where TCP is served."""
     port: int = 9000
-    """Of the first unit, the next one's is one more; 0 for any free ones."""
+    """Port of the first unit, the next one's is one more; 0 for any free ones."""
     table_port: int = 5025
-    """Of the table; 0 for a free one."""
+    """Port of the table; 0 for a free one."""
 
     clock_offset_seconds: float = 5.0
     """Offset of each clock but the first, uniform up to this much either way."""
     clock_skew_ppm: float = 50.0
     """Skew, 1 sigma."""
     delay_seconds: float = 0.002
-    """How long every sample is on its way."""
+    """Delay of every sample on its way."""
     jitter_seconds: float = 0.001
-    """How much longer some are: mean of an exponential law."""
+    """Mean of the additional delay of a sample, which has an exponential distribution."""
     batch_seconds: float = 0.0
     """Samples that are sent together: all of so many s; 0 for each alone."""
     faults: Mapping[str, Sequence[LiveFault]] = field(default_factory=dict)
-    """What is wrong with a unit, by its name."""
+    """Faults of each unit, by its name."""
 
     speed: float = 1.0
     """Simulated s in a second of this machine's clock."""

@@ -106,7 +106,7 @@ class Noise:
 
     def _make(self, number: int) -> dict[str, FloatArray]:
         seed = (self._scenario.seed + number * 0x9E3779B97F4A7C15) % 2**64
-        # As exact numbers and without the Earth: what is left beside the truth is noise.
+        # Exact numbers without the rotation of the Earth leave nothing but noise beside the truth.
         session = session_at_rest(self._scenario, self._seconds, seed, quantisation=False, latitude_deg=None)
         felt = session.rests[0].specific_force
         return {unit.name: _noise_of(unit, felt) for unit in session.units}
@@ -146,7 +146,7 @@ class TableUnit:
         """See `Feed`."""
         clock = self.unit.clock
         skew = clock.skew * PPM
-        # As the simulator's clock has it: it ticks evenly by itself, and gains by its skew.
+        # The simulator's clock ticks evenly by itself, and gains by its skew.
         end = max(self._next, int((now * self._rate - clock.phase) * (1.0 + skew)) + 1)
         numbers = np.arange(self._next, end)
         noise = self._noise.rows(self.unit.name, self._next, len(numbers))

@@ -25,7 +25,7 @@ def _obey(simulation: LiveSimulation, events: TextIO) -> None:
             event = json.loads(line)
             up = np.array(event["up"], dtype=float) if event["event"] == WANTED else None
         except (ValueError, KeyError, TypeError):
-            # What stands there besides is not meant for a hand.
+            # Other lines are not meant for a hand.
             continue
         if up is not None and up.shape == (3,) and np.linalg.norm(up) > 0.0 and simulation.hand is not None:
             simulation.hand.go_to(up)

@@ -18,7 +18,7 @@ from tumble.tools.simulate.unit import SimulatedUnit
 SCATTER = 0.15
 """rad by which a hand misses an orientation it meant."""
 HAND: dict[str, Any] = {"turn_rate_dps": 120.0, "turn_acceleration_dps2": 400.0, "heading_turn_deg": 20.0}
-"""How a hand turns a unit, as fields of `TurntableScenario`."""
+"""Motion of a hand that turns a unit, as fields of `TurntableScenario`."""
 
 
 FACES: dict[str, Any] = {
@@ -30,7 +30,7 @@ FACES: dict[str, Any] = {
 LABELS = {
     f"{axis.upper()} {way}": f"{axis}_{end}" for axis in "xyz" for way, end in (("up", "p"), ("down", "a"))
 }
-"""How section lists call the faces."""
+"""Labels of the faces in section lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class SimulatedMultipose:
     session: SimulatedTurntable
     """The hand as a table that turns one target, the unit."""
     on_faces: bool = False
-    """Whether it was laid on the six faces of a box, which is then the case frame."""
+    """Indicates whether it was laid on the six faces of a box, which is then the case frame."""
 
     @property
     def unit(self) -> SimulatedUnit:
@@ -49,7 +49,7 @@ class SimulatedMultipose:
 
     @property
     def recording(self) -> Recording:
-        """What it recorded."""
+        """Recording of the unit."""
         return self.unit.recording
 
     @property

@@ -38,7 +38,7 @@ _FORMS: dict[StepKind, re.Pattern[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What the robot does next: `rest 5`, `3 turns`, `drive 8`, `drive 8 tilt 2 uphill 90 bend 45`."""
+    """Next motion of the robot: `rest 5`, `3 turns`, `drive 8`, `drive 8 tilt 2 uphill 90 bend 45`."""
 
     kind: StepKind
     seconds: float = 0.0
@@ -113,7 +113,7 @@ class SpinScenario:
     unevenness: float = 0.0
     """Share by which the rate goes up and down, as of wheels out of round."""
     unevenness_hz: float = 0.9
-    """How often it does at full rate."""
+    """Frequency of the unevenness at full rate."""
     slips: float = 0.0
     """Slips of the wheels a turn, each a dip of the rate: the robot turns less than its wheels do."""
     slow_turn: float = 0.0
@@ -134,9 +134,9 @@ class SpinScenario:
 
     grade: str | Grade = "consumer"
     accelerometer_noise: float | None = None
-    """Of one sample, m/s^2; that of the grade if not given."""
+    """Noise of one sample, m/s^2; that of the grade if not given."""
     gyroscope_noise: float | None = None
-    """Of one sample, rad/s."""
+    """Noise of one sample, rad/s."""
     accelerometer_bias: Vector | None = None
     """m/s^2; drawn from the grade if not given."""
     gyroscope_bias: Vector | None = None
@@ -152,7 +152,7 @@ class SpinScenario:
     rate_hz: float = 100.0
     """Samples a second."""
     faults: Sequence[Fault] = field(default=())
-    """What is wrong with the recording; times in s."""
+    """Faults of the recording; times in s."""
 
     gravity: float = STANDARD_GRAVITY
     """m/s^2."""

@@ -104,7 +104,7 @@ def _coefficients(scenario: ThermalScenario) -> FloatArray:
 
 
 def _temperature(scenario: ThermalScenario, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of the sensor (n,), degC, and its leg: from -1, cooling, over to 1, warming, as the pace turns."""
+    """Temperature of the sensor (n,), degC, and its leg: from -1, cooling, over to 1, warming."""
     half, pace = 0.5 * (scenario.high - scenario.low), 2.0 * np.pi * scenario.cycles / scenario.duration
     return scenario.reference - half * np.cos(pace * time), np.tanh(np.sin(pace * time) / _TURNING)
 
@@ -129,7 +129,7 @@ def _motion(scenario: ThermalScenario, time: FloatArray) -> tuple[FloatArray, Fl
     angle = np.where(turning, angle, 0.5 * np.pi)[:, None]
     up = np.cos(angle) * before + np.sin(angle) * after
     pace = 0.25 * np.pi**2 / TURN_SECONDS * np.sin(np.pi * since / TURN_SECONDS)
-    # What is up in the case turns the other way round than the case.
+    # The up direction in the case rotates opposite to the case.
     rate = np.where(turning, pace, 0.0)[:, None] * np.cross(after, before)
     return scenario.gravity * up, rate
 

@@ -18,7 +18,8 @@ MOST_POSES = 60
 HIGHEST_ORDER = 3
 """Powers of temperature that a calibration keeps."""
 SHARES = (1.0, 0.3, 0.1)
-"""Of the powers of a drawn drift, at the ends of the range, of what the grade's first power gives there."""
+"""Size of the powers of a drawn drift, at the ends of the range, over that of the grade's first power
+there."""
 
 Powers = tuple[float, ...]
 
@@ -37,7 +38,7 @@ class ThermalScenario:
     high: float = 60.0
     """degC."""
     cycles: float = 1.0
-    """How often it warms and cools; a half is warming alone."""
+    """Cycles of warming and cooling; a half is warming alone."""
     poses: int = 1
     """In which it is laid for equal times; it is turned by hand between them."""
     accelerometer: Powers | None = None
@@ -53,7 +54,7 @@ class ThermalScenario:
     lag: float = 0.0
     """Time constant by which the thermometer is behind the sensor, s."""
     step: float | None = None
-    """Of the thermometer, K; 0 for none. That of the grade if not given."""
+    """Resolution of the thermometer, K; 0 for none. That of the grade if not given."""
     gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:

@@ -37,7 +37,8 @@ class TurntableScenario:
     """One target each."""
     reference: str | Grade = "reference"
     perfect_reference: bool = False
-    """Whether the reference has bias and noise only: scale, non-orthogonality and alignment are exact."""
+    """Indicates whether the reference has bias and noise only: scale, non-orthogonality and alignment are
+    exact."""
     rate_hz: PerUnit[float] = USUAL_RATE
     """Samples a second."""
     target_mounting_deg: PerUnit[RotationDeg] = USUAL_MOUNTING
@@ -45,16 +46,16 @@ class TurntableScenario:
     lever_arm_m: Mapping[str, Vector] = field(default_factory=dict)
     """Place of a unit against the turning centre, m, case frame; at the centre if not given."""
     bias_instability: bool = True
-    """Whether noise has bias instability beside its white part."""
+    """Indicates whether noise has bias instability beside its white part."""
     quantisation: bool = True
-    """Whether outputs come in steps."""
+    """Indicates whether outputs are quantised."""
     g_sensitivity: bool = True
-    """Whether gyroscopes respond to specific force."""
+    """Indicates whether gyroscopes respond to specific force."""
     faults: Mapping[str, Fault | Sequence[Fault]] = field(default_factory=dict)
-    """What is wrong with a unit, by its name."""
+    """Faults of each unit, by its name."""
 
     poses: PoseList = SIX_FACES
-    """What the table is told, and what `poses.yaml` says."""
+    """Poses that the table is commanded to, and that `poses.yaml` lists."""
     visits: Sequence[str] | None = None
     """Names of the poses in the order they are taken; each once, as listed, if not given."""
     tipped_deg: Mapping[str, float] = field(default_factory=dict)
