@@ -1,4 +1,4 @@
-"""How the units of a redundant set sit beside each other, from a log in which they moved together."""
+"""Alignment of the units of a redundant set, from a log in which they moved together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What units that move together show of each other, as plain data: what reports show and files keep."""
+"""Alignment of units that move together, as plain data that reports show and files keep."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tumble.foundation.results import Collection, Parameter, Row, Tabular, Verdi
 
 @dataclass(frozen=True, slots=True)
 class UnitAlignment:
-    """How a secondary sits beside the primary. What the motion does not show is NaN, its sigma infinite."""
+    """Alignment of a secondary to the primary. Values that are not observable are NaN, sigma infinite."""
 
     name: str
     source: str
-    """What names it for certain: path and IMU."""
+    """Unambiguous name of the recording: path and IMU."""
     sensor_from_primary: FloatArray | None
     """(3, 3) rotation from the primary's case frame to the secondary's; `None` where it was not shown."""
     rotation_vector: FloatArray
@@ -28,7 +28,8 @@ class UnitAlignment:
     rotation_unseen: FloatArray
     """(k, 3) unit vectors in the secondary's frame, about which the motion does not show the rotation."""
     rotation_from_accelerometers: bool
-    """Whether the units turned about one axis only, and the rotation about it is what accelerometers show."""
+    """Indicates whether the units turned about one axis only, so that accelerometers show the rotation about
+    it."""
     time_offset: float
     """s, to be added to the secondary's time at the instant `reference_time`; then both clocks agree."""
     time_offset_sigma: float
@@ -58,7 +59,7 @@ class UnitAlignment:
     accelerometer_residual: float
     """m/s^2, the same."""
     correlation: float
-    """Of the rates of both units: 1 where both feel one motion."""
+    """Correlation of the rates of both units: 1 where both feel one motion."""
     motion: float
     """rad/s, root mean square rate of the primary."""
     window: float
@@ -91,7 +92,7 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
     """When and by whom it was found."""
     serials: Mapping[str, str] = field(default_factory=dict)
-    """Of the units whose logs state them, by name."""
+    """Serial numbers of the units whose logs state them, by name."""
     time: LogTime = UNKNOWN_TIME
     """Clock of the primary."""
 

@@ -23,7 +23,7 @@ KNOWN_BIAS = 0.005
 
 @dataclass(frozen=True, slots=True)
 class UnitSamples:
-    """What one unit said, in order of its own clock."""
+    """Samples of one unit, in order of its own clock."""
 
     arrays: tuple[FloatArray, FloatArray, FloatArray]
     """Time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
@@ -31,9 +31,9 @@ class UnitSamples:
     """rad/s, mean over the rests; zero where there is none."""
     gyroscope_bias_sigma: float
     notices: tuple[str, ...]
-    """What was left out while reading."""
+    """Notices on samples that were left out while reading."""
     gyroscope_digest: str
-    """As `GyroscopeHead.digest` has it."""
+    """Digest, as from `GyroscopeHead.digest`."""
 
     @property
     def start(self) -> float:

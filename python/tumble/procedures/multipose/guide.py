@@ -25,7 +25,7 @@ class OrientationGuide:
     wanted: FloatArray | None = None
     """(3,) unit vector, case frame: what is to point up next; None for however it lies."""
     _counted: bool = False
-    """Whether the rest under way is among `forces`."""
+    """Indicates whether the present rest is among `forces`."""
 
     def motion(self) -> None:
         """Take in that the unit moves."""
@@ -41,7 +41,7 @@ class OrientationGuide:
         return True
 
     def is_enough(self, seconds: float) -> bool:
-        """Whether the rest under way would count just now if it is so long."""
+        """Returns whether a present rest of this duration would now count."""
         return not self._counted and seconds >= self.wanted_seconds
 
     def follow(self, result: MultiposeResult | None) -> None:
@@ -51,12 +51,12 @@ class OrientationGuide:
 
     @property
     def orientations(self) -> int:
-        """How many that differ were shown."""
+        """Number of distinct orientations so far."""
         return 1 + max(_core.multipose_directions(np.array(self.forces))) if self.forces else 0
 
     @property
     def rests(self) -> int:
-        """How many rests there were."""
+        """Number of rests so far."""
         return len(self.forces)
 
 

@@ -48,7 +48,7 @@ Calibrate: TypeAlias = Callable[[Recording], MultiposeResult]
 SESSION_FOLDER = "session"
 """Where the recording is, in the folder of the results."""
 ORIENTATIONS = 18
-"""As many are enough where no goal is stated."""
+"""Number of orientations that is enough where no goal is stated."""
 MOST_RESTS = 120
 """After which a goal is out of reach: bias instability lets no sigma go below what it lets go."""
 BETWEEN_REPORTS = 0.2
@@ -61,7 +61,7 @@ NOW = 0.2
 
 @dataclass(frozen=True, slots=True)
 class MultiposeSoFar:
-    """What the procedure finds by now."""
+    """Estimates of the procedure so far."""
 
     result: MultiposeResult | None = None
     lacking: str = ""
@@ -72,13 +72,13 @@ class MultiposeSoFar:
 
 @dataclass(frozen=True, slots=True)
 class MultiposeStep:
-    """What has just happened, and how far the session is."""
+    """Latest event, and the progress of the session."""
 
     kind: MultiposeStepKind
     elapsed: float
     """s since it began."""
     name: str
-    """Of the unit."""
+    """Name of the unit."""
     condition: UnitCondition
     rate: float
     """Hz; NaN before it is known."""
@@ -99,7 +99,7 @@ class MultiposeStep:
     subject: str = ""
     """The orientation, or the unit, that it is about."""
     text: str = ""
-    """Of a warning, and of an early end: what is wrong, and what to do."""
+    """Text of a warning or of an early end: cause and remedy."""
 
 
 class LiveMultipose:
@@ -153,23 +153,23 @@ class LiveMultipose:
         self._time = -math.inf
         self._rest = RestUnderWay()
         self._trembled = False
-        """Whether the rest under way trembled at any look."""
+        """Indicates whether the present rest trembled at any check."""
         self._held = HeldRests()
         self._asked: FloatArray | None = None
         self._asks_again = False
-        """Whether to say once more where to turn the unit."""
+        """Indicates whether to repeat the request for an orientation."""
         self._told: set[str] = set()
         self._so_far = MultiposeSoFar()
         self._finding: Finding[MultiposeSoFar] = Finding(clock)
         self._rests_found = 0
-        """Of how many rests what is being found is."""
+        """Number of rests from which the running fit computes."""
         self._rests_followed = 0
         """Up to which rest the next orientation follows from what was found."""
         self._silent = Silence(lambda: units.listened)
         self._is_complete = False
         self._was_stopped = False
         self._by_will = False
-        """Whether it ended when the user wanted it to."""
+        """Indicates whether it ended when the user asked for it."""
         self._why_early = "all sources have ended"
         if resume:
             self._go_on()
@@ -181,12 +181,12 @@ class LiveMultipose:
 
     @property
     def is_heard(self) -> bool:
-        """Whether the unit gave samples."""
+        """Returns whether the unit gave samples."""
         return bool(self._acquired.recordings())
 
     @property
     def is_reached(self) -> bool:
-        """Whether all was reached that was asked for: the goal, else what the user let it have."""
+        """Returns whether the goal was reached, or without one, all orientations or the end by the user."""
         return self._goal_is_met and (self._is_complete or self._goal is not None or self._by_will)
 
     @property

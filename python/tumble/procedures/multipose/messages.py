@@ -21,7 +21,7 @@ SIX_FACES = ", or give --faces if it lay on the six faces of a box"
 """Said where the orientations are as many."""
 
 NOTABLE_SHARE = 0.3
-"""Of an unknown in a combination that is left open, from which it is named."""
+"""Share of an unknown in an unobservable combination, from which it is named."""
 MORE_MAY_SHOW = {"no rests", "too few directions", "poses leave open"}
 """Words for what more poses mend."""
 

@@ -81,7 +81,7 @@ _UNKNOWNS = {
     10: "bias y",
     11: "bias z",
 }
-"""What an element of [M row by row, b] is mostly about."""
+"""Parameter that dominates an element of [M row by row, b]."""
 
 _RATE_UNKNOWNS = (
     *(
@@ -92,7 +92,7 @@ _RATE_UNKNOWNS = (
     *(f"bias {axis}" for axis in "xyz"),
     *(f"g-sensitivity of axis {axis} along {along}" for axis in "xyz" for along in "xyz"),
 )
-"""What an element of [M row by row, b] and then G row by row of a gyroscope is mostly about."""
+"""Parameter that dominates an element of [M row by row, b] and then G row by row of a gyroscope."""
 
 
 class TooLittleShownError(ProcedureError):
@@ -148,7 +148,7 @@ def multipose(
     has_gyroscope = "gyroscope" in unit.triads
     temperatures = TemperatureCounts(before, unit.triads)
     samples = _samples(unit, temperatures, progress)
-    # What is labelled is taken as it is labelled.
+    # Labelled sections are used as they are.
     frozen = [] if labelled else frozen_stretches(samples)
     used = _without(samples, frozen)
 
@@ -172,7 +172,7 @@ def multipose(
     try:
         figures = fit(before)
         if before is not None and any(drift.scale for drift in before.temperature_drifts().values()):
-            # What a scale that drifts does to a reading depends on the bias, which is known only now.
+            # The effect of a drifting scale depends on the bias, which the first fit estimates.
             figures = fit(_with_biases(before, figures))
     except _core.CoreError as error:
         kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError

@@ -1,4 +1,4 @@
-"""What a multi-pose session shows, as plain data: what reports show and calibration files keep."""
+"""Result of a multi-pose session, as plain data that reports show and calibration files keep."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class NextTurn:
     up: FloatArray
     """(3,) unit vector, case frame, across the axis: what is to point up at the start."""
     parameter: str
-    """What is known least."""
+    """Parameter that is least certain."""
     before: float
     """Its sigma as it is: of scale, of a bias of 0.1 rad/s, of a g-sensitivity of 0.01 rad/s per m/s^2."""
     after: float
@@ -87,7 +87,7 @@ class NextTurn:
 
 @dataclass(frozen=True, slots=True)
 class NominalScale:
-    """What counts were taken for."""
+    """Scale by which counts were converted."""
 
     accelerometer: float
     """Counts per m/s^2."""
@@ -113,7 +113,7 @@ class FerrarisTriad:
 
 @dataclass(frozen=True, slots=True)
 class Faces:
-    """What a session on six faces shows besides, in the case frame of the box."""
+    """Additional results of a session on six faces, in the case frame of the box."""
 
     tilt: float
     """By how much a face was off level about either axis, rad, 1-sigma, as all faces together show it."""

@@ -1,4 +1,4 @@
-"""What a recording of a unit held in many orientations has to show."""
+"""Conditions on a recording of a unit held in many orientations."""
 
 from __future__ import annotations
 

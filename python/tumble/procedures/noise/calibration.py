@@ -1,4 +1,4 @@
-"""What a noise measurement adds to a calibration: its terms, beside all that the calibration had before."""
+"""Contribution of a noise measurement to a calibration: its terms, beside the earlier contents."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class NoiseKey:
     value: float
     unit: str
     remark: str
-    """What the figure is, where it is not what was found of every axis."""
+    """Explanation of the figure, where it is not the plain estimate of every axis."""
 
 
 def kalibr_keys(result: NoiseResult) -> list[NoiseKey]:

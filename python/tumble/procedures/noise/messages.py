@@ -1,4 +1,4 @@
-"""What a record of noise does not show, and what is odd about one, in words a user can act on."""
+"""Messages on terms that a noise record does not show, and on its irregularities, each with a remedy."""
 
 from __future__ import annotations
 

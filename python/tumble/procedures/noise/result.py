@@ -1,4 +1,4 @@
-"""What a record shows of the noise of a sensor, as plain data: what reports show and files keep."""
+"""Noise of a sensor, as plain data that reports show and files keep."""
 
 from __future__ import annotations
 
@@ -101,12 +101,13 @@ class Disturbance:
     sigma: float
     """1-sigma of a change of level; of a knock, scatter of a sample."""
     left_out: bool
-    """Whether the deviations are formed without it; else the channel has so many that they count as noise."""
+    """Indicates whether the deviations exclude it; a channel with too many disturbances keeps them as
+    noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class StillPart:
-    """How much of the logs was used."""
+    """Part of the logs that was used."""
 
     logs: int
     samples: int

@@ -1,4 +1,4 @@
-"""What a recording has to show for the noise of its sensor."""
+"""Conditions on a recording that is to show the noise of its sensor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a thermal session adds to a calibration: drift over temperature, beside all that it had before."""
+"""Contribution of a thermal session to a calibration: temperature drift, beside the earlier contents."""
 
 from __future__ import annotations
 

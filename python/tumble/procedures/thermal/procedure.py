@@ -141,7 +141,7 @@ def _refuse_unfit(unit: Imu) -> None:
     if unit.acquired.temperature is None:
         raise ProcedureError(messages.NO_TEMPERATURE, about=unit.name)
     refuse_if_damaged(unit.name, unit, unit.faults)
-    # What the segmenter takes for a slow turn is what a drift looks like.
+    # The segmenter rejects a drifting rest as a slow turn, so that rejected rests are evidence of rest.
     if not len(unit.acquired.rest_times) and not unit.acquired.rejected_rests:
         figures = {"still": 0.0, "moved": unit.log.duration or 0.0}
         raise ProcedureError(messages.explain("too little at rest", figures), about=unit.name)

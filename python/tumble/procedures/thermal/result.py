@@ -1,4 +1,4 @@
-"""What logs show of bias and scale over temperature, as plain data: what reports show and files keep."""
+"""Bias and scale over temperature, as plain data that reports show and files keep."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _GRID = 200
 
 @dataclass(frozen=True, slots=True)
 class OrderScore:
-    """How well a set of terms foretells stretches of the log that were left out of the fit."""
+    """Error with which a set of terms predicts stretches of the log that were held out of the fit."""
 
     bias: int
     """Highest power of temperature in the bias."""
@@ -38,7 +38,7 @@ class OrderScore:
 
 @dataclass(frozen=True, slots=True)
 class AxisDrift:
-    """What temperature does to one axis: `y = (1 + s(t)) M u + b + d(t)`, t from the reference in K."""
+    """Temperature drift of one axis: `y = (1 + s(t)) M u + b + d(t)`, t from the reference in K."""
 
     name: str
     """`accelerometer x`."""
@@ -52,7 +52,8 @@ class AxisDrift:
     scale: FloatArray
     """(q,) the same of s, 1/K^k."""
     covariance: FloatArray
-    """Of [bias, scale, hysteresis], the last where it is observable, one for each row of `loop`."""
+    """Covariance of [bias, scale, hysteresis], the last where it is observable, one for each row of
+    `loop`."""
     hysteresis: Parameter
     """Largest difference, with its sign, of the bias while warming less that while cooling at one
     temperature, unit of the axis."""
@@ -61,7 +62,7 @@ class AxisDrift:
     loop: FloatArray
     """(k, 3) temperature, degC, difference and its 1-sigma; one row where the difference is a constant."""
     has_hysteresis: bool
-    """Whether the difference is beyond chance."""
+    """Returns whether the difference is beyond chance."""
     slope: Parameter
     """First power of the bias, unit/K, whether or not it is among the terms."""
     scale_change: Parameter
@@ -119,7 +120,7 @@ class AxisDrift:
 
     @property
     def is_one_curve(self) -> bool:
-        """Whether one curve serves for warming and cooling."""
+        """Returns whether one curve describes both warming and cooling."""
         return 0.5 * abs(self.clear_hysteresis) <= LARGEST_HYSTERESIS * self.swing.value
 
     def parameters(self) -> Iterator[Parameter]:
@@ -152,7 +153,7 @@ def unknown(name: str, unit: str, reason: str) -> Parameter:
 
 @dataclass(frozen=True, slots=True)
 class ThermalBlocks:
-    """What was fitted: means over successive stretches at rest."""
+    """Data of the fit: means over successive stretches at rest."""
 
     time: FloatArray
     """(n, 2) first and last sample, s of the clock of its log."""
@@ -180,14 +181,14 @@ class ThermalBlocks:
 
 @dataclass(frozen=True, slots=True)
 class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
-    """What temperature does to each axis of a unit."""
+    """Temperature drift of each axis of a unit."""
 
     reference: float
     """Temperature at which M and b hold, degC."""
     range: tuple[float, float]
     """Lowest and highest at rest, degC; beyond, the value at the edge is held."""
     step: float
-    """Of the thermometer, K."""
+    """Resolution of the thermometer, K."""
     lag: Parameter
     """Time constant by which the thermometer is behind the sensor, s."""
     axes: tuple[AxisDrift, ...]

@@ -1,4 +1,4 @@
-"""What a recording has to show for the effect of temperature."""
+"""Conditions on a recording that is to show the effect of temperature."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ class Batch:
         return self._names_by_serial.get(serial, "")
 
     def is_done(self, name: str, key: str, *, page: bool) -> bool:
-        """Whether the last attempt had this key and its files are there, a page if `page` asks for one."""
+        """Returns whether the last attempt had this key and its files exist, the page too if `page`."""
         last = self.last.get(name)
         if last is None or last.key != key or (page and not last.page):
             return False

@@ -1,4 +1,4 @@
-"""What a live session still needs: poses of the list, then turns about each axis, both ways."""
+"""Remaining steps of a live session: poses of the list, then turns about each axis, both ways."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ class WantedPose:
     table: RestTime = field(default_factory=RestTime)
     targets: dict[str, RestTime] = field(default_factory=dict)
     told: bool = False
-    """Whether it was said to be done."""
+    """Indicates whether its completion was reported."""
 
     @property
     def name(self) -> str:
-        """As the list has it."""
+        """Name in the list."""
         return self.pose.name
 
     @property
@@ -61,12 +61,12 @@ class WantedPose:
 
     @property
     def is_rested(self) -> bool:
-        """Whether the table has rested there for as long as wanted, whichever targets showed it."""
+        """Returns whether the table has rested there for as long as wanted, whichever targets showed it."""
         return self.table.seconds >= self.wanted
 
     @property
     def is_done(self) -> bool:
-        """Whether each unit has shown it for as long as wanted."""
+        """Returns whether each unit has shown it for as long as wanted."""
         return self.seconds >= self.wanted
 
     @property
@@ -75,7 +75,7 @@ class WantedPose:
         return tuple(name for name, each in self.targets.items() if each.seconds < self.wanted)
 
     def is_wanted(self, away: Collection[str]) -> bool:
-        """Whether the table is to rest there while these targets are away."""
+        """Returns whether the table is to rest there while these targets are away."""
         return not (self.is_rested and set(self.lacking) <= set(away))
 
     def forget(self) -> None:
@@ -110,7 +110,7 @@ class WantedTurn:
 
     @property
     def is_done(self) -> bool:
-        """Whether there were as many as wanted."""
+        """Returns whether as many turns as wanted were made."""
         return self.done >= self.wanted
 
 
@@ -142,7 +142,7 @@ class Guide:
 
     @property
     def wanted(self) -> WantedPose | WantedTurn | None:
-        """What to do next: poses, then turns, then poses that a target missed; None when no more can be done.
+        """Next step: poses, then turns, then poses that a target missed; None when no step remains.
 
         What only targets lack that are away is not wanted before they return.
         """
@@ -157,7 +157,7 @@ class Guide:
 
     @property
     def is_done(self) -> bool:
-        """Whether all poses and turns are done, by each unit."""
+        """Returns whether all poses and turns are done, by each unit."""
         return all(pose.is_done for pose in self.poses) and all(turn.is_done for turn in self.turns)
 
     @property

@@ -61,7 +61,7 @@ TIPPED_AFTER = 4.0
 LONGEST_GAP = 0.1
 """s between two samples over which the gyroscope's last word holds."""
 MARGIN, LARGEST_STEP = 1.1, 4.0
-"""How much longer than sigma asks for to rest, and by what factor at most at a time."""
+"""Margin on the rest that sigma asks for, and the largest factor of one extension."""
 LONGEST_POSE = 1800.0
 """s at each pose that a goal may take; bias instability lets none go below what it lets go."""
 MOST_TURNS = 100
@@ -69,33 +69,33 @@ MOST_TURNS = 100
 
 @dataclass(frozen=True, slots=True)
 class UnitAtPose:
-    """How far one target is at one pose."""
+    """Progress of one target at one pose."""
 
     name: str
-    """Of the target."""
+    """Name of the target."""
     seconds: float
-    """Of rests that it gave samples of."""
+    """Duration of rests of which it gave samples."""
     done: bool
 
 
 @dataclass(frozen=True, slots=True)
 class PoseProgress:
-    """How far one pose is."""
+    """Progress of one pose."""
 
     name: str
     seconds: float
-    """Of rests that all units gave samples of."""
+    """Duration of rests of which all units gave samples."""
     wanted: float
     """s."""
     done: bool
-    """Whether each unit has shown it."""
+    """Indicates whether each unit has shown it."""
     units: tuple[UnitAtPose, ...] = ()
     """Each target."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnProgress:
-    """How far turns about one axis of the reference, one way, are."""
+    """Progress of turns about one axis of the reference, one way."""
 
     name: str
     """`+x` ... `-z`."""
@@ -106,7 +106,7 @@ class TurnProgress:
 
 @dataclass(frozen=True, slots=True)
 class UnitState:
-    """What one unit does now."""
+    """Present state of one unit."""
 
     name: str
     condition: UnitCondition
@@ -116,7 +116,7 @@ class UnitState:
 
 @dataclass(frozen=True, slots=True)
 class TurntableStep:
-    """What has just happened, and how far the session is."""
+    """Latest event, and the progress of the session."""
 
     kind: TurntableStepKind
     elapsed: float
@@ -130,7 +130,8 @@ class TurntableStep:
     subject: str = ""
     """The pose, the turn or the unit that it is about."""
     text: str = ""
-    """Of a warning, and of an early end: what is wrong, and what to do; of a pose asked for again: why."""
+    """Text of a warning or of an early end: cause and remedy; of a repeated request for a pose: its
+    reason."""
     table: str = ""
     """Where a table that turns itself is or goes; empty before it goes anywhere, and without one."""
 
@@ -140,7 +141,7 @@ class Driver(Protocol):
 
     @property
     def is_done(self) -> bool:
-        """Whether the table was everywhere."""
+        """Indicates whether the table has been at every pose."""
 
     @property
     def aim(self) -> str:
@@ -153,7 +154,7 @@ class Driver(Protocol):
         """
 
     def shows(self, up: FloatArray) -> bool:
-        """Whether the table goes where this direction, (3,) in its frame, points up."""
+        """Returns whether the table goes where this direction, (3,) in its frame, points up."""
 
     def again(self, seconds: float) -> bool:
         """Go everywhere once more, for so many s of rest; False where that was done often enough."""
@@ -225,7 +226,7 @@ class LiveTurntable:
         )
         self._time = -math.inf
         self._rest = RestUnderWay()
-        """Of the reference."""
+        """Present rest of the reference."""
         self._on_pose = -math.inf
         """s at which the table last rested at a pose; a rest is seen to end a little late."""
         self._asked = ""
@@ -234,12 +235,12 @@ class LiveTurntable:
         self._finding: Finding[SoFar] = Finding(clock)
         self._finding_is_final = False
         self._found_last = False
-        """Whether what was found is of all that was asked for."""
+        """Indicates whether the last estimate includes all that was asked for."""
         self._is_complete = False
         self._was_stopped = False
         self._silent = Silence(lambda: units.listened)
         self._missing = Absence(lambda: units.listened)
-        """Of targets that alone lack something."""
+        """Absence of targets that alone lack something."""
         self._why_early = "all sources have ended"
         if resume:
             self._go_on()
@@ -251,7 +252,7 @@ class LiveTurntable:
 
     @property
     def was_stopped(self) -> bool:
-        """Whether `stop` ended it."""
+        """Returns whether `stop` ended it."""
         return self._was_stopped and not self._is_complete
 
     @property
@@ -271,12 +272,12 @@ class LiveTurntable:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all that was asked for was done."""
+        """Returns whether all that was asked for was done."""
         return self._is_complete
 
     @property
     def goal_is_met(self) -> bool:
-        """Whether there is no goal, or it was met."""
+        """Returns whether there is no goal, or it was met."""
         return all(each.ratio <= 1.0 for each in self._goals)
 
     @property
@@ -314,7 +315,7 @@ class LiveTurntable:
 
     def _ended(self, step: RecordStep) -> Iterator[TurntableStep]:
         if not (self._is_complete or self._was_stopped):
-            # What came last, and a log that came all at once, was not looked at yet.
+            # Samples that came last, and a log that came all at once, are still unchecked.
             self._tick_what_was_recorded()
             yield from self._found_at_last(step)
             self._is_complete = self._all_is_done and self.goal_is_met
@@ -354,7 +355,7 @@ class LiveTurntable:
         moving = {unit.name: unit.condition == "motion" for unit in step.units}
         frozen = list(self._frozen.objections(moving))
         if any((each.unit, each.key) not in self._told for each in frozen):
-            # What it seemed to show before is no rest of its own.
+            # A frozen stretch is no rest, so the rests so far are counted without it.
             self._tick_what_was_recorded()
         yield from self._warnings(step, frozen)
         self.guide.away = frozenset(unit.name for unit in step.units if self._is_away(unit))
@@ -387,7 +388,7 @@ class LiveTurntable:
         self._wait_for_targets()
 
     def _is_away(self, unit: UnitProgress) -> bool:
-        """Whether nothing comes of a target that could show a pose."""
+        """Returns whether no samples come from a target that could show a pose."""
         is_there = unit.condition in ("rest", "motion") and not self._frozen.is_frozen(unit.name)
         return unit.name != self._reference and not is_there
 
@@ -423,14 +424,14 @@ class LiveTurntable:
             self._end_early(f"{away} did not return")
 
     def _is_for_hand(self, driver: Driver, wanted: WantedPose | WantedTurn | None) -> bool:
-        """Whether the table does not show what is wanted next."""
+        """Returns whether the table does not show what is wanted next."""
         return isinstance(wanted, WantedTurn) or (wanted is not None and not driver.shows(wanted.pose.up))
 
     def _send_again(self, driver: Driver) -> bool:
         """Have the table go where something still lacks; whether it may."""
         may = driver.again(0.0)
         self._leave_out_what_was_shown(driver)
-        # What lacks may be the end of a turn, which is no stop of its own.
+        # The missing stop may be the end of a turn, which is no stop of its own.
         return may and (not driver.is_done or driver.again(0.0))
 
     def _wants(self, step: RecordStep) -> Iterator[TurntableStep]:

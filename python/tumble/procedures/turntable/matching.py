@@ -34,7 +34,7 @@ class PoseMatch:
 
     @property
     def known(self) -> bool:
-        """Whether any pose is known."""
+        """Returns whether any pose is known."""
         return bool(self.names)
 
 
@@ -88,7 +88,7 @@ def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
 
 
 def _shows_six_faces(labelled: dict[int, Pose], rests: int) -> bool:
-    """Whether a recording without a list was made at the six faces."""
+    """Returns whether a recording without a list was made at the six faces."""
     distinct = {pose.name for pose in labelled.values()}
     return len(distinct) >= 4 and 2 * len(labelled) >= rests
 

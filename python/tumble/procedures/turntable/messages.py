@@ -1,4 +1,4 @@
-"""What the core objects to, in words a user can act on."""
+"""Messages on errors that the core reports, each with a remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mounting angle does to the off-diagonals of M: ignored, compensated as published, and by Tumble."""
+"""Effect of a mounting angle on the off-diagonals of M: ignored, compensated as published, and by Tumble."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ RecordingsRead: TypeAlias = Callable[[int, int], None]
 Clocks: TypeAlias = Literal["auto", "shared", "apart"]
 
 UnitRead: TypeAlias = Imu | TumbleError
-"""What was acquired of a recording, or what hindered that."""
+"""Acquired samples of a recording, or the error that prevented their acquisition."""
 
 SWAPPED = 2.0
 """A target better by this factor than the reference, in noise and in keeping |f| = g, is the reference."""
@@ -50,7 +50,7 @@ class Session:
     """A reference on a turntable, fitted, against which any number of targets are calibrated one by one."""
 
     batch: TurntableResult
-    """What all targets share; without the targets."""
+    """Results that all targets share; without the targets."""
     provenance: Provenance
     _reference: Imu
     _procedure: TargetProcedure
@@ -322,7 +322,7 @@ def _without_folders(text: str, source: str | Path) -> str:
 
 
 def _same(one: RecordingSource, other: RecordingSource) -> bool:
-    """Whether both name one recording, however they spell it."""
+    """Returns whether both name one recording, however they spell it."""
     if not (isinstance(one, str | Path) and isinstance(other, str | Path)):
         return one is other
     try:

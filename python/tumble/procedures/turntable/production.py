@@ -58,15 +58,15 @@ FEWEST_FOR_PROCESSES = 60
 
 @dataclass(frozen=True, slots=True)
 class Production:
-    """What all targets of a run share."""
+    """Inputs and options that all targets of a run share."""
 
     session: Session
     batch: Batch
     pages: Pages
     options: Callable[[str], ReadOptions | None]
-    """How to read a log."""
+    """Options for reading a log."""
     key: str
-    """Of what all targets of the run share."""
+    """Key of the inputs that all targets of the run share."""
     jobs: int
     resume: bool
     serials: dict[str, str] = field(default_factory=dict)
@@ -175,10 +175,10 @@ class Calibrated:
 
 @dataclass(frozen=True, slots=True)
 class PrintOrder:
-    """What is needed to print the files of a target."""
+    """Inputs for printing the files of a target."""
 
     batch: TurntableResult
-    """What it shares with all targets."""
+    """Results that it shares with all targets."""
     target: TargetResult
     key: str
     page: bool
@@ -193,7 +193,7 @@ class Printed:
     fresh: bool
     calibration: str = ""
     content: dict[str, Any] | None = None
-    """Of the calibration."""
+    """Content of the calibration."""
     page: str = ""
 
 

@@ -1,4 +1,4 @@
-"""What is kept of each attempt at a target: enough for summary and report without its recording."""
+"""Record of each attempt at a target: enough for summary and report without its recording."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TargetRecord:
     reason: str
     """Why it failed or has no calibration; empty where neither is so."""
     sentence: str
-    """What the report says of the verdict."""
+    """Sentence of the report on the verdict."""
     serial: str
     operator: str
     station: str
@@ -54,19 +54,19 @@ class TargetRecord:
     reference: str
     reference_serial: str
     reference_sha256: str
-    """Of the reference's recording."""
+    """SHA-256 of the reference's recording."""
     reference_calibration: str
     """sha256 of the calibration that was applied to the reference; empty if there was none."""
     software: str
     key: str
     """sha256 of everything that the result follows from: another run of the same key finds the same."""
     calibration_sha256: str
-    """Of the calibration file; empty where there is none."""
+    """SHA-256 of the calibration file; empty where there is none."""
     page: bool
-    """Whether it has a page of its own."""
+    """Indicates whether it has a page of its own."""
     warnings: tuple[str, ...]
     remarks: str
-    """What the report says beside it in a word or two."""
+    """Remarks of the report beside it, a word or two."""
     fits: tuple[str, str]
     """Chi-square over degrees of freedom, accelerometer and gyroscope, as printed."""
     before: float | None
@@ -75,11 +75,11 @@ class TargetRecord:
     parameters: tuple[RecordedParameter, ...]
     checks: tuple[LimitCheck, ...]
     columns: dict[str, str] = field(default_factory=dict)
-    """What else a manifest says of it, by column."""
+    """Further columns of the manifest, by name."""
 
     @property
     def fails(self) -> bool:
-        """Whether it has no calibration, or one that is known to be wrong."""
+        """Returns whether it has no calibration, or one that is known to be wrong."""
         return self.verdict not in GOOD
 
     def line(self) -> str:

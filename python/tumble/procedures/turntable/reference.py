@@ -1,4 +1,4 @@
-"""What the reference showed: its biases, its mounting angle, and the errors of the table."""
+"""Results of the reference: its biases, its mounting angle, and the errors of the table."""
 
 from __future__ import annotations
 

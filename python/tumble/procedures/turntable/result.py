@@ -1,4 +1,4 @@
-"""What the turntable procedure finds, as plain data: what reports show and calibration files keep."""
+"""Results of the turntable procedure, as plain data that reports show and calibration files keep."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ class TargetResult(Tabular):
     log: LogFacts = NO_LOG
     provenance: Provenance = UNKNOWN
     off_diagonals: tuple[OffDiagonal, ...] = ()
-    """What mounting does to M of the accelerometer; empty where the mounting angle was not estimated."""
+    """Effect of mounting on M of the accelerometer; empty where the mounting angle was not estimated."""
     responses: tuple[AxisResponse, ...] = ()
     """The gyroscope at constant rates; empty where there were none."""
     checks: tuple[LimitCheck, ...] = ()
@@ -243,7 +243,7 @@ class CommandedRates:
     accuracy: float
     """ppm, 1-sigma, of the error that all of them have in common."""
     assumed: bool
-    """Whether nobody stated the accuracy."""
+    """Indicates whether the accuracy is an assumption."""
 
     def for_core(self) -> tuple[list[float], float]:
         """Give them in rad/s, and their accuracy without unit."""
@@ -260,7 +260,7 @@ class CommandedRates:
 
 @dataclass(frozen=True, slots=True)
 class UncertaintySources:
-    """Who states how uncertain the reference is: `calibration`, `grade tactical`, or `not stated`."""
+    """Source of the uncertainty of the reference: `calibration`, `grade tactical`, or `not stated`."""
 
     accelerometer: str = NOT_STATED
     gyroscope: str = NOT_STATED
@@ -273,7 +273,7 @@ class UncertaintySources:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceResult:
-    """What the reference showed."""
+    """Results of the reference."""
 
     name: str
     source: str

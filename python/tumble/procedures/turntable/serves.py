@@ -1,4 +1,4 @@
-"""What a recording of a turntable session has to show."""
+"""Conditions on a recording of a turntable session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who slipped or was swapped: gravity at a pose that comes again shows it."""
+"""Detection of units that slipped or were swapped, by gravity at a pose that comes again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tumble.procedures.turntable.matching import LARGEST_TIP
 LOOSE = 0.2
 """deg by which gravity moves against the reference's between two visits of a pose: biases drift by less."""
 NOT_KNOWN = 0.1
-"""Of what the reference moved itself: a target that is not calibrated shows it so much otherwise."""
+"""Share of the reference's own motion that an uncalibrated target may show differently."""
 OTHER_AXES = 20.0
 """deg, from which it is no slip but another unit, or other axes."""
 LIKER = 0.5

@@ -1,4 +1,4 @@
-"""What a live session shows so far: the turntable procedure itself, on all that was acquired."""
+"""Estimates of a live session so far: the turntable procedure itself, on all that was acquired."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OpenSession: TypeAlias = Callable[[Recording], Session]
 
 @dataclass(frozen=True, slots=True)
 class SoFar:
-    """What the procedure finds by now."""
+    """Estimates of the procedure so far."""
 
     targets: tuple[TargetResult, ...] = ()
     """Empty while the poses do not suffice."""
@@ -116,7 +116,7 @@ def _exchanged(pair: Exchange) -> Iterator[Objection]:
 
 
 def _is_met(target: TargetResult) -> bool:
-    """Whether the readings of a target follow those of the reference."""
+    """Returns whether the readings of a target follow those of the reference."""
     triad = None if target.failure else target.accelerometer
     return triad is not None and triad.widening <= LARGEST_WIDENING
 

@@ -33,7 +33,7 @@ class Position:
     angles: FloatArray
     """(axes,) rad."""
     rests: bool = True
-    """Whether the units rest there."""
+    """Indicates whether the units rest there."""
 
 
 Stop: TypeAlias = Position | RateRun
@@ -116,7 +116,7 @@ class TableDrive:
         return isinstance(stop, Sweep) or now - self._there_since >= stop.seconds
 
     def _has_rested(self, now: float, rest: float | None) -> bool:
-        """Whether units rest here for long enough: here, as samples may come later than the table obeys."""
+        """Returns whether units rest here for long enough; samples may come later than the table obeys."""
         if rest is None or now - rest < self._left_at:
             return False
         return min(rest, now - self._there_since) >= self._rest

@@ -1,4 +1,4 @@
-"""What a table is to do in a live session: its plan for people, and the drive that carries it out."""
+"""Motion of a table in a live session: its plan for people, and the drive that carries it out."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def planned(
         start = np.zeros(len(axes))
         angles, by_hand = angles_at(axes, poses)
         plan = PosePlan(axes, in_shortest_order(axes, angles, start), start, rest)
-        # What only the hand shows tells nothing of how much turns of the table gain.
+        # Poses that are held by hand leave unknown how much turns of the table gain.
         plan = with_turns(plan) if turns and not by_hand else plan
     return plan, _with_rests(poses or plan.poses(), axes, plan.route), by_hand
 

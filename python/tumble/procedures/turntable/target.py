@@ -46,7 +46,7 @@ LARGEST_NON_ORTHOGONALITY = 3.0
 
 @dataclass(frozen=True, slots=True)
 class TargetProcedure:
-    """What all targets of a session share."""
+    """Inputs and settings that all targets of a session share."""
 
     reference: Imu
     fitted: _core.Reference
@@ -57,7 +57,7 @@ class TargetProcedure:
     gravity: float
     limits: Limits | None
     response_asked_for: bool = False
-    """Whether the response of gyroscopes to specific force is fitted by request."""
+    """Indicates whether the response of gyroscopes to specific force is fitted by request."""
     gyroscopes: dict[str, str] = field(default_factory=dict)
     """Name of the first unit with each gyroscope, by its digest."""
 
@@ -187,7 +187,7 @@ class TargetProcedure:
         try:
             fits = {each: self._accelerometer(unit, settings) for each, settings in self.compared.items()}
         except _core.CoreError:
-            # What one of the other truths cannot be fitted to is compared with nothing.
+            # A comparison needs the fits to all truths.
             return ()
         return off_diagonals(fits)
 
@@ -218,7 +218,7 @@ class TargetProcedure:
             yield "its clock is taken for that of the reference, as without a gyroscope no turn shows another"
 
     def _shares_no_clock(self, unit: Imu) -> bool:
-        """Whether nothing says that target and reference were stamped by one clock."""
+        """Returns whether there is no evidence that one clock stamped target and reference."""
         clock = unit.recording.metadata.clock
         return not clock or clock != self.reference.recording.metadata.clock
 

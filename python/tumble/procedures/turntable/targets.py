@@ -23,7 +23,7 @@ ReadOptionsOf: TypeAlias = Callable[[str], ReadOptions | None]
 """Says how to read a log."""
 
 NAME_BY = ("file", "folder", "serial")
-"""What targets can be named by, besides a pattern."""
+"""Sources of target names, besides a pattern."""
 _WILD = re.compile(r"[*?\[]")
 _DIGITS = re.compile(r"(\d+)")
 _MANIFEST_HEAD = 65_536
@@ -41,7 +41,7 @@ class Target:
     operator: str = ""
     station: str = ""
     columns: dict[str, str] = field(default_factory=dict)
-    """What else its list says of it, by column."""
+    """Further columns of its list, by name."""
     place: str = ""
     """Line of the list it stands in, for messages; empty for what was typed."""
 
@@ -52,7 +52,7 @@ class TargetsFound:
 
     targets: tuple[Target, ...]
     remarks: tuple[str, ...] = ()
-    """What was left out."""
+    """Remarks on what was left out."""
 
 
 def find_targets(

@@ -31,7 +31,7 @@ class AlignedUnitSection:
 
 @dataclass(frozen=True, slots=True)
 class AlignPage:
-    """What the template of the page is given."""
+    """Data for the template of the page."""
 
     name: str
     verdict: str

@@ -40,7 +40,7 @@ class TriadSection:
 
 @dataclass(frozen=True, slots=True)
 class MultiposePage:
-    """What the template is given."""
+    """Data for the template."""
 
     name: str
     serial: str

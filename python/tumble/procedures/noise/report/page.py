@@ -36,7 +36,7 @@ class TriadSection:
 
 @dataclass(frozen=True, slots=True)
 class NoisePage:
-    """What the template of the page is given."""
+    """Data for the template of the page."""
 
     name: str
     verdict: str

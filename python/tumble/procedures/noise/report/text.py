@@ -1,4 +1,4 @@
-"""What the page and the screen say of noise in the same words."""
+"""Common wording of page and screen on noise."""
 
 from __future__ import annotations
 

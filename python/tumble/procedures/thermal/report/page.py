@@ -34,7 +34,7 @@ class TriadSection:
 
 @dataclass(frozen=True, slots=True)
 class ThermalPage:
-    """What the template of the page is given."""
+    """Data for the template of the page."""
 
     name: str
     serial: str

@@ -1,4 +1,4 @@
-"""What page, screen and notebook say of drift over temperature in the same words."""
+"""Common wording of page, screen and notebook on temperature drift."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tumble.report.columns import parameter_cell, parameter_scales
 from tumble.report.numbers import Scale, measurement, readable_scale, significant
 
 COLUMNS = ("order", "drift within the range", "largest hysteresis", "scale")
-"""What is said of each axis at once."""
+"""Columns of the table with one row an axis."""
 
 
 def sentences(result: ThermalResult) -> Iterator[str]:

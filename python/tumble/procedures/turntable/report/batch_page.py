@@ -72,12 +72,12 @@ class DistributionSection:
 
 @dataclass(frozen=True, slots=True)
 class BatchPage:
-    """What the template of the batch page is given."""
+    """Data for the template of the batch page."""
 
     title: str
     serials: str
     provenance: Provenance
-    """Of the last attempt, and all operators and stations."""
+    """Provenance of the last attempt, and all operators and stations."""
     verdicts: tuple[tuple[str, int], ...]
     warnings: tuple[str, ...]
     reference: tuple[tuple[str, str], ...]

@@ -1,4 +1,4 @@
-"""What calibration did to the readings at rest: their magnitude against gravity, before and after."""
+"""Improvement of the readings at rest by calibration: their magnitude against gravity, before and after."""
 
 from __future__ import annotations
 

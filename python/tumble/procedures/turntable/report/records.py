@@ -1,4 +1,4 @@
-"""What is kept of an attempt: its figures, and what the report will say of it."""
+"""Record of an attempt: its figures, and the statements of the report on it."""
 
 from __future__ import annotations
 

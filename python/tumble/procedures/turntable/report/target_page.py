@@ -40,12 +40,12 @@ class ParameterSection:
     groups: tuple[ParameterGroup, ...]
     limited: bool
     inherited: bool
-    """Whether the share of the reference is known."""
+    """Indicates whether the share of the reference is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class TriadSection:
-    """What else is shown of one triad."""
+    """Further contents of the page on one triad."""
 
     name: str
     residuals: Picture
@@ -67,7 +67,7 @@ class PoseRow:
 
 @dataclass(frozen=True, slots=True)
 class TargetPage:
-    """What the template of a target's page is given."""
+    """Data for the template of a target's page."""
 
     name: str
     serial: str

@@ -1,4 +1,4 @@
-"""What the pages say in sentences: verdicts, goodness of fit, what was not shown, how it was done."""
+"""Sentences of the pages: verdicts, goodness of fit, unobservable parameters, method."""
 
 from __future__ import annotations
 
