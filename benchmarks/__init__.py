@@ -1,1 +1,1 @@
-"""How accurate, how fast and how small Tumble is, measured; README.md says how each figure is defined."""
+"""Benchmarks of accuracy, speed and size; README.md defines each figure."""

@@ -35,7 +35,7 @@ TRIADS = ("accelerometer", "gyroscope")
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What nobody can beat, and the linear estimate that reaches it."""
+    """Cramér-Rao bound, and the linear estimate that reaches it."""
 
     sigma: FloatArray
     """(12,) of bias, scale, non-orthogonality and mounting, SI and rad."""

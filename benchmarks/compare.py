@@ -34,7 +34,7 @@ COVERAGE = (0.93, 0.97)
 FOUND = 0.95
 """Share of changes of `LARGE` sigmas that are to be found."""
 CHANGES = (0.0, 3.0, 5.0, 8.0)
-"""Of one bias, in sigmas of its difference."""
+"""Changes of one bias, in sigmas of its difference."""
 LARGE = 8.0
 _QUIET: dict[str, Any] = {
     "bias_instability": False,

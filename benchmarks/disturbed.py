@@ -32,7 +32,7 @@ SEED = 20_260_000_000
 SHARES = (0.0, 0.01, 0.03, 0.1)
 UNITS = ("target", "reference", "both")
 LARGEST_RATIO = 1.5
-"""Of sigma over the root mean square error, and its inverse."""
+"""Largest ratio of sigma to the root mean square error, or its inverse."""
 SHAKINGS: tuple[tuple[str, float, float], ...] = (
     ("none", 0.0, 200.0),
     ("tone of 17.3 Hz", 0.1, 200.0),
@@ -45,7 +45,7 @@ SHAKINGS: tuple[tuple[str, float, float], ...] = (
     ("broad about 25 Hz", 0.3, 200.0),
     ("broad about 25 Hz", 1.0, 200.0),
 )
-"""What shakes, root mean square of each axis in m/s^2, samples a second."""
+"""Sources of vibration, root mean square of each axis in m/s^2, samples a second."""
 ROCKINGS: tuple[tuple[str, float, float], ...] = (
     ("none", 0.0, 200.0),
     ("tone of 17.3 Hz", 0.01, 200.0),
@@ -58,7 +58,7 @@ ROCKINGS: tuple[tuple[str, float, float], ...] = (
     ("broad about 25 Hz", 0.01, 200.0),
     ("broad about 25 Hz", 0.05, 200.0),
 )
-"""What rocks, root mean square about each axis in rad/s, samples a second."""
+"""Sources of rocking, root mean square about each axis in rad/s, samples a second."""
 BUMPS: tuple[tuple[float, float], ...] = (
     (0.0, 0.0),
     (0.01, 0.0),

@@ -30,10 +30,10 @@ STACK_GOALS = {"SpinPush": 4096, "SpinSlice": 4096, "Fit": 4096}
 INSTRUCTION_GOALS = {"Apply": 150, "Push": 3000, "PushDense": 1800}
 """On average."""
 LARGEST_GOAL = 200_000
-"""Of any one sample: 1.2 ms at 168 MHz."""
+"""Goal for any one sample: 1.2 ms at 168 MHz."""
 SAMPLE_PHASES = ("SpinPush", "SpinSlice", "Push", "PushDense", "Fit", "FitDense")
 WHOLE_GOALS = {"SpinSlice": 1_200_000, "FitDense": 1_200_000}
-"""Of all slices together."""
+"""Goals for all slices together."""
 SHIFT = 4
 """QEMU lets 2^4 ns pass with each instruction, 0.4 counts of the timer: so a fit does not outlast it."""
 CHECK = "check"
@@ -43,14 +43,14 @@ CHECKED = 2 * (2 * CHECKED_TIMES + 1)
 AROUND = 40
 """Most instructions of the call of that loop and of reading the timer."""
 STACK = r"^device: stack (?:at least )?(\d+) bytes: (\w+)(?:, by the function at (0x[0-9a-f]+))?"
-"""What the platform says of its stack; of all of it together, not who took it."""
+"""Report of the platform on its whole stack, regardless of which function took it."""
 BY_REGISTER = (
-    # Who is told of events.
+    # Listeners of events.
     (r"\{\{closure\}\}|vtable.shim", r"^mission::flight::.*take::\{\{closure\}\}"),
     (r"^tumble_core::redundancy::fit::", r"PairMoments<T>>::"),
     (r"^tumble_core::redundancy::|^platform::", r"PairMoments<T>>::|\{\{closure\}\}|vtable.shim"),
 )
-"""Of functions that call by a register, and of what they may so call, patterns of names."""
+"""Patterns of the names of functions that call by a register, and of the functions that they may so call."""
 FEW = 2
 """Phases that occur no more often than this are told one by one."""
 
@@ -213,7 +213,7 @@ def largest(instructions: Content) -> float:
 
 
 def rows(content: Content) -> Iterator[tuple[str, str, str]]:
-    """What, how much, and the goal, as text."""
+    """Name, size and goal of each row, as text."""
     states, instructions = content["bytes"], content["instructions"]
     for part, name in FLASH_NAMES.items():
         allowed = FLASH_GOALS.get(part)
@@ -239,7 +239,7 @@ WHOLE_NAMES = {"SpinSlice": "solving a whole spin", "FitDense": "fitting both se
 
 
 def whole_instructions(instructions: Content, phase: str) -> float:
-    """Of all samples with which the spin is solved on, or the calibration of the dense flight fitted on."""
+    """Instructions of all samples that advance the spin solution, or the calibration of the dense flight."""
     return float(instructions[phase]["sum"])
 
 

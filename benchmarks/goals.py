@@ -1,4 +1,4 @@
-"""What every benchmark is to reach, and whether it does."""
+"""Goals of every benchmark, and whether it reaches them."""
 
 from __future__ import annotations
 
@@ -284,7 +284,7 @@ def _adoptions(content: Content) -> Iterator[Goal]:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What missions with faults are to reach: shares at least, and s until the right unit is named."""
+    """Goals of missions with faults: least shares, and most s until the right unit is named."""
 
     shares: Mapping[str, float]
     seconds: Mapping[str, float] = field(default_factory=dict)
@@ -313,7 +313,7 @@ JUDGED: dict[str, dict[str, Wanted]] = {
 }
 """By number of units and group of kinds."""
 WITNESSED = {"N >= 3": Wanted({"right": 0.97}, {"high": 10.0}), "N = 2": Wanted({"right": 0.95})}
-"""Of ramps, beside a witness."""
+"""Goals for ramps, beside an aiding measurement."""
 RECORDED = {"N >= 3": Wanted({"right": 0.95}, {"median": 1.0}), "N = 2": Wanted({"seen": 0.95})}
 MOST_WRONG = {"N >= 3": 0.005, "N = 2": 0.01}
 MOST_WRONG_RECORDED = 0.02
@@ -321,7 +321,7 @@ GATHERED = {
     "N >= 3": {"velocity": (0.1, "m/s"), "angle": (0.4, "deg")},
     "N = 2": {"velocity": (3.0, "m/s"), "angle": (1.0, "deg")},
 }
-"""What a jump of the primary may add to the output."""
+"""Largest error of the output that a jump of the primary may cause."""
 MOST_IN_HEALTH = {
     "N >= 3": {"units named": 0.1, "disagree": 0.5},
     "N = 2": {"units named": 0.0, "disagree": 0.5},

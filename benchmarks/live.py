@@ -36,9 +36,9 @@ SILENCE = 5.0
 LARGEST_LATENCY = {"p99": 2e-3, "p99.9": 10e-3}
 """s, from when a sample is sent to when it is sent on."""
 LARGEST_SHARE = 1.0
-"""Of one core: half of two."""
+"""Largest share of one core: half of two."""
 LARGEST_GROWTH = 1.05
-"""Of memory, from the second half of the first fifth to the end."""
+"""Largest growth of memory, from the second half of the first fifth to the end."""
 
 
 def run(over: str, units: int, rate: float, seconds: float) -> Content:

@@ -47,12 +47,12 @@ from tumble.tools.table.profile import load_profile
 from tumble.tools.table.simulated import SimulatedTable
 
 Readings: TypeAlias = "tuple[tuple[FloatArray, FloatArray, FloatArray], ...]"
-"""Of each unit: times on the bench's clock (n,), specific forces and angular rates (n, 3)."""
+"""Readings of each unit: times on the bench's clock (n,), specific forces and angular rates (n, 3)."""
 
 TARGETS, RATE_HZ, POSE_SECONDS = 5, 100.0, 10.0
 SESSIONS, OVER_SOCKETS = 12, 2
 LARGEST_TIME = 1.2
-"""Of the table's motion, over the shortest that shows as much."""
+"""Largest duration of the table's motion, over the shortest that shows as much."""
 STEP = 0.1
 """s of the bench's clock in which samples come, where that clock is not that of the computer."""
 REPORTS = 20.0
@@ -88,7 +88,7 @@ def _plain(grade: Grade) -> Grade:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """What is true of a session while it runs."""
+    """Truth of a session while it runs."""
 
     table: SimulatedTable
     units: Mapping[str, TableUnit]
@@ -97,7 +97,7 @@ class Bench:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """What became of one session."""
+    """Outcome of one session."""
 
     outcomes: dict[str, list[Outcome]]
     moved: float
@@ -170,7 +170,7 @@ def over_sockets(number: int) -> Session:
     with LiveSimulation(scenario(number)) as simulation, tempfile.TemporaryDirectory() as folder:
         assert simulation.table is not None
         assert simulation.table_address is not None
-        # What is judged afterwards is not forgotten.
+        # The evaluation afterwards needs the whole motion.
         simulation.table.forget_before = lambda t: None  # type: ignore[method-assign]
         turned = turned_table(simulation.table_address, "", POSE_SECONDS, SIX_FACES, turns=True)
         words = [f"{name}={address}" for name, address in simulation.addresses.items()]

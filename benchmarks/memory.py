@@ -21,7 +21,7 @@ from benchmarks.results import Content, machine, save
 
 SEED = 20_253_000_000
 TOURS = 7
-"""Of the six poses, 90 s each: ten minutes, 126 000 samples at 200 Hz."""
+"""Tours of the six poses, 90 s each: ten minutes, 126 000 samples at 200 Hz."""
 LONGER = 10
 LARGEST_GROWTH = 1.2
 

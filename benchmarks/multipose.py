@@ -36,13 +36,13 @@ CORES = 2
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
 LARGEST_SCATTER = 1.5
-"""Of nine differences of halves in sigmas, root mean square: 1.5 is what one in 50 sets has by chance."""
+"""Largest root mean square of nine differences of halves in sigmas: one in 50 sets exceeds 1.5 by chance."""
 GROUPS = ("bias", "scale", "non-orthogonality")
 """Three parameters each."""
 PAIRS = ((0, 1), (1, 2), (2, 0))
 
 Options: TypeAlias = dict[str, Any]
-"""Of `tumble.multipose`."""
+"""Options of `tumble.multipose`."""
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 XSENS_GRAVITY = 9.81744

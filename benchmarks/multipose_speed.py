@@ -29,7 +29,7 @@ LOWER = np.tril_indices(3)
 
 @dataclass(frozen=True)
 class Problem:
-    """What SciPy is given."""
+    """Problem that SciPy solves."""
 
     means: FloatArray
     """(k, 3) of the accelerometer, m/s^2."""
@@ -168,7 +168,7 @@ def rotations(phi: FloatArray) -> FloatArray:
 
 
 def turn_sigma(problem: Problem) -> float:
-    """Of the direction after a turn, rad: one for all, of the rests before and after."""
+    """Sigma of the direction after a turn, rad: one for all, of the rests before and after."""
     return float(np.sqrt(2.0) * np.median(problem.sigma) / problem.gravity)
 
 

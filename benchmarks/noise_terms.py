@@ -25,7 +25,7 @@ from tumble import _core
 TERMS = ("quantisation", "white noise", "bias instability", "random walk", "ramp")
 CHANNELS = 6
 COVERAGE = (0.91, 0.985)
-"""Of 204 records: 95 % give or take what chance does to 99 of 100 such shares."""
+"""Coverage by 204 records: 95 % within the limits of chance for 99 of 100 such shares."""
 PROMISED = ("white noise", "bias instability", "random walk")
 FASTER = 20.0
 LARGEST_NOISE_GROWTH = 1.05
@@ -41,7 +41,7 @@ SAMPLES = 72_000
 
 
 def _sessions(task: tuple[str, int]) -> list[list[tuple[bool, bool]]]:
-    """Of each channel and term: whether the interval holds the truth, and whether it was identifiable."""
+    """Coverage and identifiability of each channel and term: interval holds the truth, term identifiable."""
     name, session = task
     truth = TRUTHS[name]
     seed = 1000 * list(TRUTHS).index(name) + session

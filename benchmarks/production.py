@@ -27,7 +27,7 @@ DISTINCT = 10
 """Different logs, of which a batch has many copies."""
 RATE_HZ, REST_SECONDS = 200.0, 3.0
 LARGEST_GROWTH = 1.2
-"""Of memory, where a batch has twenty times as many targets."""
+"""Largest growth of memory, where a batch has twenty times as many targets."""
 PAGES = ("all", "none")
 SECONDS = {"all": 60.0, "none": 20.0}
 """Goals for the batch with pages and without, on two cores with nothing else to do."""
@@ -35,7 +35,7 @@ SECONDS = {"all": 60.0, "none": 20.0}
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How many targets."""
+    """Numbers of targets."""
 
     batch: int = 500
     memory: tuple[int, int] = (50, 1000)
@@ -67,7 +67,7 @@ def write_line(folder: Path, targets: int) -> tuple[Path, Path]:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What one command took."""
+    """Resources that one command took."""
 
     wall: float
     processor: float

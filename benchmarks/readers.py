@@ -56,9 +56,9 @@ class Reader:
     bare: Callable[[Path], object]
     library: str
     timeless: bool = False
-    """Whether its files hold no time."""
+    """Indicates whether its files hold no time."""
     share: float = 1.0
-    """Of the samples of the benchmark that it is measured with, where each is a file."""
+    """Share of the benchmark's samples with which it is measured, where each is a file."""
 
 
 def _columns(chunk: Chunk, order: Sequence[str]) -> dict[str, object]:
@@ -303,7 +303,7 @@ READERS = {
     "dataflash": Reader(_dataflash, partial(_read_messages, kind="IMU"), "pymavlink", share=0.1),
     "tlog": Reader(_tlog, partial(_read_messages, kind="HIGHRES_IMU"), "pymavlink", share=0.1),
 }
-"""What is measured, by the name of the format."""
+"""Readers that are measured, by the name of the format."""
 
 
 def read_all(path: Path, *, timeless: bool) -> int:

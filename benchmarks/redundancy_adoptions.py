@@ -1,4 +1,4 @@
-"""What the monitor adopts, and what triggers it, in missions whose faults and settings are drawn.
+"""Adoptions of the monitor, and their triggers, in missions with drawn faults and settings.
 
 `python -m benchmarks.redundancy_adoptions [--missions 2000] [--seed 0] [--only SEED] [--cores N] [--no-save]`
 

@@ -38,7 +38,7 @@ from benchmarks.results import Content, machine, save
 
 MISSIONS = 2000
 NUMBERS = tuple(str(number) for number in sorted(set(UNITS)))
-"""Of units, that can be asked for."""
+"""Numbers of units that `--units` accepts."""
 WITNESSED = 300, ("ramp",)
 """Least missions, and kinds, whose figures beside a witness are kept."""
 JOBS = max(1, (os.cpu_count() or 2) // 2)

@@ -32,7 +32,7 @@ SETTINGS: dict[str, object] = {"evaluate_every": 10.0}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnMission:
-    """What was drawn from a seed; flying it draws the rest."""
+    """Mission drawn from a seed; flying it draws the rest."""
 
     seed: int
     kind: Drawn

@@ -54,7 +54,7 @@ class InjectedFault:
     """s of arrival."""
     size: float = 0.0
     seconds: float = 0.0
-    """Of a ramp."""
+    """Duration of a ramp."""
     direction: FloatArray
     """(3,) of a jump, ramp or spike."""
     axis: int

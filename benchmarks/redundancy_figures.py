@@ -85,7 +85,7 @@ IN_HEALTH = {
     "wrongly": "wrongly adopted",
     "refused that were right": "refused that were right",
 }
-"""What is counted while all units are sound, by its title in tables."""
+"""Counts while all units are sound, by their titles in tables."""
 
 
 def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:

@@ -133,7 +133,7 @@ def error_left(
 
 
 def root_mean_square(error: FloatArray, window: float) -> float:
-    """Of means over half a second of successive windows, each of `window` s."""
+    """Root mean square of means over half a second of successive windows, each of `window` s."""
     length = max(1, round(SLOW / window))
     whole = len(error) // length * length
     error = error[:whole].reshape(-1, length, 3).mean(axis=1)

@@ -1,4 +1,4 @@
-"""Who was named wrong, and when, held against who was: counted from the events alone.
+"""Accuracy of fault isolation: named unit and delay against the truth, from the events alone.
 
 What the outcomes mean stands in `benchmarks/README.md`.
 """
@@ -21,7 +21,7 @@ END = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What the events come to."""
+    """Outcome that the events amount to."""
 
     outcome: Outcome | None
     """None where there was no fault."""

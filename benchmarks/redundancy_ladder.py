@@ -19,7 +19,7 @@ from tumble.foundation.recording import FloatArray
 RATE_HZ = 200.0
 REST_SECONDS = 6.0
 MOTION_SECONDS = 66.0
-"""Of which 60 s are collected."""
+"""Duration of the motion, of which 60 s are collected."""
 RAMP_SECONDS = 1.0
 GRAVITY = STANDARD_GRAVITY
 FORCE_NOISE = (0.01, 0.02)
@@ -29,7 +29,7 @@ RATE_NOISE = (0.002, 0.004)
 BIAS = 0.3
 """m/s^2, in any direction."""
 MATRIX_SIGMA = 0.01
-"""Of each element of M."""
+"""Sigma of each element of M."""
 RATE_BIAS_SIGMA = 0.02
 """rad/s, of each axis of the secondary's gyroscope."""
 SINES = 12

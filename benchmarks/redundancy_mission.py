@@ -24,7 +24,7 @@ OFFSET_SIGMA = 5e-4
 FOREVER = 1e6
 """s: a fault that ends then does not end."""
 CALIBRATION_SIGMA: dict[TriadName, float] = {"accelerometer": 0.005, "gyroscope": 0.0005}
-"""What the primary's own calibration, if it has one, leaves of its bias, m/s^2 and rad/s."""
+"""Bias that the primary's own calibration, if it has one, leaves, m/s^2 and rad/s."""
 
 ALWAYS: frozenset[FaultKind] = frozenset({"scale", "swapped-axes", "left-handed", "wrong-unit"})
 """From the start on."""
@@ -58,11 +58,11 @@ class Mission:
     seed: int
     scenario: FlightScenario
     known_arms: tuple[bool, ...]
-    """Whether the monitor is told the lever arm, of each unit."""
+    """Indicates for each unit whether the monitor is given its lever arm."""
     offset_errors: tuple[float, ...]
     """s by which the stated time offset of each unit is wrong."""
     calibrated: bool
-    """Whether the primary has a calibration of its own."""
+    """Indicates whether the primary has a calibration of its own."""
     settings: dict[str, object]
     precision: str
 
@@ -207,7 +207,7 @@ def _with_faults(random: np.random.Generator, scenario: FlightScenario) -> Fligh
 def _fault(random: np.random.Generator, scenario: FlightScenario, number: int) -> Fault:
     kinds = sorted(PASSING | LASTING | ALWAYS)
     if number == 0:
-        # Of a primary that dies, all depends on what follows: let it die more often.
+        # The death of a primary is the hardest test of failover, so it is drawn more often.
         kinds += ["dead"] * 4
     kind = kinds[int(random.integers(len(kinds)))]
     sensor = int(random.integers(2))

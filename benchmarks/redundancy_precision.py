@@ -1,4 +1,4 @@
-"""Whether single precision, as on a device, decides as double does: the missions of the campaign in both.
+"""Decisions in single precision, as on a device, against double: the missions of the campaign in both.
 
 `python -m benchmarks.redundancy_precision [--missions 2000] [--seed N] [--jobs N] [--only SEED]`
 

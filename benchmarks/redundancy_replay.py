@@ -36,7 +36,7 @@ SPARSE = 100
 
 @dataclass(slots=True)
 class Replay:
-    """What the monitor gave."""
+    """Output of the monitor."""
 
     events: list[Event] = field(default_factory=list)
     stored: StoredHistory = field(default_factory=StoredHistory)

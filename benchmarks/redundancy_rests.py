@@ -1,4 +1,4 @@
-"""What rests add to a calibration in motion: errors left, and whether the stated sigmas hold.
+"""Effect of rests on a calibration in motion: errors left, and whether the stated sigmas hold.
 
 `python -m benchmarks.redundancy_rests [--runs 400] [--no-save]`
 

@@ -46,7 +46,7 @@ UNSTATED_ARMS = 0.1
 VIBRATION = {"weak": (0.6, 0.02), "strong": (3.0, 0.12)}
 """m/s^2 and rad/s of the rotors' tone before the filter of a unit."""
 BROADBAND = 0.03
-"""Of a rotor's tone: white noise that comes with it."""
+"""White noise that comes with a rotor's tone, over the tone."""
 FILTER = 0.25
 """Cut-off of the filter of a unit over its rate; no unit has one above `LARGEST_CUT_OFF`."""
 LARGEST_CUT_OFF = 60.0
@@ -56,7 +56,7 @@ RATES_HZ = (100.0, 200.0, 250.0, 400.0)
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """What one unit says."""
+    """Samples of one unit."""
 
     time: FloatArray
     """(n,) s, as stamped."""
@@ -83,7 +83,7 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unit:
-    """What is true of a unit, and what is stated of it."""
+    """Truth of a unit, and the statements about it."""
 
     rate_hz: float
     turn: FloatArray

@@ -1,4 +1,4 @@
-"""What a monitor has stored, over time."""
+"""Stored errors of a monitor, over time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Stored = Mapping[tuple[int, str], Record]
 
 @dataclass(slots=True)
 class StoredHistory:
-    """What was stored from each time on, s."""
+    """Stored errors from each time on, s."""
 
     steps: list[tuple[float, Stored]] = field(default_factory=list)
 

@@ -1,4 +1,4 @@
-"""Whether each evaluation at rest led to what it had to lead to; `redundancy_judge.py` says what counts."""
+"""Correctness of the decision of each evaluation at rest; `redundancy_judge.py` defines what counts."""
 
 from __future__ import annotations
 

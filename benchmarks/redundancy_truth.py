@@ -1,4 +1,4 @@
-"""What is true of a mission: what a faultless primary would say, and when each unit is without fault."""
+"""Truth of a mission: the readings of a faultless primary, and the times in which each unit has no fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a mission."""
+"""Verdict on a mission."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(slots=True)
 class Verdict:
-    """What is to be said of a mission; plain enough for JSON."""
+    """Verdict on a mission; plain enough for JSON."""
 
     seed: int
     duration: float

@@ -444,7 +444,7 @@ def _spin_words(content: Content) -> str:
 
 
 def noise_terms(content: Content) -> Iterator[str]:
-    """Whether the intervals of noise terms hold the truth, and how fast they are found."""
+    """Table of the coverage of intervals of noise terms, and of the speed of their estimation."""
     terms = list(content["intervals"][0]["coverage"])
     yield _row(["95 % intervals hold the truth, identifiable in", *terms])
     yield "|" + "---|" * (1 + len(terms))
@@ -515,7 +515,7 @@ def noise_disturbed(content: Content) -> Iterator[str]:
 
 
 def thermal_loops(content: Content) -> Iterator[str]:
-    """Whether loops of warming and cooling, and lags beside them, are found and their intervals hold."""
+    """Table of hysteresis loops and lags: detection, errors, and coverage of their intervals."""
     yield (
         "| loop of an axis | largest difference: truth, mean found | error, rms | 95 % hold "
         "| mean difference: truth, mean found | error, rms | 95 % hold | loop found | lag found, of none |"
@@ -543,7 +543,7 @@ def thermal_loops(content: Content) -> Iterator[str]:
 
 
 def thermal(content: Content) -> Iterator[str]:
-    """Whether drifts over temperature reach the bound, hold their intervals and are of the right order."""
+    """Table of temperature drifts: ratio to the bound, coverage of intervals, chosen order."""
     yield _row(
         [
             "highest power",
@@ -563,7 +563,7 @@ def thermal(content: Content) -> Iterator[str]:
 
 
 def constant_rates(content: Content) -> Iterator[str]:
-    """Whether gyroscopes on a rate table reach the bound, hold their intervals and predict another rate."""
+    """Table of gyroscopes on a rate table: ratio to the bound, coverage, prediction of another rate."""
     yield _row(
         [
             "session",
@@ -606,7 +606,7 @@ def _held(of: Content) -> str:
 
 
 def spin_live(content: Content) -> Iterator[str]:
-    """Whether chi-square and intervals of a live spin mean what they say, beside those of the log."""
+    """Table of chi-square and coverage of a live spin, beside those of the log."""
     groups = list(content["live"]["coverage"])
     yield _row(["", "chi-square over its degrees of freedom", *(f"95 % hold: {group}" for group in groups)])
     yield "|" + "---|" * (2 + len(groups))
@@ -733,7 +733,7 @@ def _redundancy_cost(content: Content) -> str:
 
 
 def redundancy_adoptions(content: Content) -> Iterator[str]:
-    """What was wrong of what was adopted and triggered, and what adoptions left."""
+    """Table of wrong adoptions and triggers, and of the errors after adoptions."""
     counts = content["counts"]
     yield f"| {content['missions']} missions, {content['hours']:.0f} hours | count | of |"
     yield "|---|---|---|"
@@ -758,7 +758,7 @@ def redundancy_adoptions(content: Content) -> Iterator[str]:
 
 
 def redundancy_campaign(content: Content) -> Iterator[str]:
-    """Who was named wrong in missions with faults, by kind, and what was told in health."""
+    """Table of named units in missions with faults, by kind, and of reports in health."""
     for title, of in content["sets"].items():
         yield from _judged_table(title, {**of["kinds"], "not calibrated": of["not calibrated"]})
         yield ""
@@ -776,7 +776,7 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
 
 
 def redundancy_precision(content: Content) -> Iterator[str]:
-    """How many missions single precision decides differently from double, by kind of fault."""
+    """Table of missions that single precision decides differently from double, by kind of fault."""
     yield "| fault | missions | decisions | missions decided differently |"
     yield "|---|---|---|---|"
     kinds = content["kinds"]
@@ -794,7 +794,7 @@ def redundancy_precision(content: Content) -> Iterator[str]:
 
 
 def redundancy_recorded(content: Content) -> Iterator[str]:
-    """Who was named wrong where faults were put into a real recording, and what was told without."""
+    """Table of named units where faults were put into a real recording, and of reports without faults."""
     for title, of in content["sets"].items():
         yield from _judged_table(title, of["kinds"])
         yield ""
@@ -808,7 +808,7 @@ def redundancy_recorded(content: Content) -> Iterator[str]:
 
 
 def flight_campaign(content: Content) -> Iterator[str]:
-    """Who was named wrong in missions of a simulator of their own, and what was told in health."""
+    """Table of named units in missions of a separate simulator, and of reports in health."""
     for title, of in content["sets"].items():
         yield _row([f"fault; {title}", "missions", *OUTCOMES, *FLOWN_COLUMNS])
         yield f"|---|---|{'---|' * (len(OUTCOMES) + len(FLOWN_COLUMNS))}"
@@ -836,7 +836,7 @@ def flight_campaign(content: Content) -> Iterator[str]:
 
 
 def flight_logs(content: Content) -> Iterator[str]:
-    """What is reported of recorded flights, beside the autopilot, and of faults put into them."""
+    """Table of reports on recorded flights, beside the autopilot, and on faults put into them."""
     yield "| log | IMUs | Hz | s | verdicts | at rest | disagree | autopilot | what the verdicts come from |"
     yield "|---|---|---|---|---|---|---|---|---|"
     for log in content["logs"]:
@@ -978,7 +978,7 @@ def _against_the_bound(results: Mapping[str, Content]) -> tuple[list[float], lis
 
 
 def device(results: Mapping[str, Content]) -> Iterator[str]:
-    """What a device needs, of what a goal is set for."""
+    """Table of the resources on a device for which there is a goal."""
     yield from _device_table(row for row in footprint_rows(results["footprint"]) if row[-1])
 
 
@@ -995,7 +995,7 @@ def missed(results: Mapping[str, Content]) -> Iterator[str]:
 
 
 def compare(content: Content) -> Iterator[str]:
-    """How often calibrations of one unit are said to differ, and changes that are found."""
+    """Table of calibrations of one unit that are reported to differ, and of changes that are found."""
     yield "| change of one bias, sigmas of the difference | said to differ | that bias is named |"
     yield "|---|---|---|"
     yield _row(["none", f"{100 * (1.0 - content['same']):.1f} %", ""])
@@ -1056,7 +1056,7 @@ PAGES = {
     "docs/how-to/firmware.md": ("device",),
     "docs/benchmarks.md": ("missed", *TABLES),
 }
-"""What is printed where."""
+"""Tables on each page."""
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -36,7 +36,7 @@ def measured(names: Iterable[str]) -> dict[str, Content]:
 
 
 def machine() -> Content:
-    """What the figures were measured on."""
+    """Machine on which the figures were measured."""
     import numpy as np
     import pyarrow as pa  # type: ignore[import-untyped]
 

@@ -92,9 +92,9 @@ class Cell:
 
     number: int
     mounting_deg: float
-    """Of the structure that reference and target share, about an axis drawn for each session."""
+    """Angle of the structure that reference and target share, about an axis drawn for each session."""
     table_error_deg: float
-    """Of the table at each pose, 1 sigma about each axis."""
+    """Error of the table at each pose, 1 sigma about each axis."""
     bias_instability: bool
     clocks: Clocks
 

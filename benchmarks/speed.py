@@ -34,11 +34,11 @@ SEED = 20_252_000_000
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How much of everything."""
+    """Sizes of all inputs."""
 
     repetitions: int = 15
     tours: int = 55
-    """Of the six poses, in the recording that is acquired and corrected: 55 are 990 000 samples."""
+    """Tours of the six poses, in the recording that is acquired and corrected: 55 are 990 000 samples."""
     csv_rows: int = 2_000_000
     csv_repetitions: int = 5
     starts: int = 15

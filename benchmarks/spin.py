@@ -33,7 +33,7 @@ CORES = 2
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
 LARGEST_DIFFERENCE = 0.01
-"""Of single from double precision, in sigmas."""
+"""Largest difference of single from double precision, in sigmas."""
 
 DESIGN: dict[float, tuple[float, float]] = {
     0.0: (0.0022, 0.0020),

@@ -20,7 +20,7 @@ COLOURS = {0.2: "#cc79a7", 0.5: Y_AXIS, 1.0: INK, 2.0: X_AXIS, 3.0: Z_AXIS}
 MARKERS = {0.2: "v", 0.5: "s", 1.0: "o", 2.0: "^", 3.0: "D"}
 UNITS = ((0, 1e3, "accelerometer bias, mm/s²"), (1, 1e6, "gyroscope bias, µrad/s"))
 LIMITS = ((0.6, 6.0), (20.0, 250.0))
-"""Of the sigmas drawn, in those units."""
+"""Limits of the drawn sigmas, in those units."""
 PANELS = (
     ("turning", "turns", "turns, one way", 0, (0.5, 1, 2, 3, 5, 10)),
     ("resting", "rest", "rest before the turn, s", 1, (1, 2, 5, 10, 20, 60)),

@@ -33,12 +33,12 @@ QUIET = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """What a session has besides the motion."""
+    """Disturbances of a session beside the motion."""
 
     slip: float = 0.0
     """m/s, sideways or ahead as drawn, as soon as the robot turns at half its speed."""
     with_robot: bool = False
-    """Whether the slip keeps its direction on the robot, not on the floor."""
+    """Indicates whether the slip keeps its direction on the robot, not on the floor."""
     step: float = 0.0
     """rad/s: resolution of the gyroscope; zero for none."""
 

@@ -1,4 +1,4 @@
-"""How much spinning is enough: sigma of both biases over turns, speeds, rests and rates.
+"""Amount of spinning that is enough: sigma of both biases over turns, speeds, rests and rates.
 
 `python -m benchmarks.spin_enough [--sessions 11]`
 """

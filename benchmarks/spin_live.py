@@ -38,7 +38,7 @@ PIECE = 50
 FLOOR_TILT = 2.0
 """deg."""
 PLAN = (Step("rest", 6.0), Step("turn", turns=3.0), Step("turn", turns=-3.0), Step("rest", 2.0))
-"""As of `tumble simulate spin`; a live spin is done after two of the turns."""
+"""Plan of the steps, as in `tumble simulate spin`; a live spin is done after two of the turns."""
 LARGEST_REDUCED = 0.03
 """By which the mean of chi-square over its degrees of freedom may differ from one."""
 COVERAGE = (0.93, 0.97)

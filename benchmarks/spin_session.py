@@ -26,14 +26,14 @@ START = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """How the robot moves, and how often that is measured."""
+    """Motion of the robot, and the rate of its samples."""
 
     turns: tuple[float, ...] = (3.0, -3.0)
     """Full turns one after the other, counter-clockwise positive."""
     speed: float = 1.0
     """rad/s; where it is uneven, about that."""
     uneven: bool = False
-    """Whether wheels slip, so that the rate wavers by 40 % with a period of 2.7 s."""
+    """Indicates whether wheels slip, so that the rate wavers by 40 % with a period of 2.7 s."""
     rest: float = 5.0
     """s before the first turn."""
     rate: float = 100.0
@@ -60,7 +60,7 @@ class Course:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """What is to be found, and how the IMU is mounted."""
+    """Biases to be estimated, and the mounting of the IMU."""
 
     accelerometer_bias: FloatArray
     """(3,) m/s^2."""

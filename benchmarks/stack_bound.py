@@ -17,7 +17,8 @@ WORD = 4
 CONDITIONS = ("eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le")
 TABLE_BRANCHES = ("tbb", "tbh")
 FILL = "d4d4"
-"""What the linker puts between functions; objdump takes it for the last instruction of the one before."""
+"""Padding that the linker puts between functions; objdump takes it for the last instruction of the one
+before."""
 
 _HEADING = re.compile(r"^([0-9a-f]+) <(.+)>:$")
 _LINE = re.compile(r"^\s*([0-9a-f]+):\t([0-9a-f ]+)\t(\S+)(?:\t([^@;]*))?")
@@ -46,13 +47,13 @@ class Call:
 
 @dataclass
 class Function:
-    """What a function does to the stack by itself, bytes, and whom it calls."""
+    """Stack that a function takes by itself, bytes, and the functions that it calls."""
 
     name: str
     depth: int = 0
     calls: list[Call] = field(default_factory=list)
     is_taken: bool = False
-    """Whether something in the image is its address, so that a register may lead to it."""
+    """Indicates whether the image holds its address as a constant, so that a register may lead to it."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def functions(image: Path) -> dict[int, Function]:
     """All functions of an image, by address."""
     listed = list(disassembled(_said("arm-none-eabi-objdump", "--disassemble", "--demangle", str(image))))
     constants = set(_words(_said("arm-none-eabi-objdump", "--full-contents", str(image))))
-    # Of an address that is put together of two halves, the lower.
+    # The lower half of an address that code puts together of two halves.
     halves = {_immediate(each) for _, _, code in listed for each in code if each.operation == "movw"}
     found = {address: walked(name, code) for address, name, code in listed}
     for address, function in found.items():
@@ -144,7 +145,7 @@ def _without_fill(code: list[Instruction]) -> list[Instruction]:
 
 
 def walked(name: str, code: list[Instruction]) -> Function:
-    """What a function does to the stack, by the depth at each of its instructions that is reached."""
+    """Analysis of a function's stack, by the depth at each of its instructions that is reached."""
     found = Function(name)
     place = {instruction.address: number for number, instruction in enumerate(code)}
     reached: set[int] = set()
@@ -212,7 +213,7 @@ def _is_conditional(instruction: Instruction) -> bool:
 
 
 def _ends(instruction: Instruction) -> bool:
-    """Whether nothing behind it is reached from it."""
+    """Returns whether nothing behind it is reached from it."""
     if instruction.operation in (*TABLE_BRANCHES, "udf"):
         return True
     leaves = _branch(instruction) in ("b", "bx") or _returns(instruction)

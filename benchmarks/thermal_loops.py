@@ -51,7 +51,7 @@ def loops(shape: str, sessions: int) -> Content:
 
 
 def lags(shape: str, lag: float, sessions: int) -> Content:
-    """How often a lag is found beside a loop, and its error where it is."""
+    """Share of sessions in which a lag is found beside a loop, and its error there."""
     found = [tumble.thermal(oven(BASE_SEED + k, shape, lag=lag)).lag for k in range(sessions)]
     observable = [each for each in found if each.observable]
     row: Content = {"loop": shape, "lag": lag, "sessions": sessions, "found": len(observable)}

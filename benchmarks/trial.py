@@ -31,12 +31,12 @@ from tumble.tools.simulate import (
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Of one triad, twelve parameters each: bias, scale, non-orthogonality, mounting; SI and rad."""
+    """Errors of one triad, twelve parameters each: bias, scale, non-orthogonality, mounting; SI and rad."""
 
     error: FloatArray
     """Found less true."""
     sigma: FloatArray
-    """As the procedure states it."""
+    """Sigma that the procedure states."""
     reach: FloatArray
     """Half the 95 % interval the procedure states."""
     bound: FloatArray

@@ -67,10 +67,10 @@ class Snippet:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a snippet that was run."""
+    """Outcome of a snippet that was run."""
 
     wrong: str = ""
-    """What went wrong, empty if nothing did."""
+    """Error, empty if there was none."""
     printed: str = ""
 
 

@@ -35,7 +35,7 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-processor", "tumble-store
 """No operating system, no heap, and no unsafe code but at the border."""
 
 BORDER_CRATES = {"tumble-capi", "tumble-processor"}
-"""What has unsafe code: pointers that C hands over, and instructions of a processor."""
+"""Crates with unsafe code: pointers that C hands over, and instructions of a processor."""
 
 TOOLS = {
     *("apply", "compare", "convert", "demo", "doctor", "exchange", "inspect", "record", "simulate", "table"),
@@ -55,7 +55,7 @@ FILES_OF_A_RESULT = {"result", "record", "poses", "spans", "known_faults", "keys
 FILE_OF_A_CALIBRATION = "calibration"
 """Makes a calibration file of a result."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
-"""What a procedure's command is made of; `command_live` is a command too.
+"""Files of a procedure's command; `command_live` is a command too.
 
 A folder `report` holds its pages, all other files are the procedure.
 """
@@ -161,11 +161,11 @@ LAYERS: dict[str, set[str]] = {
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
 
 WHEN_ASKED = {("result", "page"), ("result", "command"), ("result", "to_calibration")}
-"""What a layer may fetch of another inside a function only: a result shows and saves itself, and makes
-its calibration."""
+"""Imports of a layer that are allowed inside a function only: a result shows and saves itself, and makes its
+calibration."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}
-"""What the command line does not need, since it only passes things on."""
+"""Libraries that the command line does not need, since it only passes things on."""
 
 ON_THE_COMMAND_LINE = {"cli", "command"}
 

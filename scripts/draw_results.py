@@ -21,7 +21,8 @@ PICTURES = {
     "spin": ("robot", "results/spin.html", "spin 1: specific force forward"),
     "redundancy": ("redundant-set", "results/redundancy.html", "Time line"),
 }
-"""Of each picture the page, the report that its commands write, and how what a screen reader says begins."""
+"""Page of each picture, the report that its commands write, and the beginning of its text for screen
+readers."""
 COLOURS = {f"var(--{name})": colour for colour, name in PAGE_COLOURS.items()}
 FONTS = "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
 

@@ -1,4 +1,4 @@
-"""What a newcomer does with Tumble once it is installed, checked step by step; runs in an empty folder.
+"""First steps of a newcomer with an installed Tumble, each checked; runs in an empty folder.
 
 It needs nothing but the installed package: the repository need not be there.
 """

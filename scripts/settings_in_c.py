@@ -43,9 +43,9 @@ class Mirror:
     call: str
     """Fills it with defaults."""
     conversion: str
-    """What the core is given."""
+    """Value that the core receives."""
     checked: bool
-    """Whether bounds are looked after here, and not by the core."""
+    """Indicates whether bounds are checked here, and not by the core."""
     imports: tuple[str, ...] = ()
     choices: bool = False
     moved: dict[str, str] = field(default_factory=dict)

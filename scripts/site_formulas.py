@@ -13,7 +13,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.pages import Page
 
 FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
-"""As `pymdownx.arithmatex` leaves it: TeX between \\( and \\), or \\[ and \\]."""
+"""Formula as `pymdownx.arithmatex` leaves it: TeX between \\( and \\), or \\[ and \\]."""
 CODE = re.compile(r"<(pre|code)\b.*?</\1>", re.DOTALL)
 NUMBER = re.compile(r"\s*\\tag\{(\w+)\}")
 UNKNOWN_WORD = re.compile(r"<m[io]>(\\[A-Za-z]+)")
@@ -22,7 +22,7 @@ SPELLINGS = {
     r"\arg\min": r"\operatorname{arg}\min",
     "{aligned}": "{align*}",
 }
-"""What of TeX the converter lacks, in words that mean the same to it."""
+"""TeX commands that the converter lacks, and equivalent ones."""
 
 MENDINGS = (
     # Two signs that are one: +=, -= and :=.
@@ -35,7 +35,7 @@ MENDINGS = (
         r'<mo lspace="0" rspace="0" stretchy="false">\1',
     ),
 )
-"""What the converter writes, and how browsers need it."""
+"""Output of the converter, and its form for browsers."""
 
 
 def on_page_content(page_html: str, page: Page, **_: object) -> str:

@@ -28,7 +28,7 @@ PUSHING = (0.5, 4.0)
 PUSH_BAND = (0.08, 1.2)
 """Hz of the sines of which the place is made."""
 SINES = 4
-"""Of different frequencies, an axis."""
+"""Number of sines of different frequencies an axis."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,9 +56,9 @@ KINDS: tuple[Kind, ...] = (
 LEAST = 1.0
 """m/s^2 of a jump or ramp, and a tenth of it in rad/s."""
 SHARE = (0.4, 0.6)
-"""Of a log, in which a fault begins."""
+"""Shares of a log between which a fault begins."""
 SUBSYSTEMS = {16: "EKF check", 17: "EKF failsafe", 24: "EKF primary"}
-"""Of ERR, those that speak of inertial navigation (AP_Logger.h)."""
+"""Subsystems of ERR that concern inertial navigation (AP_Logger.h)."""
 TELLING = re.compile(
     r"lane|primary|accels? incons|gyros? incons|variance|imu\d? (fail|bad|error)", re.IGNORECASE
 )

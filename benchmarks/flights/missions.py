@@ -20,7 +20,7 @@ CYCLE: tuple[Drawn, ...] = (
 )
 """Kinds of successive seeds."""
 NUMBERS = (2, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7, 8)
-"""Of units, drawn alike."""
+"""Numbers of units, drawn with equal chance."""
 RATES_HZ = (10.0, 20.0, 50.0, 100.0, 100.0, 200.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
 ONE_RATE = 0.6
 """Share of the missions whose units all have one rate."""
@@ -70,7 +70,7 @@ class PlacedFault:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What happened, and what all units recorded of it."""
+    """A flown mission: its truth, and the recordings of all units."""
 
     body: Body
     units: tuple[Unit, ...]
@@ -87,7 +87,7 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mission:
-    """What was drawn from a seed; flying it draws the rest."""
+    """Parameters that were drawn from a seed; flying it draws the rest."""
 
     seed: int
     kind: Drawn

@@ -1,4 +1,4 @@
-"""What came of a flown mission, held against what was true of it."""
+"""Score of a flown mission against its truth."""
 
 from __future__ import annotations
 

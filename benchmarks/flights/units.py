@@ -16,9 +16,9 @@ Pair = tuple[float, float]
 """Accelerometer and gyroscope; m/s^2 and rad/s."""
 
 NOISE_DENSITY: Pair = (1.5e-3, 1.5e-4)
-"""Of white noise, a root hertz; each unit has half to twice of it."""
+"""Density of white noise, a root hertz; each unit has half to twice of it."""
 INSTABILITY: Pair = (1.0e-3, 1.0e-4)
-"""Of the bias, 1 sigma an axis, in each of `INSTABILITY_SECONDS`."""
+"""Change of the bias, 1 sigma an axis, in each of `INSTABILITY_SECONDS`."""
 INSTABILITY_SECONDS = (10.0, 100.0, 1000.0)
 PRIMARY_BIAS: Pair = (0.015, 0.0015)
 """Left by the calibration of a primary, 1 sigma an axis."""
@@ -43,7 +43,7 @@ RANGES: tuple[Pair, ...] = (
 )
 BITS = 16
 JITTER = 0.03
-"""Of an interval, 1 sigma of a stamp; cut at three times that."""
+"""Jitter of a stamp over the interval, 1 sigma; cut at three times that."""
 LARGEST_JITTER = 3e-4
 """s, 1 sigma."""
 PACE = 0.005
