@@ -1,4 +1,6 @@
-"""How many processes run the tests (`pytest --numprocesses auto`), what goes to one, what holds for all."""
+"""Number of test processes (`pytest --numprocesses auto`), tests that share one, and settings of all
+tests.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ from hypothesis import HealthCheck, settings
 
 from ports import chosen_among_own
 
-# How long an example takes says how busy the computer is.
+# The duration of an example depends on the load of the computer.
 settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tumble")
 

@@ -1,4 +1,4 @@
-"""What docs/how-to/align.md says is so: options, messages, settings and the example."""
+"""Statements of docs/how-to/align.md hold: options, messages, settings and the example."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a motion does not show is said not to be observable, and has no number."""
+"""Parameters that a motion does not show are reported as not observable, without a number."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def calibration(**more):
 
 
 def measured(truth):
-    """What a sensor with that error says of the truth."""
+    """Readings of a sensor with that error."""
     return Chunk(
         truth.time,
         truth.accelerometer @ M_ACCELEROMETER.T + BIAS_ACCELEROMETER,

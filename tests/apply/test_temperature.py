@@ -1,4 +1,4 @@
-"""What temperature does to a sensor is taken off, and where it is not known that is said."""
+"""Temperature drift is corrected; where it is unknown, that is reported."""
 
 from __future__ import annotations
 

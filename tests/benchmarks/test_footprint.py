@@ -1,4 +1,4 @@
-"""What the benchmark of the device makes of what the image says."""
+"""Figures that the benchmark of the device computes from the output of the image."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ ONE = 2**footprint.SHIFT
 
 
 def said(checked):
-    """What an image says whose timer counts as many instructions in the loop of the check."""
+    """Output of an image whose timer counts as many instructions in the loop of the check."""
     return SAID.format(check=checked * ONE)
 
 

@@ -1,4 +1,4 @@
-"""What temperature does to bias and scale, as a calibration file keeps it."""
+"""Temperature drift of bias and scale, as a calibration file stores it."""
 
 from __future__ import annotations
 

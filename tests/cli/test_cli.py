@@ -163,7 +163,7 @@ LIBRARIES = {
     "serial",
     "yaml",
 }
-"""What only some commands need."""
+"""Libraries that only some commands need."""
 
 
 def libraries_of(*arguments, **variables):

@@ -1,4 +1,4 @@
-"""What surrounds a command: full disks, odd names, pipes, and Control-C at any time."""
+"""Environment of a command: full disks, odd names, pipes, and Control-C at any time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands write: only whole files, under names that do not collide, and never over something else."""
+"""Files that commands write: whole, under names that do not collide, and never over something else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds of any two calibrations: chance, frames, temperatures, motion."""
+"""Properties of any two calibrations: chance, frames, temperatures, motion."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def test_the_error_in_motion_is_the_mean_over_that_motion(rate):
     read_force = force @ second.accelerometer.M.T + second.accelerometer.b
     read_rate = turn @ second.gyroscope.M.T + second.gyroscope.b + force @ second.gyroscope.g_sensitivity.T
     wrong_force, _ = first.correct(read_force)
-    # Of the gyroscope by itself: with the specific force that the second calls right.
+    # The gyroscope alone is wrong: the specific force is that of the second calibration.
     wrong_rate = np.linalg.solve(
         first.gyroscope.M, (read_rate - first.gyroscope.b - force @ first.gyroscope.g_sensitivity.T).T
     ).T

@@ -1,4 +1,4 @@
-"""What makes two calibrations less comparable than they look is said."""
+"""Conditions that limit the comparison of two calibrations are reported."""
 
 import numpy as np
 import pytest
@@ -83,7 +83,7 @@ def test_sigmas_alone_will_do_where_a_file_has_no_covariance(units):
         rows = {each.name: each for each in compare([units[1], units[1]]).pairs[0].differences}
 
         def sigmas(group, axes, rows=rows, triad=triad):
-            # Of a calibration and itself: root two of its own.
+            # A calibration compared with itself has root two of its own sigma.
             return [rows[f"{triad} {group} {axis}"].sigma / np.sqrt(2.0) for axis in axes]
 
         del content[triad]["covariance"]

@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def many_units() -> int:
-    """As many units as a library can be built for, where not the three of the default."""
+    """Largest number of units for which a library can be built, instead of the default three."""
     return 8
 
 

@@ -186,7 +186,7 @@ def polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def inverse(m: FloatArray) -> FloatArray:
-    """Of a matrix of three rows, by its minors: each row of the adjugate over the determinant."""
+    """Inverse of a matrix of three rows, by its minors: each row of the adjugate over the determinant."""
     adjugate = np.empty_like(m)
     for i, j in np.ndindex(3, 3):
         ((a, b), (c, d)) = np.delete(np.delete(m, j, axis=0), i, axis=1)
@@ -196,7 +196,7 @@ def inverse(m: FloatArray) -> FloatArray:
 
 
 def flown(folder: Path, archive: Path, *words: str | Path) -> str:
-    """What a program says on a bare Cortex-M4F: of sources and options."""
+    """Output of a program on a bare Cortex-M4F, built from sources and options."""
     link = ["-Os", "-nostartfiles", "--specs=rdimon.specs", f"-T{BARE / 'mps2-an386.ld'}"]
     options = ["-std=c99", *CORTEX_M4F, *STRICT, *link]
     sources = [BARE / "startup.c", *words, archive]
@@ -233,7 +233,9 @@ EXPORTED = ROOT / "tests" / "device" / "export" / "correct.c"
 
 
 def expect_corrected(printed: str, exported: Exported) -> None:
-    """What the program printed, of the constant and of the records, is what Python makes of the readings."""
+    """Asserts that the output of the program, by the constant and by the records, equals Python's
+    correction.
+    """
     _, unit, readings = exported
     force, rate, temperature = readings[:, :3], readings[:, 3:6], readings[:, 6]
     words = np.array([int(word, 16) for word in printed.split()], dtype=np.uint32)
@@ -332,7 +334,7 @@ def test_the_library_compiles_with_every_set_of_its_parts(wanted: Sequence[str])
 
 
 SINGLE = [(part,) for part in PARTS if part != "redundancy"]
-"""What is left out alone takes as long to build as all together."""
+"""A part left out alone takes as long to build as all together."""
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from turntable_sessions import typed
 
 
 def found(diagnosis, part):
-    """What was found of a part."""
+    """Finding on a part."""
     (finding,) = (each for section in diagnosis.sections for each in section.findings if each.part == part)
     return finding
 

@@ -1,4 +1,4 @@
-"""What the documents say is so: links lead somewhere, options exist, messages and figures are ours."""
+"""Statements of the documents hold: links lead somewhere, options exist, messages and figures are ours."""
 
 from __future__ import annotations
 

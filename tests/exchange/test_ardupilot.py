@@ -29,7 +29,8 @@ FLOWN = {
     "INS_ACC2OFFS_X": 0.0, "INS_ACC2OFFS_Y": 0.0, "INS_ACC2OFFS_Z": 0.0,
     "INS_ACC3SCAL_X": 0.0, "INS_ACC3SCAL_Y": 0.0, "INS_ACC3SCAL_Z": 0.0,
 }  # fmt: skip
-"""Of a vehicle that flew, rounded; the second accelerometer made absent. 0 is how older firmware says so."""
+"""Parameters of a vehicle that flew, rounded; the second accelerometer made absent, which older firmware
+marks by 0."""
 
 
 def of_vehicle(path, parameters):

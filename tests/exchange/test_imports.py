@@ -1,4 +1,4 @@
-"""What was exported is had back by an import, and what other programs wrote is read by their formulas."""
+"""Imports restore exports, and read files of other programs by the formulas of those programs."""
 
 import re
 
@@ -32,7 +32,7 @@ def back(folder, unit, word):
 
 
 def imported(folder, name, text, word=None):
-    """What a file of that name and text holds of one unit."""
+    """Calibration of the one unit in a file of that name and text."""
     path = folder / name
     path.write_text(text)
     (found,) = import_calibrations(path, word)
@@ -121,7 +121,7 @@ imu0:
   time_offset: 0.0
   update_rate: 200.0
 """
-"""As Kalibr writes its results, keys in their order."""
+"""Results as Kalibr writes them, keys in their order."""
 
 
 def test_results_of_kalibr_model_what_kalibr_models(tmp_path):
@@ -177,7 +177,7 @@ imu0:
     - [0.0, 0.0, 0.0]
     - [0.002, 0.0, 0.0]
 """
-"""As the configurations of OpenVINS are laid out."""
+"""Configuration with the layout of OpenVINS."""
 
 
 def test_a_chain_of_openvins_corrects_as_openvins_does(tmp_path):

@@ -1,4 +1,4 @@
-"""What a format cannot hold is said, with the error that stays."""
+"""Parts that a format cannot hold are reported, with the error that remains."""
 
 import re
 

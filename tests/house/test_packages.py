@@ -1,4 +1,4 @@
-"""What is released: wheels that a newcomer can use, and files about them that agree with each other."""
+"""Released files: wheels that a newcomer can use, and files about them that agree with each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What docs/how-to/live.md says of live sources is so."""
+"""Statements of docs/how-to/live.md on live sources hold."""
 
 from __future__ import annotations
 

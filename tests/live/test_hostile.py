@@ -52,7 +52,7 @@ WILD = b'{"time": 0.305, "ax": 0, "ay": 0, "az": 9.8, "gx": 1e4, "gy": 0, "gz": 
 
 
 def left_out(source):
-    """How many lines and samples a source says that it left out."""
+    """Number of lines and samples that a source reports as left out."""
     counts = [re.match(r"left out (\d+) (?:line|sample)", remark) for remark in source.remarks]
     return sum(int(count[1]) for count in counts if count)
 
@@ -172,5 +172,5 @@ def test_no_mavlink_however_spoilt_ends_the_run(inserted, random):
         spoilt = bytearray(whole[random.randrange(len(whole))])
         spoilt[random.randrange(len(spoilt))] ^= 1 << random.randrange(8)
         messages[place:place] = [piece, bytes(spoilt)]
-    # What looks like the beginning of a message swallows those that follow it.
+    # Bytes that look like the beginning of a message swallow the messages after them.
     assert math.isfinite(float(samples_of(mavlink_scripted(messages)).sum()))

@@ -43,7 +43,7 @@ def imu_scans(table, stamps, kind="le:s16/16>>0", size=2):
 
 
 def si(table, stamps):
-    """What is read of them."""
+    """Samples in SI units that a reader makes of them."""
     return np.column_stack([stamps / 1e9, 0.000598 * table[:, :3], 0.000153 * table[:, 3:]])
 
 

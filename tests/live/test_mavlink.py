@@ -177,7 +177,7 @@ def test_that_an_autopilot_may_correct_its_samples_is_said():
 
 
 def asked(transport):
-    """What was asked of whom: system, component, command, message, interval in us."""
+    """Requests that were sent: system, component, command, message, interval in us."""
     commands = mavlink.MAVLink(None).parse_buffer(b"".join(transport.sent)) or []
     return [
         (each.target_system, each.target_component, each.command, each.param1, each.param2)
@@ -186,7 +186,7 @@ def asked(transport):
 
 
 def answer(result):
-    """What an autopilot answers to a request for a message."""
+    """Answer of an autopilot to a request for a message."""
     command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
     return mavlink.MAVLink_command_ack_message(command, result).pack(autopilot())
 

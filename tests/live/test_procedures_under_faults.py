@@ -25,7 +25,7 @@ from turntable_sessions import typed
 
 DRAWS = 50 if SOAK else 1
 KILLS = 34 if SOAK else 1
-"""Of each command."""
+"""Number of kills of each command."""
 SPEED = 8.0
 """Simulated s in one of ours."""
 KINDS = ("unplugged", "garbled", "restart", "frozen", "gap", "late", "clock-jump", "time-backwards")
@@ -43,7 +43,7 @@ def drawn(rng, kind, last):
 
 
 def ended_in_words(done):
-    """Whether it ended well, or in one line that says why not."""
+    """Returns whether it ended well; asserts that otherwise it ended in one line with the reason."""
     assert "Traceback" not in done.err + done.out, done.err
     assert done.code in (0, 2, 3), done.err
     errors = [line for line in done.err.splitlines() if line.startswith("tumble: error:")]
@@ -162,7 +162,7 @@ def test_samples_that_are_corrected_while_something_befalls_them_are_right_or_it
 
 
 def mounted(bench, path):
-    """What is known of the units of a flight beforehand."""
+    """Prior knowledge of the units of a flight."""
     units = {
         name: {"sensor_from_primary": unit["nominal_mounting"], "lever_arm": unit["lever_arm"]}
         for name, unit in bench.truth["units"].items()
@@ -319,7 +319,7 @@ def test_whatever_is_killed_leaves_a_recording_and_a_store_that_are_read(tmp_pat
         # Times are on the computer's clock, of which samples that came later say more.
         assert np.array_equal(rows[: len(before[name]), 1:], before[name][:, 1:])
         if SOAK:
-            # Of a computer that has nothing else to do.
+            # Only an idle computer keeps this time.
             assert rows[-1, 0] > now - speed * (LOST + ON_ITS_WAY)
     if command == "redundancy":
         again = typed(

@@ -19,7 +19,7 @@ from tumble.logs.options import ReadOptions
 SECONDS = 1_700_000_000
 COUNT = 60
 
-# As `ros2 topic echo /imu` of ROS 2 Humble prints sensor_msgs/Imu (rosidl_runtime_py, message_to_yaml).
+# Output of `ros2 topic echo /imu` of ROS 2 Humble for sensor_msgs/Imu (rosidl_runtime_py, message_to_yaml).
 ROS_2 = """\
 header:
   stamp:
@@ -47,7 +47,7 @@ linear_acceleration_covariance:
 - 0.0
 {eight}---
 """
-# As `rostopic echo /imu` of ROS 1 Noetic does (genpy, strify_message).
+# Output of `rostopic echo /imu` of ROS 1 Noetic (genpy, strify_message).
 ROS_1 = """\
 header: 
   seq: {number}
@@ -127,7 +127,7 @@ def test_echoed_messages_come_over_standard_input(monkeypatch, form):
 @pytest.mark.parametrize("wrapped", [False, True])
 def test_json_with_a_header_stamp_is_read(wrapped):
     rows = [message(row) for row in table()]
-    # As rosbridge_suite publishes.
+    # Form in which rosbridge_suite publishes.
     objects = [{"op": "publish", "topic": "/imu", "msg": row} if wrapped else row for row in rows]
     address = parse_address("udp://:9000")
     pieces = [json.dumps(each).encode() for each in objects]

@@ -64,7 +64,7 @@ def changed(data, changes):
 
 
 def read_or_refused(path, options):
-    """Whether it was read; a refusal is one line."""
+    """Returns whether it was read; asserts that a refusal is one line."""
     try:
         for imu in list_imus(path, options):
             inspect(open_recording(f"{path}:{imu}" if imu else path, options))

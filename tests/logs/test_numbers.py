@@ -1,4 +1,4 @@
-"""What text is a number."""
+"""Text that is a number."""
 
 from __future__ import annotations
 

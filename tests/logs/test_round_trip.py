@@ -1,4 +1,4 @@
-"""What is written is what is read, float by float."""
+"""Written samples are read back equal, float by float."""
 
 from __future__ import annotations
 

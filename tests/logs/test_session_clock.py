@@ -15,7 +15,7 @@ SKEW = 40e-6
 
 
 class Sensor:
-    """What a session has to know of a source."""
+    """Source with the properties that a session needs."""
 
     name = "unit"
     clock = serial = ""
@@ -88,7 +88,7 @@ def test_no_sample_before_a_leap_is_later_than_those_after_it_however_long_it_wa
     found = times(tmp_path / "session")
     assert len(found) == len(taken)
     assert (np.diff(found) > 0.0).all()
-    # What comes sooner tells more: the part that was held up gives way.
+    # The delayed samples move, as samples that arrive sooner are more accurate.
     assert np.abs(found - taken).max() < 0.02
 
 

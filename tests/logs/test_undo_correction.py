@@ -1,4 +1,4 @@
-"""What firmware did to readings, undone by the parameters in its log."""
+"""Corrections by firmware, undone by the parameters in its log."""
 
 import numpy as np
 import pytest

@@ -39,7 +39,7 @@ MADE_WITH_IMUCAL = {
         "b": [0.5741155707018206, -1.1452395494569712, 0.28605165480566846],
     },
 }
-"""What imucal 2.6.0, `FerrarisCalibration().compute`, makes of `readings()`: m/s^2 and deg/s, g = 9.81."""
+"""Results of imucal 2.6.0, `FerrarisCalibration().compute`, for `readings()`: m/s^2 and deg/s, g = 9.81."""
 
 
 def readings():
@@ -67,7 +67,7 @@ def recording(force, rate, hertz):
 
 
 def is_near(found, K, R, b, factor=1.0):
-    """Whether all are within 1e-9; those of a gyroscope in deg/s take a factor."""
+    """Asserts that all are within 1e-9; those of a gyroscope in deg/s take a factor."""
     assert np.allclose(np.diag(found.K), np.array(K) * factor, rtol=1e-9, atol=0.0)
     assert np.allclose(found.R, R, rtol=0.0, atol=1e-9)
     assert np.allclose(found.b, np.array(b), rtol=1e-9, atol=1e-12)

@@ -304,7 +304,7 @@ def test_sigmas_are_stated_in_the_units_of_the_report_or_in_per_cent():
     ]
 
 
-# What befalls the unit
+# Faults of the unit
 
 
 @pytest.mark.parametrize(

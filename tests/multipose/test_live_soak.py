@@ -18,7 +18,7 @@ from tumble.tools.simulate import LiveFault, LiveSimulation
 from turntable_sessions import typed
 
 MOST_SIGMAS = 6.0
-"""Of any parameter."""
+"""Largest error of any parameter, in sigmas."""
 SESSION_SECONDS = 110.0
 """s of the bench's clock that a hand takes."""
 HAND = {"motion": "hand", "grades": ("tactical",), "rest_seconds": 4.0}
@@ -30,7 +30,7 @@ def draws(in_soak):
 
 
 def drawn(number, *kinds):
-    """What befalls the unit when."""
+    """Fault of the unit, and its time."""
     random = np.random.default_rng([30, number])
     kind = kinds[number % len(kinds)]
     start, length = random.uniform(1.0, SESSION_SECONDS), random.uniform(0.3, 20.0)

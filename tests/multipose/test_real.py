@@ -18,7 +18,7 @@ PUBLISHED = {
     "imu0": ((0.363, 0.315, 0.647), (0.103, 0.097, 0.344)),
     "imu1": ((0.471, 0.482, 0.932), (0.090, 0.070, 0.338)),
 }
-"""Of mpu9150: correction of scale in %, bias in m/s^2."""
+"""Published values of mpu9150: correction of scale in %, bias in m/s^2."""
 
 
 def loaded(name, time, force, rate):

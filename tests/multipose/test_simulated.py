@@ -17,7 +17,7 @@ from turntable_sessions import contents, one_line, typed
 
 QUIET = {"bias_instability": False, "g_sensitivity": False, "latitude_deg": None}
 OWN = [0, 3, 4, 6, 7, 8, 9, 10, 11]
-"""What is free of [M, b] of an accelerometer in its own axes."""
+"""Free elements of [M, b] of an accelerometer in its own axes."""
 UNLIKELY = 1e-5
 
 

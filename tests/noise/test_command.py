@@ -51,7 +51,7 @@ def test_the_truth_lies_within_nearly_all_intervals(content, log):
             true = truth[channel["triad"]][term["name"]]
             inside.append(term["low"] <= true <= term["high"])
     assert len(inside) == 30
-    # Of 30 intervals of 95 %, more than five miss in one session of 300.
+    # More than five of 30 intervals of 95 % miss in one session of 300.
     assert sum(inside) >= 25
 
 

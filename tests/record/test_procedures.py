@@ -22,7 +22,7 @@ def folder(tmp_path_factory):
 
 
 def found(path):
-    """What a calibration file says besides when, and of which file."""
+    """Content of a calibration file apart from its time and source file."""
     content = yaml.safe_load(path.read_text())
     return {key: content[key] for key in ("name", "serial", "accelerometer", "gyroscope")}
 

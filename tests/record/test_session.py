@@ -1,4 +1,4 @@
-"""What is recorded is what came: every sample, to the bit, readable whatever happened."""
+"""Recorded samples equal the received ones: all of them, to the bit, readable whatever happened."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ def _pairs(angles):
 
 
 def _drawn(generator, error, primary):
-    """What would be read off, had the errors been drawn anew: mounting as a turn from the original."""
+    """Parameters for newly drawn errors: mounting as a turn from the original."""
     relation = error.matrix + error.matrix_sigma * generator.standard_normal((3, 3))
     bias = error.bias + error.bias_sigma * generator.standard_normal(3)
     first, first_bias = np.eye(3), np.zeros(3)

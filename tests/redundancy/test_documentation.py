@@ -1,4 +1,4 @@
-"""What docs/how-to/redundancy.md says is so: options, settings, events and messages."""
+"""Statements of docs/how-to/redundancy.md hold: options, settings, events and messages."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ OWN = replace(PRIMARY, accelerometer_bias=(0.03, -0.02, 0.04))
 
 
 def calibration(imu, serial=""):
-    """What a turntable would have found of a unit."""
+    """Calibration that a turntable would have given for a unit."""
     triads = {
         "accelerometer": (imu.accelerometer_scale, imu.accelerometer_bias),
         "gyroscope": (imu.gyroscope_scale, imu.gyroscope_bias),

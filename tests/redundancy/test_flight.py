@@ -48,7 +48,7 @@ def flown(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def settings(flown):
-    """What `tumble align` finds of how the units sit beside each other."""
+    """Alignment of the units by `tumble align`."""
     folder, _ = flown
     done = typed("align", folder / "flight.mcap", *_units(), "-o", folder / "aligned")
     assert done.code in (0, 3), done.err

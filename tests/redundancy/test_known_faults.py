@@ -1,4 +1,4 @@
-"""What is known to be wrong is said first and ends with code 3, unless another unit took over."""
+"""Known faults are reported first and end with code 3, unless another unit took over."""
 
 from __future__ import annotations
 

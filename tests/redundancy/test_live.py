@@ -320,7 +320,7 @@ def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
     assert listening == {"event": "listening", "units": ["imu1", "imu2", "imu3"]}
     assert first["event"] == "selected"
     assert json.loads(out.splitlines()[-1])["event"] == "result"
-    # Of secondaries nothing is known yet.
+    # The secondaries have no calibration yet.
     assert running.returncode == 3
 
 

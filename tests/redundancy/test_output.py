@@ -1,4 +1,4 @@
-"""What the platform would have used, and the settings of the literature, as they are typed."""
+"""Output that the platform would have used, and the settings of the literature, as they are typed."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not board.is_here(), reason=board.ABSENT)
 
 
 def known(primary, lever_arms=True):
-    """What the makers of the board state: mounting, places and ranges, seen from the primary."""
+    """Statements of the makers of the board: mounting, places and ranges, seen from the primary."""
     units = {}
     for number in NUMBERS:
         unit = {

@@ -1,4 +1,4 @@
-"""What no replay can be made of is refused in one line, before anything is written."""
+"""Inputs that cannot be replayed are refused in one line, before anything is written."""
 
 from __future__ import annotations
 

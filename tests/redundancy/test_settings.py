@@ -35,7 +35,7 @@ def written(folder, text, name="settings.yaml"):
 
 
 def contradiction(**changes):
-    """What the core objects to, as `tumble.redundancy` says it."""
+    """Error of the core, in the words of `tumble.redundancy`."""
     settings = settings_from(changes)
     units = [_core.RedundancyUnit(1), _core.RedundancyUnit(2)]
     with pytest.raises(_core.CoreError) as caught:

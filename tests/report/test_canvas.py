@@ -1,4 +1,4 @@
-"""What is drawn stands where its numbers say, within its panel, and is no larger than it needs to be."""
+"""Marks stand where their numbers place them, within the panel, which is no larger than necessary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tumble.report.svg import INK, SOFT, X_AXIS, inline_svg
 
 WIDTH, HEIGHT = 3.0, 2.0
 BOX = (0.5, 0.25, 2.0, 1.5)
-"""Of the panel, inches."""
+"""Box of the panel, inches."""
 
 
 def panel(across=(0.0, 1.0), up=(0.0, 1.0)):

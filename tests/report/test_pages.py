@@ -1,4 +1,4 @@
-"""What holds for the pages of all procedures: verdict first, readable on paper, on a phone and aloud."""
+"""Properties of the pages of all procedures: verdict first, readable on paper, on a phone and aloud."""
 
 from __future__ import annotations
 

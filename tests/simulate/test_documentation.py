@@ -1,4 +1,4 @@
-"""What docs/how-to/simulate.md says is so: options, faults, files, figures and the snippet."""
+"""Statements of docs/how-to/simulate.md hold: options, faults, files, figures and the snippet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a scenario crosses to the native simulator."""
+"""Conversion of a scenario for the native simulator."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""What a spin becomes as a calibration: logs are corrected with it, and it follows one of the turntable."""
+"""A spin as a calibration: it corrects logs, and adds to one of the turntable."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_corrected_log_has_no_bias_left(tmp_path):
     found = json.loads(again.out)
     for bias in ("accelerometer_bias", "gyroscope_bias"):
         left = np.abs(np.array(found[bias]["value"]))
-        # What is left is of rounding and of weights taken anew, not of the noise, which is the same.
+        # Rounding and new weights leave a rest; the noise is the same.
         assert np.all(left < 0.2 * np.array(found[bias]["sigma"])), left
 
 

@@ -1,4 +1,4 @@
-"""What docs/how-to/spin.md says is so: options and messages."""
+"""Statements of docs/how-to/spin.md hold: options and messages."""
 
 from __future__ import annotations
 

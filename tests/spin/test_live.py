@@ -50,7 +50,7 @@ class Fed:
 
 
 class Silence:
-    """What another source gives, and after that nothing, for ever."""
+    """Samples of another source, and after them nothing, for ever."""
 
     name = "robot"
     remarks = ()

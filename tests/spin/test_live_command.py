@@ -78,7 +78,7 @@ def refused(process):
 
 
 def near(path, session):
-    """Whether a calibration file holds the biases of the robot, within what it says of itself."""
+    """Returns whether a calibration file holds the biases of the robot, within its own uncertainty."""
     calibration = Calibration.load(path)
     errors = [
         (calibration.accelerometer.b - session.robot.accelerometer_bias, calibration.accelerometer.sigma),
@@ -104,7 +104,7 @@ def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, se
 
 
 def of_two_units(session):
-    """What two robots say over one line: the left one is the session's, the right one upside down."""
+    """Lines of two robots on one line: the left one is the session's, the right one upside down."""
     lines = []
     for row in session.table.tolist():
         turned = [row[0], row[1], -row[2], -row[3], *row[4:]]
@@ -263,7 +263,7 @@ def earlier(tmp_path):
 
 
 def untouched(folder, name="drive.live.yaml"):
-    """Whether the folder holds the old file and nothing else but what was received."""
+    """Returns whether the folder holds the old file and nothing else but received samples."""
     others = {path.name for path in folder.iterdir()} - {"session"}
     return others == {name} and (folder / name).read_text() == OLD
 
@@ -351,7 +351,7 @@ def test_a_terminal_shows_how_far_it_is_and_whether_the_pace_is_right(run_live, 
 
 
 def _read(terminal):
-    """What was written to a terminal; empty once its last writer has gone."""
+    """Text written to a terminal; empty once its last writer has gone."""
     try:
         return os.read(terminal, 4096)
     except OSError:

@@ -1,4 +1,4 @@
-"""What a spin objects to, in words: one line each, with the place, the figures and the remedy."""
+"""Messages of a spin: one line each, with the place, the figures and the remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `tumble spin` says of logs that are no good: a line with place, cause and remedy; no file changes."""
+"""Refusals of unusable logs by `tumble spin`: a line with place, cause and remedy; no file changes."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def all_figures():
 
 
 def is_affine(shown, wanted):
-    """Whether places on paper are the numbers, but for scale and origin."""
+    """Returns whether places on paper are the numbers, except for scale and origin."""
     design = np.column_stack([wanted, np.ones_like(wanted)])
     solution, *_ = np.linalg.lstsq(design, shown)
     return np.allclose(design @ solution, shown, atol=0.02)

@@ -93,7 +93,7 @@ class Sensor:
     """Scale errors."""
     gyroscope_noise: float = 0.002
     accelerometer_noise: float = 0.02
-    """Of one sample, rad/s and m/s^2."""
+    """Noise of one sample, rad/s and m/s^2."""
 
 
 def record(motion, sensor, seconds=60.0, seed=0):

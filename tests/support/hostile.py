@@ -18,7 +18,8 @@ EXAMPLES = 40
 SOAK_SECONDS = float(os.environ.get("TUMBLE_SOAK_SECONDS", "600"))
 """For each parser, in `make soak`."""
 MOST_BYTES = 64 << 20
-"""Of memory for a file of a hundred kilobytes: its chunks and what pyarrow and numpy keep, no size in it."""
+"""Memory for a file of a hundred kilobytes: its chunks and the buffers of pyarrow and numpy, no size in
+it."""
 _SIZES = [0, 1, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0xFFFFFFFF, (1 << 63) - 1, (1 << 64) - 1]
 
 few = settings(

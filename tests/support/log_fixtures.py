@@ -66,7 +66,7 @@ def join(chunks):
 
 
 def same(left, right):
-    """Whether two chunks hold the very same floats."""
+    """Returns whether two chunks hold exactly the same floats."""
     pairs = [
         (left.time, right.time),
         (left.accelerometer, right.accelerometer),

@@ -28,7 +28,7 @@ QUICK = ("--set", "collect=20", "--set", "collect_timeout=60", "--set", "evaluat
 
 @dataclass(frozen=True)
 class Motion:
-    """What the platform does: rest, motion, rest; vectors are in the primary's case frame."""
+    """Motion of the platform: rest, motion, rest; vectors are in the primary's case frame."""
 
     time: np.ndarray
     specific_force: np.ndarray
@@ -72,7 +72,7 @@ class Imu:
     gyroscope_scale: float = 1.0
     accelerometer_noise: float = 0.02
     gyroscope_noise: float = 0.002
-    """Of one sample, m/s^2 and rad/s."""
+    """Noise of one sample, m/s^2 and rad/s."""
     mounting: np.ndarray | None = None
     """(3, 3) sensor from the primary's case."""
     lever_arm: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -93,7 +93,7 @@ SOUND = Imu("imu3", accelerometer_bias=(0.01, -0.01, 0.02), gyroscope_bias=(0.00
 
 @dataclass
 class Said:
-    """What one unit said, to be spoilt at will."""
+    """Samples of one unit, which tests may corrupt."""
 
     imu: Imu
     time: np.ndarray

@@ -1,11 +1,11 @@
-"""How often a law about chance is tried."""
+"""Number of repetitions of a random test."""
 
 from __future__ import annotations
 
 import os
 
 SOAK = "TUMBLE_SOAK" in os.environ
-"""Whether `make soak` runs the tests: with all repetitions, instead of a quarter."""
+"""Indicates whether `make soak` runs the tests: with all repetitions, instead of a quarter."""
 
 
 def repetitions(everything: int) -> int:

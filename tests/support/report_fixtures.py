@@ -34,7 +34,7 @@ NO_SCALE = "no rotation about this axis was recorded between the rests"
 
 
 class Session:
-    """What the table really did: specific force of each rest and angular rate of each turn, case frame."""
+    """True motion of the table: specific force of each rest and angular rate of each turn, case frame."""
 
     def __init__(self, seed: int):
         self.random = np.random.default_rng(seed)

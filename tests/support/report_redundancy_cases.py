@@ -20,7 +20,7 @@ GYROSCOPE_BIAS = np.array([0.02, -0.03, 0.01])
 ADOPTED = 60.0
 TOOK_OVER = 90.0
 LEFT_IN_FORCE, LEFT_IN_RATE = 0.004, 0.0005
-"""What noise leaves of the difference after adoption, m/s^2 and rad/s, a channel."""
+"""Difference that noise leaves after adoption, m/s^2 and rad/s, a channel."""
 
 EVERY_EVENT = {
     "rest began": [{}],
@@ -299,7 +299,7 @@ def unseen():
 
 
 def long_day(units=8, hours=24.0):
-    """As many units as there can be, evaluated every few seconds, with faults that flicker, all day."""
+    """The largest number of units, evaluated every few seconds, with faults that flicker, all day."""
     names = tuple(f"imu{number}" for number in range(1, units + 1))
     end = 3600.0 * hours
     events = []

@@ -20,7 +20,7 @@ UP = UP / np.linalg.norm(UP)
 TILT, UPHILL = 1.03, 37.5
 """deg."""
 TILTED = GRAVITY * np.sin(np.radians(TILT)) * np.array([0.79, 0.61, -0.06])
-"""What the tilt of the floor causes in the published bias, m/s^2."""
+"""Error that the tilt of the floor causes in the published bias, m/s^2."""
 ARM = np.array([0.1012, -0.0603, -0.0004])
 NO_TRUTH = "the angle truly turned is not known; give it with --true-turns"
 NO_LEVEL_FREE = "60 deg of heading do not separate bias from the tilt of the floor"

@@ -17,7 +17,7 @@ RAMP = 0.5
 
 @dataclass(frozen=True)
 class Move:
-    """What the robot does for a while."""
+    """Motion of the robot for a while."""
 
     seconds: float
     turns: float = 0.0
@@ -63,7 +63,7 @@ class Robot:
     gyroscope_scale: float = 1.0
     accelerometer_noise: float = 0.02
     gyroscope_noise: float = 0.002
-    """Of one sample, m/s^2 and rad/s."""
+    """Noise of one sample, m/s^2 and rad/s."""
     rate_hz: float = 100.0
 
     @property
@@ -83,7 +83,7 @@ class Robot:
 
 @dataclass
 class Session:
-    """What was recorded, to be spoilt at will, and the truth."""
+    """Recorded samples, which tests may corrupt, and the truth."""
 
     robot: Robot
     time: np.ndarray

@@ -107,7 +107,7 @@ def by_opencv(path):
 def of_openvins(path, force, rate):
     found = {name: np.array(value) for name, value in by_opencv(path).items()}
     assert found["imu0.model"] == "kalibr"
-    # Of the inverse of a matrix the model "kalibr" keeps the lower triangle.
+    # The model "kalibr" keeps the lower triangle of the inverse of a matrix.
     dw, da = (np.tril(np.linalg.inv(found[f"imu0.{key}"])) for key in ("Tw", "Ta"))
     true_force = force @ da.T @ found["imu0.R_IMUtoACC"]
     free = rate - true_force @ found["imu0.Tg"].T
@@ -115,7 +115,7 @@ def of_openvins(path, force, rate):
 
 
 def in_sequence(path):
-    """As operator >> takes numbers: nine, nine and three."""
+    """Numbers in the order of operator >>: nine, nine and three."""
     numbers = np.array(path.read_text().split(), dtype=np.float64)
     assert len(numbers) == 21
     return {

@@ -1,4 +1,4 @@
-"""What several tests of docs/theory share: rotations, non-orthogonality, the mean of a logarithm."""
+"""Formulas shared by tests of docs/theory: rotations, non-orthogonality, the mean of a logarithm."""
 
 from __future__ import annotations
 

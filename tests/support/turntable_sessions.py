@@ -45,7 +45,7 @@ def calibrate(session, **options):
 
 @dataclass(frozen=True)
 class Done:
-    """How a command ended."""
+    """Exit of a command."""
 
     code: int
     out: str
@@ -53,7 +53,7 @@ class Done:
 
     @property
     def text(self):
-        """What was printed, on one line."""
+        """Printed text, on one line."""
         return " ".join(self.out.split())
 
 

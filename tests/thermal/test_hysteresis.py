@@ -30,7 +30,7 @@ def test_largest_and_mean_of_a_loop_are_within_their_sigmas(loop):
         found = (axis.hysteresis, axis.mean_hysteresis)
         off += [(each.value - true) / each.sigma for each, true in zip(found, truth, strict=True)]
         assert axis.has_hysteresis == (loop != "none")
-    # Of twenty intervals of 95 %, more than four miss in one run of 390.
+    # More than four of twenty intervals of 95 % miss in one run of 390.
     assert sum(np.abs(off) > INTERVAL) <= 4, np.round(off, 1)
 
 

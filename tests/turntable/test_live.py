@@ -39,7 +39,7 @@ def session_on(bench, folder, **options):
     return LiveTurntable(units, folder, sources=bench.addresses, **{"turns": False, **options})
 
 
-# What is wanted
+# Requests to the user
 
 
 @given(st.permutations(range(6)), st.permutations(range(6)))
@@ -96,7 +96,7 @@ def test_what_is_no_goal_is_refused(text):
         Goal.parse(text)
 
 
-# Who slipped
+# Detection of slipped units
 
 
 def visits_with(random, change):
@@ -259,7 +259,7 @@ def test_a_session_that_was_killed_goes_on_where_it_was_and_is_calibrated_as_one
         for _ in range(8):
             next(steps)
         with monkeypatch.context() as kill:
-            # What is on disk by then is all there is: nothing is joined, and nobody ends the session.
+            # A killed process leaves only the data on disk: nothing is joined, and the session has no end.
             writer = killed._recorder._writer
             writer._write(writer._taken())
             kill.setattr(SessionWriter, "finish", lambda *_: None)

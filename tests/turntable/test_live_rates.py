@@ -14,7 +14,7 @@ from turntable_sessions import typed
 
 RATES = [10.0, 30.0]
 MOST_SIGMAS = 5.0
-"""Of any of the 14 figures."""
+"""Largest error of any of the 14 figures, in sigmas."""
 
 
 def listed(path):

@@ -23,7 +23,8 @@ from tumble.tools.simulate.live.fault import LiveFault
 from turntable_sessions import typed
 
 MOST_SIGMAS = 6.0
-"""Of any parameter; 12 of two targets in a hundred sessions come to four by chance."""
+"""Largest error of any parameter, in sigmas; 12 of two targets in a hundred sessions come to four by
+chance."""
 SESSION_SECONDS = 70.0
 """s of the bench's clock that a hand takes for six faces."""
 

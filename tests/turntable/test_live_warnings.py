@@ -27,7 +27,7 @@ def warnings_of(done):
 
 
 def by_hand(monkeypatch, output, fault, unit="target_1", **changes):
-    """What a session on units that a hand turns says where something befalls one of them."""
+    """Output of a session on units that a hand turns, with a fault of one of them."""
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     options = {"seed": 81, "motion": "six-faces", "rest_seconds": 6.0, "rate_hz": 50.0, **changes}

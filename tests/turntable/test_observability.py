@@ -1,4 +1,4 @@
-"""What a recording does not show has no number: not on screen, not in any file."""
+"""Parameters that a recording does not show have no number: not on screen, not in any file."""
 
 from __future__ import annotations
 

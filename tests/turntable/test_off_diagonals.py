@@ -1,4 +1,4 @@
-"""What mounting spoils: the off-diagonals of M, ignored, compensated as published, and by Tumble."""
+"""Effect of mounting on the off-diagonals of M: ignored, compensated as published, and by Tumble."""
 
 from __future__ import annotations
 

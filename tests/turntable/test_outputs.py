@@ -1,4 +1,4 @@
-"""What a run leaves behind: files that agree, rows for all, exit codes, and nothing lost."""
+"""Outputs of a run: files that agree, rows for all, exit codes, and nothing lost."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ def test_a_record_reads_back_as_it_was_written(units):
         assert TargetRecord.from_line(line).line() == line
 
 
-# What is repeated.
+# Repeated runs.
 
 
 def test_what_is_done_and_unchanged_is_left_alone(units):
@@ -341,7 +341,7 @@ def test_one_serial_for_several_targets_is_refused_and_for_one_is_not_the_refere
     assert (found.serial, found.reference.serial) == ("X", "")
 
 
-# Who, when, from what.
+# Provenance.
 
 
 def test_files_say_who_made_them_when_where_and_from_what(units, monkeypatch):

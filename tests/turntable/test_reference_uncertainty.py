@@ -13,7 +13,7 @@ from uncertain_references import calibration_of, draw, exact, stated
 
 SESSIONS = 24
 WIDEST = 0.04
-"""Of coverage: the sessions' errors are shared by all parameters, so that few of them are independent."""
+"""Tolerance of coverage: all parameters share the sessions' errors, so that few of them are independent."""
 
 
 def against(session, matrix_sigma):
@@ -56,7 +56,7 @@ def test_what_is_stated_decides_about_sigma_and_not_about_the_value():
 
 
 def test_two_targets_of_one_reference_differ_without_its_error():
-    """What is inherited is the same for both, so that it is no part of the covariance that compares them."""
+    """The inherited part is the same for both, so that the covariance that compares them excludes it."""
     session = simulate(34, grades=("industrial", "industrial"))
     covariances = stated(2e-3)
     wrong = calibration_of(covariances, draw(covariances, np.random.default_rng(34)))

@@ -113,7 +113,7 @@ def test_recordings_in_memory_are_held_to_si(unit, triad):
 
 
 def test_a_gyroscope_in_the_wrong_unit_is_not_taken_for_slow_turns(pair, tmp_path):
-    """What an industrial gyroscope feels of gravity is 57 times too large then."""
+    """The response of an industrial gyroscope to gravity is 57 times too large then."""
     line = refusal(*pair.spoilt(tmp_path, "target_1", times(RATE, DEGREES), with_units("m/s^2", "rad/s")))
     assert "slow turn" not in line
 

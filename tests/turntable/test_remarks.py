@@ -1,4 +1,4 @@
-"""What is remarked of recordings that can be used: it names what happened, and what is still to be given."""
+"""Remarks on usable recordings: they name the event, and the options that are still missing."""
 
 from __future__ import annotations
 

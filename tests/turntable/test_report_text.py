@@ -1,4 +1,4 @@
-"""What the pages say in sentences."""
+"""Sentences of the pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says of its targets counts targets."""
+"""Statements of a run on its targets count targets."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ def target(scale, nu):
 
 
 def test_published_compensation_errs_by_mounting_angle_times_what_is_to_be_measured(random):
-    """What equation 24 leaves is of third order: with all errors a tenth, it is a thousandth."""
+    """The error of equation 24 is of third order: with all errors a tenth, it is a thousandth."""
     scale, nu, rho = random.normal(0, 0.01, 3), random.normal(0, 0.01, 3), random.normal(0, 0.02, 3)
 
     def leading_and_rest(size):

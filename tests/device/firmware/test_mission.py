@@ -24,7 +24,7 @@ def numbers(line):
 
 
 def after(said, *lines):
-    """What follows the first line that contains each of these, one after the other."""
+    """Lines after the first ones that contain each of these, one after the other."""
     rest = said
     for line in lines:
         assert line in rest, f"{line!r} was not said, or not in this order"
@@ -33,7 +33,7 @@ def after(said, *lines):
 
 
 def sigmas(found, sigma, vectors, quantity):
-    """How far what was found is from the vectors, in sigmas."""
+    """Distance of the estimate from the vectors, in sigmas."""
     return np.abs(found - vectors["cases"][quantity]) / sigma
 
 
@@ -171,7 +171,7 @@ def test_the_spin_shows_the_biases_of_the_vectors(said):
         ("accelerometer bias", "accelerometer_bias"),
     ):
         found = numbers(re.search(rf"    {name} (#.*)", spun)[1])
-        # What the vectors allow is for an estimate that saw the rest behind the spin, too.
+        # The vectors' tolerance is for an estimate that includes the rest after the spin.
         assert np.all(sigmas(np.array(found[:3]), np.array(found[3:]), SPUN, quantity) < 2.0), name
 
 

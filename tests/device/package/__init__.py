@@ -1,1 +1,3 @@
-"""How projects in C and C++ take Tumble in. A package, as each folder of tests has a conftest of its own."""
+"""Integration of Tumble into C and C++ projects. A package, as each folder of tests has a conftest of its
+own.
+"""

@@ -1,4 +1,4 @@
-"""What the tests here need beside Rust: tools for devices, and Python packages of their own."""
+"""Requirements of these tests beside Rust: tools for devices, and Python packages of their own."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from package.packages import CARGO_FOLDER, ROOT, try_to_run
 
-# What reads Kconfig in Zephyr's build, what PlatformIO builds with, and PlatformIO's own judge of manifests.
+# kconfiglib reads Kconfig in Zephyr's build; scons builds for PlatformIO, which also checks manifests.
 PACKAGES = ["kconfiglib==14.1.0", "scons==4.11.1", "platformio==6.2.0"]
 
 

@@ -12,7 +12,7 @@ HERE = Path(__file__).parent
 # One folder for all builds of the library, so that it is compiled once for each machine.
 CARGO_FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 
-# What Rust calls the processors that all packages know, without what is said of floats.
+# Rust's names of the processors that all packages know, without the part on floats.
 PROCESSORS = {
     "cortex-m0": "thumbv6m-none",
     "cortex-m0plus": "thumbv6m-none",
@@ -38,11 +38,11 @@ TARGETS = [
 PARTS = ("SPIN", "REDUNDANCY", "RECORDS", "TEMPERATURE")
 
 WITHOUT_SETS = "no redundant sets: it was done\n"
-"""What the consumer says where it is built without redundant sets."""
+"""Output of the consumer where it is built without redundant sets."""
 
 
 def run(*command: str | Path, folder: Path = ROOT) -> str:
-    """What a command prints; fails with it if the command does."""
+    """Output of a command; fails with it if the command does."""
     ran = try_to_run(*command, folder=folder)
     assert ran.returncode == 0, f"{command}\n{ran.stdout[-4000:]}\n{ran.stderr[-4000:]}"
     return ran.stdout

@@ -1,4 +1,4 @@
-"""What is released for C compiles and links from an empty folder, by pkg-config, without Rust."""
+"""Released C files compile and link from an empty folder, by pkg-config, without Rust."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def pack(folder):
 
 
 def flags(release, target, *wanted):
-    """What pkg-config says, split as a shell would."""
+    """Flags that pkg-config prints, split as a shell would."""
     return subprocess.run(
         ["pkg-config", *wanted, "tumble"],
         env={**os.environ, "PKG_CONFIG_PATH": str(release / "lib" / target / "pkgconfig")},

@@ -21,7 +21,7 @@ from package.packages import (
     try_to_run,
 )
 
-# What Zephyr's scripts/zephyr_module.py allows in a module that brings its own CMakeLists.txt and Kconfig.
+# Keys that Zephyr's scripts/zephyr_module.py allows in a module with its own CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
 BUILD_KEYS = {"cmake", "kconfig", "depends", "settings"}
 
@@ -54,7 +54,7 @@ def test_zephyr_finds_cmake_and_kconfig_where_the_module_says():
     assert (CRATE / module["build"]["kconfig"]).is_file()
 
 
-# What Zephyr's Kconfig says of a processor, and the target; it has no name for a Cortex-M35P.
+# Symbols of a processor in Zephyr's Kconfig, and the target; it has no name for a Cortex-M35P.
 SYMBOLS = [
     (["CPU_" + processor.upper().replace("-", "_")] + ["FP_HARDABI"] * hard, target)
     for processor, hard, target in TARGETS
@@ -92,7 +92,7 @@ NATIVE = {"CONFIG_ARCH_POSIX": "y", "CONFIG_64BIT": "y"}
 
 
 def application_of_zephyr(**configuration):
-    """What Zephyr's Kconfig would have said where it knows no target of the processor."""
+    """Settings from Zephyr's Kconfig where it knows no target of the processor."""
     return {
         "MODULE": CRATE, "BOARD": "nowhere", "CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "3",
         "CONFIG_TUMBLE_RUST_TARGET": "", **dict.fromkeys((f"CONFIG_TUMBLE_{part}" for part in PARTS), "y"),

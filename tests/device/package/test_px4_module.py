@@ -60,7 +60,7 @@ def test_a_record_that_was_damaged_is_said_and_passed_over(flight, tmp_path):
 
 
 def files_touched(said):
-    """How often, how often in a push, and how often in flight."""
+    """Numbers of accesses: in all, in a push, and in flight."""
     (line,) = re.findall(r"^files touched (\d+), in a push (\d+), while armed (\d+)$", said, re.MULTILINE)
     return [int(times) for times in line]
 
