@@ -49,7 +49,7 @@ def test_the_table_shows_every_unit_with_sigmas(done):
         assert row.count("±") == (0 if name == "clock skew" else 2)
 
 
-def test_json_holds_what_the_table_shows_and_the_truth_lies_within_the_sigmas(log):
+def test_json_equals_the_table_and_sigmas_cover_the_truth(log):
     out = log.parent / "json"
     done = typed("align", log, "--primary", "imu1", "--secondary", "imu2", "--json", "-o", out)
     content = json.loads(done.out)

@@ -24,7 +24,7 @@ def options_of(*words):
     }
 
 
-def test_every_option_of_the_how_to_exists_and_every_own_option_is_explained():
+def test_how_to_lists_existing_options_and_explains_each_own_one():
     options = options_of("align", "redundancy", "apply")
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(HOW_TO)))
     assert told <= options["align"] | options["redundancy"]

@@ -55,7 +55,7 @@ def test_errors_are_about_as_large_as_the_sigmas_say(motion):
         assert np.abs(score).max() < 5.0, name
 
 
-def test_a_drive_on_level_ground_shows_the_whole_rotation_and_lever_arm():
+def test_drive_on_level_ground_shows_rotation_and_lever_arm():
     flight = tumble.simulate_flight(motion="vehicle", seed=3, units=UNITS)
     result = tumble.align(flight.units[0].recording, [flight.units[1].recording])
     assert all(parameter.observable for parameter in result.units[0].parameters)

@@ -50,7 +50,7 @@ def test_any_rotation_offset_and_lever_arm_is_found(seed, vector, offset, arm):
 
 
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, -1, 0), (0.6, 0.0, 0.8)])
-def test_a_unit_on_the_other_side_of_the_board_is_turned_by_half_a_turn(axis):
+def test_unit_on_the_other_side_of_the_board_is_rotated_by_180_deg(axis):
     half = Rotation.from_rotvec(np.pi * np.array(axis) / np.linalg.norm(axis))
     motion, secondary = Motion(11), drawn(11, sensor_from_body=half)
     unit = aligned(motion, Sensor(), secondary)
@@ -59,7 +59,7 @@ def test_a_unit_on_the_other_side_of_the_board_is_turned_by_half_a_turn(axis):
 
 
 @pytest.mark.parametrize(("ours", "theirs"), [(50.0, 400.0), (400.0, 50.0), (100.0, 250.0), (62.5, 1000.0)])
-def test_units_at_different_rates_are_aligned_as_well_as_their_sigmas_say(ours, theirs):
+def test_sigmas_hold_for_units_at_different_rates(ours, theirs):
     motion, primary = Motion(12), Sensor(rate_hz=ours)
     secondary = drawn(12, rate_hz=theirs)
     assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
@@ -71,14 +71,14 @@ def test_irregular_time_stamps_do_no_harm():
     assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
 
 
-def test_a_primary_that_is_mounted_askew_keeps_the_lever_arm_in_its_own_frame():
+def test_askew_primary_keeps_the_lever_arm_in_its_own_frame():
     motion = Motion(14)
     primary = Sensor(sensor_from_body=Rotation.from_rotvec([0.4, -1.2, 2.0]), lever_arm=(0.05, 0.02, -0.3))
     secondary = drawn(14)
     assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
 
 
-def test_clocks_of_which_one_is_fast_are_aligned_in_the_middle_of_the_log():
+def test_clocks_of_which_one_is_fast_agree_in_the_middle_of_the_log():
     motion, secondary = Motion(15), drawn(15, skew=4e-4)
     unit = aligned(motion, Sensor(), secondary, 120.0)
     assert_found(unit, motion, Sensor(), secondary, 120.0)
@@ -95,14 +95,14 @@ def test_units_on_one_clock_have_no_skew_but_may_be_late():
     assert unit.time_offset == pytest.approx(-0.0123, abs=SIGMAS * unit.time_offset_sigma)
 
 
-def test_clocks_of_different_epochs_are_aligned_by_the_beginnings_of_their_logs():
+def test_clocks_of_different_epochs_are_aligned_by_first_samples():
     motion, secondary = Motion(17), drawn(17, skew=0.0, offset=1.7e9 + 0.4)
     unit = aligned(motion, Sensor(), secondary)
     assert unit.time_offset - 1.7e9 == pytest.approx(0.4, abs=1e-4)
     assert any("no time in common" in warning for warning in unit.warnings)
 
 
-def test_the_primary_as_seen_from_the_secondary_is_the_same_alignment_turned_about():
+def test_swapping_primary_and_secondary_inverts_the_alignment():
     exact = drawn(18, skew=0.0, gyroscope_stretch=(0.0, 0.0, 0.0))
     first, second = recordings(Motion(18), (Sensor(), exact), 60.0)
     there = tumble.align(first, [second]).units[0]
@@ -113,7 +113,7 @@ def test_the_primary_as_seen_from_the_secondary_is_the_same_alignment_turned_abo
     assert np.abs(returned).max() < 3.0 * np.sqrt(np.diag(there.lever_arm_covariance)).max()
 
 
-def test_bias_put_on_the_secondary_is_found_again_and_changes_nothing_else():
+def test_added_bias_is_recovered_and_changes_nothing_else():
     motion, secondary = Motion(19), drawn(19)
     before = aligned(motion, Sensor(), secondary)
     put = np.array([0.2, -0.1, 0.05])
@@ -136,7 +136,7 @@ def test_a_few_shocks_that_one_unit_alone_felt_hardly_matter():
     assert_found(tumble.align(first, [second]).units[0], motion, Sensor(), secondary, 60.0)
 
 
-def test_errors_are_as_large_as_the_sigmas_say_and_intervals_hold_the_truth():
+def test_errors_follow_the_sigmas_and_intervals_cover_the_truth():
     scores, runs = {}, repetitions(40)
     for seed in range(500, 500 + runs):
         secondary = drawn(seed, rate_hz=120.0)

@@ -25,7 +25,7 @@ def hidden(unit):
     return {parameter.name for parameter in unit.parameters if not parameter.observable}
 
 
-def test_turning_about_gravity_without_a_push_leaves_rotation_and_lever_arm_open():
+def test_turning_about_gravity_leaves_rotation_and_lever_arm_open():
     result = align_pair(WITHOUT_PUSHES)
     unit = result.units[0]
     assert {f"{what} {axis}" for what in ("rotation", "lever arm") for axis in "xyz"} <= hidden(unit)
@@ -46,7 +46,7 @@ def test_the_axis_about_which_the_rotation_is_open_is_named():
     assert "turn the units about two axes or more" in reason
 
 
-def test_pushes_across_the_only_axis_show_the_rotation_about_it_and_it_is_said():
+def test_pushes_across_the_only_axis_show_and_report_its_rotation():
     secondary = drawn(31)
     unit = align_pair(UPRIGHT).units[0]
     assert unit.rotation_from_accelerometers
@@ -58,7 +58,7 @@ def test_pushes_across_the_only_axis_show_the_rotation_about_it_and_it_is_said()
     assert np.all(np.abs(error[:2]) < 6.0 * sigma[:2])
 
 
-def test_along_the_only_axis_no_lever_arm_is_observable_and_across_it_it_is():
+def test_lever_arm_is_observable_across_the_only_axis_not_along_it():
     unit = align_pair(UPRIGHT).units[0]
     assert hidden(unit) == {"lever arm z"}
     assert np.isnan(unit.lever_arm[2])
@@ -66,7 +66,7 @@ def test_along_the_only_axis_no_lever_arm_is_observable_and_across_it_it_is():
     assert "along which a lever arm has no effect" in unit.parameter("lever arm z").reason
 
 
-def test_along_an_only_axis_that_is_askew_no_component_of_the_lever_arm_is_observable():
+def test_lever_arm_along_an_askew_only_axis_is_not_observable():
     askew = Sensor(sensor_from_body=Rotation.from_rotvec([0.7, 0.5, 0.0]))
     unit = align_pair(UPRIGHT, askew).units[0]
     assert {"lever arm x", "lever arm y", "lever arm z"} <= hidden(unit)
@@ -76,7 +76,7 @@ def test_a_lever_arm_not_observable_is_left_out_of_the_settings():
     assert set(unit_settings(align_pair(UPRIGHT))["unit_1"]) == {"sensor_from_primary", "time_offset"}
 
 
-def test_the_gentler_the_turning_the_larger_the_sigma_of_the_lever_arm():
+def test_gentler_turning_widens_the_sigma_of_the_lever_arm():
     sigmas = [
         np.sqrt(np.trace(align_pair(Motion(32, turning=(turning,) * 3)).units[0].lever_arm_covariance))
         for turning in (2.0, 0.5, 0.1)
@@ -103,7 +103,7 @@ def test_motion_that_repeats_itself_leaves_the_offset_open():
         align_pair(Motion(34, period=2.0), secondary=drawn(34, offset=0.3))
 
 
-def test_the_search_that_the_refusal_names_settles_which_offset_is_meant():
+def test_search_option_of_the_refusal_settles_the_offset():
     secondary = drawn(34, offset=0.3)
     unit = align_pair(Motion(34, period=2.0), secondary=secondary, search=0.9).units[0]
     assert unit.time_offset == pytest.approx(0.3, abs=1e-4)
@@ -116,7 +116,7 @@ def test_units_that_moved_apart_are_refused():
         tumble.align(first, [second])
 
 
-def test_an_offset_beyond_the_search_is_refused_and_found_with_a_larger_one():
+def test_offset_beyond_the_search_needs_a_larger_search():
     secondary = drawn(37, offset=8.0)
     with pytest.raises(ProcedureError, match=r"within 5 s; .* give a larger --search"):
         align_pair(Motion(37), secondary=secondary)

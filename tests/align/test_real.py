@@ -98,7 +98,7 @@ def test_rotations_round_a_triangle_of_units_close(alignments):
         assert np.degrees(Rotation.from_matrix(turned).magnitude()) < 0.05, (one, two, three)
 
 
-def test_the_saturated_samples_of_the_shaking_are_left_out_and_counted(alignments):
+def test_saturated_samples_of_the_shaking_are_left_out_and_counted(alignments):
     for unit in alignments.values():
         counts = [int(line.split()[2]) for line in unit.warnings if "at the end of its range" in line]
         assert len(counts) == 2

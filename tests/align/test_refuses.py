@@ -117,9 +117,7 @@ def test_a_unit_that_lay_still_beside_one_that_moved_is_refused(tmp_path, pair):
     assert line.startswith("second: never turned together with first: root mean square rate 0.00")
 
 
-def test_a_gyroscope_in_degrees_that_was_read_as_radians_is_refused_with_the_option_that_mends_it(
-    tmp_path, pair
-):
+def test_gyroscope_in_deg_taken_as_rad_names_the_option_that_helps(tmp_path, pair):
     pair[1][:, 4:] = np.degrees(pair[1][:, 4:])
     typed_words = arguments(pair, tmp_path, "--gyroscope-unit", "rad/s")
     line = refused(*typed_words, folder=tmp_path)
@@ -129,7 +127,7 @@ def test_a_gyroscope_in_degrees_that_was_read_as_radians_is_refused_with_the_opt
     assert done.code == 0, done.err
 
 
-def test_a_unit_whose_axes_are_left_handed_is_refused_with_the_option_that_mends_it(tmp_path, pair):
+def test_left_handed_unit_is_refused_with_the_option_that_helps(tmp_path, pair):
     pair[1][:, [3, 6]] *= -1.0
     line = refused(*arguments(pair, tmp_path), folder=tmp_path)
     assert line.startswith("second: its gyroscope mirrors that of first")
@@ -147,7 +145,7 @@ def test_a_unit_whose_axes_are_left_handed_is_refused_with_the_option_that_mends
     ],
     ids=["axes exchanged", "of another time", "dead", "in g"],
 )
-def test_an_accelerometer_that_does_not_fit_is_refused_though_the_gyroscopes_do(pair, spoil):
+def test_accelerometer_that_does_not_fit_is_refused_beside_gyroscopes(pair, spoil):
     pair[1][:, 1:4] = spoil(pair[1][:, 1:4].copy())
     with pytest.raises(tumble.ProcedureError, match=r"^u1: its accelerometer does not fit that of u0"):
         aligned(pair)

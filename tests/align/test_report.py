@@ -71,7 +71,7 @@ def test_the_picture_names_every_unit(result):
         assert picture.count(name) >= 3
 
 
-def test_what_was_not_shown_comes_first_with_its_reason_and_has_no_picture(hidden):
+def test_unobservable_values_come_first_with_reason_and_no_picture(hidden):
     text = ALIGN_REPORT.render(hidden)
     page = Page(text)
     assert "What this motion did not show" in page.words
@@ -93,7 +93,7 @@ def test_the_same_result_gives_the_same_page(result):
     assert ALIGN_REPORT.render(result) == ALIGN_REPORT.render(result)
 
 
-def test_the_badge_says_whether_the_motion_showed_all_rotations_and_lever_arms(result, hidden):
+def test_badge_states_whether_all_rotations_and_arms_were_observable(result, hidden):
     assert result.verdict == "aligned"
     assert "● Aligned Rotation and lever arm" in Page(ALIGN_REPORT.render(result)).words
     assert hidden.verdict == "partly aligned"

@@ -57,7 +57,7 @@ def test_a_corrected_log_holds_the_truth_in_any_format(tmp_path, source, target)
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap"])
-def test_a_corrected_log_says_so_and_is_not_corrected_again_unless_forced(tmp_path, kind):
+def test_corrected_log_is_marked_and_corrected_again_only_if_forced(tmp_path, kind):
     calibration().save(tmp_path / "unit.yaml")
     log = write(tmp_path / "log.csv", measured(made_up(300)), serial="SN 1")
     once, twice = tmp_path / f"once.{kind}", tmp_path / f"twice.{kind}"
@@ -90,7 +90,7 @@ def test_that_nobody_knows_the_unit_of_a_log_is_warned_of(tmp_path):
     assert apply(calibration(name="log"), open_recording(log), tmp_path / "out.csv").warnings == ()
 
 
-def test_a_triad_without_calibration_stays_as_measured_and_is_warned_of(tmp_path):
+def test_triad_without_calibration_stays_raw_with_a_warning(tmp_path):
     truth = made_up(3000)
     log = write(tmp_path / "log.parquet", measured(truth), serial="SN 1")
     warnings = apply(calibration(gyroscope=None), open_recording(log), tmp_path / "out.parquet").warnings
@@ -189,7 +189,7 @@ def test_an_option_that_makes_no_sense_ends_with_one_line_and_code_2(tmp_path, o
     assert not (tmp_path / "out.csv").exists()
 
 
-def test_a_log_that_cannot_be_read_does_not_stop_the_inspection_of_others(tmp_path):
+def test_unreadable_log_does_not_stop_the_inspection_of_others(tmp_path):
     log = write(tmp_path / "log.csv", made_up(3000))
     said = tumble("inspect", tmp_path / "nothing.csv", log, code=2)
     assert "nothing.csv: no such file" in said.err

@@ -68,7 +68,7 @@ def test_without_a_temperature_the_reference_is_assumed():
         np.testing.assert_allclose(UNIT.correct(rows, rows, temperature), expected, rtol=1e-15)
 
 
-def test_one_temperature_holds_for_all_readings_and_other_counts_are_refused():
+def test_one_temperature_serves_all_readings_and_other_counts_fail():
     rows = np.arange(9.0).reshape(3, 3)
     np.testing.assert_array_equal(UNIT.correct(rows, rows, 40.0), UNIT.correct(rows, rows, [40.0] * 3))
     with pytest.raises(ArrayError, match="readings: holds 3 samples, temperature 2"):
@@ -87,7 +87,7 @@ def applied(tmp_path, log, *options):
 
 
 @pytest.mark.parametrize("options", [(), ("--live",)])
-def test_a_log_with_temperatures_is_corrected_at_each_and_what_is_beyond_is_counted(tmp_path, options):
+def test_each_sample_is_corrected_at_its_temperature_or_counted(tmp_path, options):
     truth = made_up(3000)
     temperature = np.linspace(20.0, 80.0, 3000)
     log = write(tmp_path / "log.csv", measured(truth, temperature), serial="SN 1")
@@ -101,7 +101,7 @@ def test_a_log_with_temperatures_is_corrected_at_each_and_what_is_beyond_is_coun
 
 
 @pytest.mark.parametrize("options", [(), ("--live",)])
-def test_a_log_without_temperatures_is_corrected_as_at_the_reference_which_is_said(tmp_path, options):
+def test_log_without_temperature_is_corrected_at_the_reference(tmp_path, options):
     truth = made_up(3000, temperature=False)
     said = measured(truth, np.full(3000, REFERENCE))
     log = write(tmp_path / "log.csv", Chunk(said.time, said.accelerometer, said.gyroscope), serial="SN 1")
@@ -119,7 +119,7 @@ def test_a_log_within_the_range_raises_no_warning(tmp_path):
     assert "warning" not in applied(tmp_path, log)[0].err
 
 
-def test_a_thermometer_that_scatters_about_the_end_of_the_range_raises_no_warning(tmp_path):
+def test_thermometer_noise_at_the_end_of_the_range_raises_no_warning(tmp_path):
     temperature = HIGH + 0.5 * np.sin(np.arange(300))
     log = write(tmp_path / "log.csv", measured(made_up(300), temperature), serial="SN 1")
     assert "warning" not in applied(tmp_path, log)[0].err

@@ -38,7 +38,7 @@ def test_a_body_at_rest_feels_gravity_and_the_earths_rate_alone(body):
     np.testing.assert_allclose(np.linalg.norm(body.angular_rate[still], axis=1), 7.292e-5, rtol=1e-3)
 
 
-def test_gravity_turned_by_the_angular_rate_is_gravity_at_the_next_rest(body):
+def test_gravity_rotated_by_the_gyroscope_is_gravity_at_the_next_rest(body):
     moved = (body.time > 5.0) & (body.time < 27.0)
     rate = body.angular_rate[moved]
     turned = Rotation.identity()
@@ -199,7 +199,7 @@ def test_of_two_faults_both_have_to_be_named_each_in_its_time(named, outcome):
     assert judged(_two_faults(), [START, *(unhealthy(*each) for each in named)]).outcome == outcome
 
 
-def test_a_faulty_unit_that_stays_the_source_is_counted_from_five_seconds_on():
+def test_faulty_source_is_counted_after_five_seconds():
     def selected(time, unit):
         return (time, unit, "selected", {"reason": "primary failed"})
 
@@ -223,7 +223,7 @@ def test_output_is_missing_only_where_a_unit_sends():
     assert missing_output(result((9.0, 10.0)), recorded, [], 9.99) == pytest.approx(1.0)
 
 
-def test_a_dead_unit_of_three_is_named_at_once_through_logs_and_program():
+def test_dead_unit_of_three_is_isolated_at_once_through_logs():
     seed = next(
         seed
         for seed in range(2000)
@@ -251,7 +251,7 @@ def test_a_campaign_goes_on_where_its_record_ends(tmp_path, monkeypatch, capsys)
     assert "1 of them" in " ".join(capsys.readouterr().out.split())
 
 
-def test_missions_of_one_kind_are_those_of_the_same_seeds_in_a_whole_campaign():
+def test_missions_of_one_kind_have_the_seeds_of_the_whole_campaign():
     seeds = flight_campaign.chosen(4, 100, "two faults")
     assert seeds == [106, 119, 126, 139]
     assert {draw(seed).kind for seed in seeds} == {"two faults"}

@@ -26,7 +26,7 @@ def test_true_rests_are_where_no_axis_turns():
     assert rests == pytest.approx(np.array([[0.0, 10.0], [12.0, 20.0], [22.0, 30.0]]), abs=0.01)
 
 
-def test_no_plan_is_shorter_than_the_shortest_and_that_of_the_session_is_it():
+def test_no_plan_beats_the_shortest_and_the_session_uses_it():
     plan, *_ = planned(PRESETS["two-axis"], 5.0, SIX_FACES, turns=True)
     shortest = live_table.shortest_motion(plan)
     assert plan.motion_seconds == pytest.approx(shortest)
@@ -34,7 +34,7 @@ def test_no_plan_is_shorter_than_the_shortest_and_that_of_the_session_is_it():
     assert backwards.motion_seconds >= live_table.shortest_motion(backwards) - 1e-9
 
 
-def test_a_session_without_sockets_finds_what_is_true_within_its_sigmas(monkeypatch):
+def test_session_without_sockets_finds_the_truth_within_its_sigmas(monkeypatch):
     monkeypatch.setattr(live_table, "POSE_SECONDS", 2.0)
     monkeypatch.setattr(live_table, "TARGETS", 1)
     session = live_table.without_sockets(77)

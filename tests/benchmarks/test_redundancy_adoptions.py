@@ -75,7 +75,7 @@ def test_the_judge_sees_an_error_that_is_made_worse():
     assert badly > 0.5 > 2.0 * well
 
 
-def test_at_the_top_of_the_ladder_a_lever_arm_is_found_and_below_it_is_not():
+def test_only_the_top_model_of_the_ladder_estimates_a_lever_arm():
     pair = redundancy_ladder.draw_pair(np.random.default_rng(11), 0.1)
     top = redundancy_ladder.calibrate(pair, "affine and lever arm")
     below = redundancy_ladder.calibrate(pair, "affine")

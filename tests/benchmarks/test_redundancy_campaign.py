@@ -74,12 +74,12 @@ def test_of_a_mission_with_a_fault_only_the_time_before_it_is_health():
     assert (judgement.without_source, judgement.without_source_in_health) == (5.0, 0.0)
 
 
-def test_a_unit_is_the_source_until_the_next_is_selected_and_none_where_none_fits():
+def test_source_lasts_until_the_next_one_or_until_none_is_usable():
     told = [START, selected(40.0, 2), selected(60.0, 2, "none fit"), selected(61.0, 0, "primary proven")]
     assert source_spans(told, END) == [(0.1, 40.0, 0), (40.0, 60.0, 2), (60.0, 61.0, None), (61.0, END, 0)]
 
 
-def test_every_mission_has_one_outcome_and_percentiles_are_of_those_that_have_one():
+def test_missions_have_one_outcome_and_percentiles_skip_missing_ones():
     told = {"right": [unhealthy(52.0, 1)], "missed": [], "unknown": [disagree(51.0)]}
     known = {"faulty": 0, "sensor": "accelerometer", "velocity": 2.0, "angle": None, "misled": 0}
     missions = [
@@ -103,7 +103,7 @@ def ridden():
     return simulate_set(np.random.default_rng(5), 3, SPANS, 60.0, "weak")
 
 
-def test_gravity_carried_by_the_angular_rate_is_what_the_body_feels_at_the_next_rest(ridden):
+def test_gravity_rotated_by_the_gyroscope_is_felt_at_the_next_rest(ridden):
     body = ridden.body
     moved = (body.time > 5.0) & (body.time < 33.0)
     steps = Rotation.from_rotvec(0.5 * STEP * (body.angular_rate[moved][1:] + body.angular_rate[moved][:-1]))
@@ -116,7 +116,7 @@ def test_gravity_carried_by_the_angular_rate_is_what_the_body_feels_at_the_next_
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_with_its_true_errors_taken_off_a_unit_says_what_the_body_does(ridden, number):
+def test_true_errors_removed_leave_the_motion_of_the_body(ridden, number):
     unit, said = ridden.units[number], ridden.samples[number]
     for name, noise, drift in zip(SENSORS, (0.3, 0.03), WARMING, strict=True):
         true = np.linalg.solve(unit.matrix[name], (said.of(name) - unit.bias[name]).T).T
@@ -140,7 +140,7 @@ def test_with_its_true_errors_taken_off_a_unit_says_what_the_body_does(ridden, n
 
 
 @pytest.mark.parametrize("kind", get_args(Kind))
-def test_a_fault_leaves_what_was_said_before_it_alone_and_changes_what_is_said_after(ridden, kind):
+def test_fault_changes_only_the_samples_after_its_onset(ridden, kind):
     clean = ridden.samples[1]
     fault = draw_fault(np.random.default_rng(7), kind, 20.0)
     faulty = fault.inject(clean)
@@ -153,14 +153,14 @@ def test_a_fault_leaves_what_was_said_before_it_alone_and_changes_what_is_said_a
     )
 
 
-def test_a_jump_of_a_metre_per_second_squared_for_two_seconds_gathers_two_metres_per_second(ridden):
+def test_jump_of_1_m_per_s2_for_2_s_accumulates_2_m_per_s(ridden):
     fault = replace(draw_fault(np.random.default_rng(7), "jump", 2.0), sensor="accelerometer", size=1.0)
     clean, unit = ridden.samples[1], ridden.units[1]
     found = gathered(clean, fault.inject(clean), unit, ridden.body, [(1.0, 4.0)])
     assert found == {"accelerometer": pytest.approx(2.0, rel=0.01), "gyroscope": 0.0}
 
 
-def test_every_kind_is_drawn_and_a_seed_is_one_mission_whatever_else_is_flown():
+def test_every_kind_is_drawn_and_a_seed_fixes_its_mission():
     assert set(CYCLE) == set(kinds())
     seeds = redundancy_campaign.chosen(4, 100, ["ramp"], [2])
     assert all((draw(seed).kind, draw(seed).units) == ("ramp", 2) for seed in seeds)
@@ -172,7 +172,7 @@ def test_every_kind_is_drawn_and_a_seed_is_one_mission_whatever_else_is_flown():
 
 
 @pytest.mark.parametrize("kind", ["dead", "late", "not a number"])
-def test_a_unit_that_falls_silent_is_late_or_says_no_number_is_named_at_once(kind):
+def test_silent_late_or_invalid_unit_is_isolated_at_once(kind):
     (seed,) = redundancy_campaign.chosen(1, 0, [kind], [2, 3, 4])
     print(f"seed {seed}")
     mission = redundancy_campaign.judged(seed)
@@ -180,9 +180,7 @@ def test_a_unit_that_falls_silent_is_late_or_says_no_number_is_named_at_once(kin
     assert mission["isolated"] < 0.15
 
 
-def test_the_tables_show_every_kind_that_was_flown_and_a_part_of_the_campaign_is_not_kept(
-    monkeypatch, capsys
-):
+def test_tables_show_flown_kinds_and_partial_campaigns_are_not_saved(monkeypatch, capsys):
     monkeypatch.setattr(redundancy_campaign, "save", lambda *_: pytest.fail("kept"))
     assert redundancy_campaign.main(["--missions", "2", "--kinds", "dead", "--jobs", "1", "--list"]) == 0
     assert "dead" in capsys.readouterr().out
@@ -201,7 +199,7 @@ def test_of_a_single_mission_all_events_are_shown(capsys):
     assert "adopted" in capsys.readouterr().out
 
 
-def test_without_the_recording_its_benchmark_says_so_and_keeps_nothing(monkeypatch, capsys):
+def test_benchmark_without_the_recording_reports_it_and_saves_nothing(monkeypatch, capsys):
     monkeypatch.setattr(redundancy_recorded.board, "is_here", lambda: False)
     monkeypatch.setattr(redundancy_recorded, "save", lambda *_: pytest.fail("kept"))
     assert redundancy_recorded.main([]) == 0
@@ -209,7 +207,7 @@ def test_without_the_recording_its_benchmark_says_so_and_keeps_nothing(monkeypat
 
 
 @pytest.mark.skipif(not redundancy_recorded.board.is_here(), reason=redundancy_recorded.board.ABSENT)
-def test_a_recorded_unit_of_which_an_axis_sticks_is_named_though_it_is_calibrated_from_what_was_stored():
+def test_stuck_axis_is_isolated_despite_a_stored_calibration():
     mission = redundancy_recorded.faulted("stuck", 3, 0)
     assert (mission["outcome"], mission["units"]) == ("right", 2)
     assert mission["guilty_in_health"] == 0

@@ -38,13 +38,13 @@ LATER = 51.0
         ([JUMP, named(LATER)], 1),
     ],
 )
-def test_a_decision_is_the_same_if_unit_and_words_are_and_it_comes_within_two_windows(other, found):
+def test_decision_is_the_same_for_equal_words_within_two_windows(other, found):
     assert len(differences([JUMP], other)) == found
     assert len(differences(other, [JUMP])) == found
 
 
 @given(times=TIMES, shifts=st.lists(st.floats(-TOLERANCE / 2, TOLERANCE / 2), min_size=6, max_size=6))
-def test_what_both_decide_nearly_at_the_same_time_is_no_difference_however_often_it_is_decided(times, shifts):
+def test_nearly_simultaneous_decisions_are_no_difference(times, shifts):
     apart = [time for index, time in enumerate(times) if not index or time - times[index - 1] > 2 * TOLERANCE]
     shifted = [time + shift for time, shift in zip(apart, shifts, strict=False)]
     assert differences([named(time) for time in apart], [named(time) for time in shifted]) == []

@@ -45,7 +45,7 @@ def measured(there, true, change):
     return force + unit.accelerometer_bias, across, along
 
 
-def test_the_rows_of_the_bound_are_the_derivatives_of_what_is_measured():
+def test_rows_of_the_bound_are_derivatives_of_the_measurements():
     there, unit = random_spin()
     total = spin_bound.UNKNOWNS + len(there.time)
     found = spin_bound.rows(there, unit, NOISE, MOTION.rate)
@@ -61,7 +61,7 @@ def test_the_rows_of_the_bound_are_the_derivatives_of_what_is_measured():
     np.testing.assert_allclose(found.along_by_heading, along[own[:-1], known + own[1:]], rtol=1e-6)
 
 
-def test_the_bound_is_the_inverse_of_all_information_with_every_heading_in_it():
+def test_bound_is_the_inverse_of_all_information_with_every_heading():
     there, unit = random_spin()
     known = spin_bound.UNKNOWNS
     total = known + len(there.time)
@@ -83,7 +83,7 @@ def test_the_bound_is_the_inverse_of_all_information_with_every_heading_in_it():
     np.testing.assert_allclose(found / np.outer(sigma, sigma), expected / np.outer(sigma, sigma), atol=1e-5)
 
 
-def test_at_rest_alone_the_bias_about_the_axis_is_bounded_by_the_mean_of_the_rest():
+def test_rest_alone_bounds_the_bias_about_the_axis_by_its_mean():
     played = play(Motion(rate=50.0), np.random.default_rng(SEED), NOISE)
     least = spin_bound.covariance(played.course, played.unit, NOISE, 50.0)[3:6, 3:6]
     up = played.unit.floor[2]

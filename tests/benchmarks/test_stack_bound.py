@@ -56,7 +56,7 @@ def functions():
     return found
 
 
-def test_each_function_takes_what_it_pushes_on_the_branch_that_pushes_most(functions):
+def test_function_takes_the_stack_of_its_deepest_branch(functions):
     assert {function.name: function.depth for function in functions.values()} == {
         "leaf": 48,
         "crate::caller<T>::push": 20 + 16 + 1320,
@@ -74,7 +74,7 @@ def test_calls_add_up_and_a_call_in_place_of_a_return_keeps_nothing(functions):
     assert bound.chain == ("crate::caller<T>::push", "leaf")
 
 
-def test_a_call_by_a_register_counts_as_the_deepest_that_is_named_for_it(functions):
+def test_call_by_register_counts_as_its_deepest_named_target(functions):
     bound = StackBounds(functions, [("deeper", "closure")]).of(DEEPER)
     assert (bound.bytes, bound.chain) == (12 + 12, ("deeper", "{{closure}}"))
 

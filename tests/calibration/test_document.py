@@ -67,7 +67,7 @@ def test_any_bias_that_a_sensor_can_have_survives_the_file(tmp_path_factory, bia
     assert Calibration.load(path).accelerometer.b.tobytes() == np.array(bias).tobytes()
 
 
-def test_what_the_data_did_not_show_is_null_in_the_file_and_nan_in_memory(tmp_path):
+def test_unobserved_values_are_null_in_the_file_and_nan_in_memory(tmp_path):
     path = tmp_path / "c.yaml"
     calibration(gyroscope=made_up.triad("gyroscope", bias_only=True)).save(path)
     content = yaml.safe_load(path.read_text())
@@ -200,7 +200,7 @@ def test_a_log_in_place_of_a_calibration_is_named_as_one(tmp_path, content, endi
     assert str(refused.value) == f"{log}: is a log, not a calibration file; give another file"
 
 
-def test_a_missing_file_with_the_ending_of_a_log_is_said_to_be_missing(tmp_path):
+def test_missing_file_with_the_ending_of_a_log_is_reported_missing(tmp_path):
     with pytest.raises(CalibrationFileError, match="no such calibration file"):
         Calibration.load(tmp_path / "drive.csv")
 
@@ -300,7 +300,7 @@ def test_correction_undoes_the_forward_model():
     np.testing.assert_allclose(corrected_rate, rate, rtol=0, atol=1e-12)
 
 
-def test_correction_takes_off_what_specific_force_does_to_the_gyroscope():
+def test_correction_removes_the_g_sensitivity_of_the_gyroscope():
     seed = 21
     random = np.random.default_rng(seed)
     print("seed", seed)

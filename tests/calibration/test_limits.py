@@ -69,7 +69,7 @@ def test_names_are_those_of_the_parameters(tmp_path):
 
 
 @given(value=st.floats(-2.0, 2.0), limit=st.floats(0.0, 1.0))
-def test_a_parameter_passes_exactly_when_its_magnitude_is_within_the_limit(value, limit):
+def test_parameter_passes_exactly_when_its_magnitude_is_within_limit(value, limit):
     check = only(bias={"y": limit}).check(with_parameter("bias y", value))[0]
     assert check.passed == (abs(value) <= limit)
     assert (check.value, check.limit, check.unit) == (value, limit, "m/s^2")

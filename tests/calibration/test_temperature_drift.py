@@ -53,7 +53,7 @@ def load(folder, text):
     return Calibration.load(path)
 
 
-def test_a_file_of_version_1_reads_and_saves_as_it_did_before_there_was_a_second(tmp_path):
+def test_version_1_file_reads_and_saves_unchanged(tmp_path):
     read = load(tmp_path, VERSION_1)
     assert read.hash() == "82f9efb27308825200330e1063c847e301ebdc52d274885f2a0406945c329211"
     assert "schema: tumble-calibration/1\n" in read.text()
@@ -73,7 +73,7 @@ def test_a_drift_survives_the_file_and_what_was_not_seen_is_null(tmp_path):
     ]
 
 
-def test_the_representation_says_where_drift_is_known_and_what_gave_it(tmp_path):
+def test_representation_states_the_drift_and_its_source(tmp_path):
     contributions = [{"gave": ["accelerometer temperature drift"], "method": {"procedure": "thermal"}}]
     content = load(tmp_path, VERSION_2).content() | {"contributions": contributions}
     shown = repr(Calibration.model_validate(content))
@@ -107,7 +107,7 @@ def test_a_drift_that_no_sensor_has_is_refused_by_line_and_key(tmp_path, old, ne
 
 
 @given(bias=POWERS, reference=st.floats(-20.0, 70.0))
-def test_no_temperature_of_the_range_changes_the_bias_by_more_than_the_largest(bias, reference):
+def test_bias_change_over_the_range_never_exceeds_the_reported_one(bias, reference):
     drift = TemperatureDrift.model_validate({"reference": reference, "range": [-20.0, 70.0], "bias": bias})
     t = np.linspace(-20.0, 70.0, 500) - reference
     change = sum((np.outer(t ** (k + 1), row) for k, row in enumerate(bias)), np.zeros((500, 3)))

@@ -301,9 +301,7 @@ def test_six_faces_are_the_poses_where_none_are_given(run, tmp_path, recordings,
     assert [pose.name for pose in asked["poses"]][:2] == ["X up", "X down"]
 
 
-def test_a_target_outside_its_limits_is_exit_code_3_and_named_with_the_reason(
-    run, tmp_path, recordings, procedure
-):
+def test_target_outside_its_limits_exits_3_and_is_named_with_reason(run, tmp_path, recordings, procedure):
     from tumble.calibration.limits import Limits
 
     bad = made_up.target("target_2", seed=2)
@@ -380,7 +378,7 @@ def test_a_wrong_choice_is_refused_with_the_right_ones(run, tmp_path, recordings
     assert "rotate-measurement" in done.err
 
 
-def test_an_output_folder_that_cannot_be_written_stops_before_the_work(run, tmp_path, recordings, procedure):
+def test_unwritable_output_folder_stops_before_the_work(run, tmp_path, recordings, procedure):
     procedure(AssertionError("the procedure was started"))
     (tmp_path / "out").write_text("a file of mine")
     done = run("turntable", *recordings, "-o", tmp_path / "out")

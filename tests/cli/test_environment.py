@@ -114,7 +114,7 @@ def test_control_c_at_any_moment_of_the_start_leaves_no_trace(log):
         assert (err, process.returncode) in (("", 130), ("", 0)), f"after {delay:.3f} s"
 
 
-def test_control_c_between_import_and_call_of_the_command_leaves_no_trace():
+def test_control_c_between_import_and_call_leaves_no_traceback():
     """Scripts that pip writes compile a regular expression there."""
     code = "from tumble.cli.console import main\nimport os, time\n"
     code += f"os.kill(os.getpid(), {signal.SIGINT})\ntime.sleep(5)\nmain()"
@@ -145,7 +145,7 @@ def test_control_c_in_the_midst_of_a_late_import_is_not_lost(tmp_path):
     assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_control_c_while_a_thread_is_started_does_not_keep_the_process():
+def test_control_c_while_a_thread_starts_ends_the_process():
     """A worker that no executor knows of waits for work for ever, and the process for the worker."""
     code = "from tumble.cli import control_c; control_c.heed_control_c_between_steps()\n"
     code += "import os, sys, threading, time\nfrom concurrent.futures import ThreadPoolExecutor\n"

@@ -84,7 +84,7 @@ def refused(*words):
 
 
 @pytest.mark.parametrize("name", ["log.csv", "unit.yaml", "hard.csv", "link.csv", "sub/../log.csv"])
-def test_apply_overwrites_neither_the_log_nor_the_calibration_by_any_name(tmp_path, log, unit, name):
+def test_apply_overwrites_neither_log_nor_calibration(tmp_path, log, unit, name):
     (tmp_path / "sub").mkdir()
     (tmp_path / "hard.csv").hardlink_to(log)
     (tmp_path / "link.csv").symlink_to(unit)
@@ -100,7 +100,7 @@ def test_a_log_is_not_written_over_a_file_of_another_kind(tmp_path, log, unit):
         assert (tmp_path / name).read_text() == text
 
 
-def test_a_page_or_a_calibration_is_not_written_over_a_file_of_another_kind(tmp_path, unit):
+def test_results_never_replace_a_file_of_another_kind(tmp_path, unit):
     limits = tmp_path / "limits.yaml"
     limits.write_text("schema: tumble-limits/1\naccelerometer: {bias: 1.0}\n")
     with pytest.raises(tumble.OutputError, match="is not a document of schema tumble-calibration"):
@@ -160,7 +160,7 @@ def test_a_name_as_long_as_files_may_have_is_written(tmp_path):
     assert check_output(path, PAGE) == path
 
 
-def test_every_replaced_file_is_named_and_nothing_is_said_where_none_was(tmp_path):
+def test_every_replaced_file_is_named_and_only_those(tmp_path):
     words = ("simulate", "spin", "--turns", "1", "--still", "3", "-o", tmp_path)
     assert typed(*words).err == ""
     assert typed(*words).err == f"tumble: replaced in {tmp_path}: spin.csv, truth.yaml\n"
@@ -186,7 +186,7 @@ def test_a_name_keeps_what_a_file_can_bear():
     assert file_stem("...") == "unit"
 
 
-def test_results_go_to_a_folder_named_after_the_log_where_none_is_given(tmp_path, monkeypatch):
+def test_results_go_to_a_folder_named_after_the_log_by_default(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert typed("simulate", "spin", "--turns", "2", "--seed", "7").code == 0
     assert typed("spin", "spin-tumble/spin.csv").code == 0

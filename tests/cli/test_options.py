@@ -23,7 +23,7 @@ def test_an_option_may_be_cut_as_short_as_it_is_told_apart(log, option, sign):
     assert "--gyroscope-unit rpm" in done.err
 
 
-def test_an_option_that_is_cut_too_short_is_refused_with_what_it_may_be(log):
+def test_ambiguous_option_prefix_is_refused_with_its_candidates(log):
     done = typed("inspect", log, "--gyroscope", "rpm")
     assert done.code == 2
     assert "--gyroscope-unit" in done.err

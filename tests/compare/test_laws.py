@@ -65,7 +65,7 @@ def test_a_change_of_eight_sigmas_is_found_and_named():
         assert found.farthest.name == name
 
 
-def test_two_sessions_of_one_unit_by_hand_are_the_same_and_another_unit_is_not():
+def test_sessions_of_one_unit_agree_and_another_unit_differs():
     unit = session(31)
     units = [calibrated(each) for each in (unit.recording, session_of(unit, 32))]
     found = pair(*units)
@@ -81,7 +81,7 @@ def test_a_calibration_and_itself_are_the_same():
     assert pair(unit, unit).identical
 
 
-def test_turning_one_of_two_into_the_axes_of_its_accelerometer_changes_nothing_but_the_mounting():
+def test_turning_one_unit_into_its_own_axes_changes_only_mounting():
     generator = seeded(8)
     unit = truth(generator)
     first, second = drawn(generator, unit), drawn(generator, unit)
@@ -174,7 +174,7 @@ def drifting(calibration, reference, sigma=1e-6):
     return changed(calibration, "accelerometer", b=bias, temperature_drift=drift)
 
 
-def test_calibrations_at_different_references_are_compared_at_one_temperature():
+def test_calibrations_at_different_references_meet_at_one_temperature():
     generator = seeded(11)
     unit = truth(generator)
     first, second = drawn(generator, unit), drawn(generator, unit)
@@ -184,7 +184,7 @@ def test_calibrations_at_different_references_are_compared_at_one_temperature():
     assert warm.verdict == "same"
 
 
-def test_a_calibration_that_knows_its_drift_is_brought_to_the_temperature_of_the_other():
+def test_known_drift_takes_a_calibration_to_the_others_temperature():
     generator = seeded(12)
     unit = truth(generator)
     first, second = drawn(generator, unit), drawn(generator, unit)
@@ -211,7 +211,7 @@ def test_drifts_that_differ_are_found():
     assert found.farthest.name.endswith("z")
 
 
-def test_a_line_through_values_has_the_slope_and_sigma_of_weighted_least_squares():
+def test_line_through_values_is_the_weighted_least_squares_fit():
     generator, covered, count = seeded(14), 0, repetitions(1600)
     years = np.array([0.0, 0.4, 1.0, 1.1, 2.5])
     sigmas = np.array([1.0, 0.5, 2.0, 1.0, 0.7])

@@ -106,7 +106,7 @@ def test_one_imu_of_several_can_be_named(tmp_path):
         tumble.convert(log, tmp_path / "x.csv", imus=["/left"])
 
 
-def test_skew_and_jitter_between_the_clocks_are_those_that_were_simulated(tmp_path):
+def test_skew_and_jitter_between_the_clocks_are_the_simulated_ones(tmp_path):
     seed = 4
     print(f"seed {seed}")
     random = np.random.default_rng(seed)

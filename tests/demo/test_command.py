@@ -42,7 +42,7 @@ def test_every_target_is_compared_with_its_truth(demo):
     assert all(each.line() in done.out for each in found)
 
 
-def test_a_calibration_further_from_the_truth_than_noise_explains_is_a_bug(demo, monkeypatch):
+def test_calibration_further_from_truth_than_noise_explains_is_a_bug(demo, monkeypatch):
     folder, _ = demo
     monkeypatch.setattr(comparison, "LARGEST_MATRIX_ERROR", 1e-9)
     with pytest.raises(ArithmeticError, match="target_1 accelerometer: M is off by"):

@@ -97,7 +97,7 @@ def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
     assert report.main(["--root", str(tmp_path), "--check"]) == 0
 
 
-def test_a_goal_that_is_missed_is_named_and_one_that_is_reached_is_not(measured):
+def test_missed_goal_is_named_and_a_reached_one_is_not(measured):
     found = results.measured(report.TABLES)
     named = [goal.what for goal in goals.all_goals(found) if not goal.is_met]
     flash, apply = "Cortex-M4F: flash: all together", "Cortex-M4F: instructions of applying"
@@ -109,7 +109,7 @@ def test_a_goal_that_is_missed_is_named_and_one_that_is_reached_is_not(measured)
     assert flash not in "\n".join(report.missed(found))
 
 
-def test_what_a_sample_of_a_spin_costs_is_counted_to_its_end_and_no_further(measured):
+def test_cost_of_a_spin_sample_is_counted_to_its_end_and_no_further(measured):
     vectors = json.loads((ROOT / "vectors" / "spin.json").read_text(encoding="utf-8"))
     instructions = results.load("footprint", measured)["instructions"]
     pushes, slices = instructions["SpinPush"], instructions["SpinSlice"]
@@ -146,7 +146,7 @@ def test_the_covariance_of_means_is_that_of_drawn_noise():
     assert (np.abs(found - expected) < 5.0 * spread).all()
 
 
-def test_the_bound_of_one_axis_without_nuisance_is_that_of_least_squares():
+def test_bound_of_one_axis_without_nuisance_is_that_of_least_squares():
     """With a perfect reference every row of M and b is a linear fit of its own."""
     ups = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=float)
     covariance = bound.NoiseCovariance(1e-14 * np.eye(6), 1e-4 * np.eye(6))

@@ -223,7 +223,7 @@ def test_the_quick_start_prints_on_this_machine_what_its_page_says(
     assert [done([program])] == PROMISED
 
 
-def test_the_quick_start_prints_on_a_bare_cortex_m4f_what_its_page_says(
+def test_quick_start_on_a_bare_cortex_m4f_prints_what_its_page_shows(
     device_library: Path, tmp_path: Path, quick_start: list[str | Path]
 ) -> None:
     assert [flown(tmp_path, device_library, *quick_start)] == PROMISED
@@ -250,7 +250,7 @@ def expect_corrected(printed: str, exported: Exported) -> None:
     assert np.abs(ours - in_double).max() < 2e-5
 
 
-def test_a_program_with_an_exported_calibration_corrects_bit_for_bit_as_python_does(
+def test_program_with_exported_calibration_matches_python_bitwise(
     host_library: Path, tmp_path: Path, exported: Exported
 ) -> None:
     program = tmp_path / "program"
@@ -259,13 +259,13 @@ def test_a_program_with_an_exported_calibration_corrects_bit_for_bit_as_python_d
     expect_corrected(done([program]), exported)
 
 
-def test_an_image_with_an_exported_calibration_corrects_bit_for_bit_as_python_does(
+def test_image_with_exported_calibration_matches_python_bitwise(
     device_library: Path, tmp_path: Path, exported: Exported
 ) -> None:
     expect_corrected(flown(tmp_path, device_library, EXPORTED, f"-I{exported[0]}"), exported)
 
 
-def test_exported_records_are_the_same_bytes_as_a_file_and_as_arrays_of_c(
+def test_exported_records_are_the_same_bytes_as_file_and_as_c_arrays(
     exported: Exported,
 ) -> None:
     folder, _, _ = exported

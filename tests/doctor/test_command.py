@@ -55,7 +55,7 @@ def test_each_library_that_is_needed_is_looked_at_once():
     assert len(findings) == len(needed)
 
 
-def test_a_library_of_an_extra_is_not_needed_though_it_is_asked_for_with_an_extra_of_its_own(monkeypatch):
+def test_library_of_an_extra_is_optional_even_if_another_extra_asks(monkeypatch):
     asked = ["zebra[stripes]>=1,<2 ; extra == 'lint'", "numpy>=1.26"]
     monkeypatch.setattr(metadata, "requires", lambda name: asked)
     assert next(iter(libraries.requirements())) == Requirement("zebra", ">=1,<2", "lint")
@@ -81,7 +81,7 @@ def test_a_needed_library_of_a_version_that_will_not_do_is_broken(monkeypatch):
 
 
 @pytest.mark.parametrize("error", [ImportError("GLIBC_2.40 not found"), RuntimeError("a\nb"), SystemError()])
-def test_a_library_that_cannot_be_imported_is_broken_and_leaves_no_traceback(monkeypatch, error):
+def test_library_that_fails_to_import_is_broken_without_a_traceback(monkeypatch, error):
     def refuses(name):
         raise error
 
@@ -92,7 +92,7 @@ def test_a_library_that_cannot_be_imported_is_broken_and_leaves_no_traceback(mon
     assert "\n" not in finding.what
 
 
-def test_a_native_module_that_cannot_be_loaded_is_told_with_exit_code_3(monkeypatch):
+def test_unloadable_native_module_is_reported_with_exit_code_3(monkeypatch):
     real = importlib.import_module
 
     def without(name, *rest):
@@ -113,7 +113,7 @@ def test_a_native_module_of_another_version_is_broken(monkeypatch):
     assert (finding.state, finding.what.split(",")[0]) == (State.BROKEN, "0.0.9")
 
 
-def test_a_serial_port_that_may_not_be_read_is_refused_with_the_group_to_join(tmp_path, monkeypatch):
+def test_unreadable_serial_port_is_reported_with_the_group_to_join(tmp_path, monkeypatch):
     (tmp_path / "dev").mkdir()
     port = tmp_path / "dev" / "ttyUSB0"
     port.touch()

@@ -129,7 +129,7 @@ def test_every_option_a_how_to_names_exists(document):
     assert told <= known
 
 
-def test_messages_that_the_turntable_how_to_explains_are_those_of_the_program():
+def test_turntable_messages_in_the_how_to_are_those_of_the_program():
     section = text_of(TURNTABLE).split("## When it refuses")[1]
     quoted = [
         fragment

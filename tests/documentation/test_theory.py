@@ -75,7 +75,7 @@ def random_matrix(random):
     )
 
 
-def test_scale_non_orthogonality_and_mounting_multiply_back_to_the_matrix(random):
+def test_scale_non_orthogonality_and_mounting_multiply_to_the_matrix(random):
     for _ in range(100):
         m = random_matrix(random)
         k, lower, q = decompose(m)
@@ -100,7 +100,7 @@ def flicker_covariance(intervals, session):
 
 
 @pytest.mark.parametrize("tau", [1e-3, 1.0, 40.0])
-def test_the_generalised_covariance_gives_flicker_noise_its_allan_floor(tau):
+def test_generalised_covariance_gives_flicker_noise_its_allan_floor(tau):
     intervals = [(5.0, 5.0 + tau), (5.0 + tau, 5.0 + 2 * tau)]
     same = -mean_log(intervals[0], intervals[0]) / np.pi
     next_to_it = -mean_log(intervals[0], intervals[1]) / np.pi
@@ -116,7 +116,7 @@ def test_the_mean_of_the_logarithm_is_its_second_difference():
     assert mean_log(a, b) == pytest.approx(by_quadrature, rel=1e-12)
 
 
-def test_deviations_from_the_mean_of_the_session_have_a_covariance_and_cancel_over_it(random):
+def test_deviations_from_the_session_mean_cancel_in_their_covariance(random):
     edges = np.concatenate([[0.0], np.cumsum(random.uniform(1, 20, 12))])
     intervals = neighbours(edges)
     covariance = flicker_covariance(intervals, (0.0, edges[-1]))

@@ -79,9 +79,7 @@ def written_log(folder, word, parameters):
 @pytest.mark.parametrize(
     ("word", "separator", "fields"), [("px4", r"\t", (2, 3)), ("ardupilot", ",", (0, 1))]
 )
-def test_a_flight_log_gives_the_calibration_that_the_file_of_its_parameters_gives(
-    tmp_path, word, separator, fields
-):
+def test_flight_log_gives_the_same_calibration_as_its_parameter_file(tmp_path, word, separator, fields):
     calibration(5, parts=("scale",), over_temperature=True).save(tmp_path / "unit.yaml")
     out = tmp_path / f"vehicle{TARGETS[word].ending}"
     assert typed("export", tmp_path / "unit.yaml", "--to", word, *settings_for(word), "-o", out).code == 0
@@ -96,7 +94,7 @@ def test_a_flight_log_gives_the_calibration_that_the_file_of_its_parameters_give
         assert np.allclose(ours.correct(force, force, temperature), expected, atol=1e-6)
 
 
-def test_a_flight_log_of_an_autopilot_that_was_never_calibrated_is_refused_in_one_line(tmp_path):
+def test_uncalibrated_autopilot_log_is_refused_in_one_line(tmp_path):
     done = typed("import", written_log(tmp_path, "px4", {"SYS_AUTOSTART": 4001.0}))
     assert (done.code, len(done.err.strip().splitlines())) == (2, 1)
     assert "holds no calibration of PX4 parameters" in done.err
@@ -135,7 +133,7 @@ def test_the_list_says_what_each_format_holds_and_needs():
         (("--to", "ardupilot", "--set", "instance=6"), "--set instance=6: ArduPilot numbers IMUs 1 to 5"),
     ],
 )
-def test_what_cannot_be_exported_is_said_in_one_line_and_leaves_nothing(tmp_path, unit, words, message):
+def test_impossible_export_is_refused_in_one_line_and_leaves_nothing(tmp_path, unit, words, message):
     done = typed("export", unit, *words, "-o", tmp_path / "out")
     assert done.code == 2
     assert message in done.err

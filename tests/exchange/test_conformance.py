@@ -228,7 +228,7 @@ def test_no_name_of_a_unit_gets_out_of_its_comment(tmp_path, word, name):
         assert [each is not None for each in theirs] == [triad in TARGETS[word].holds for triad in TRIADS]
 
 
-def test_a_calibration_that_a_peer_wrote_is_read_as_the_peer_applies_it(tmp_path):
+def test_calibration_by_a_peer_is_read_as_the_peer_applies_it(tmp_path):
     generator = np.random.default_rng(8)
     print("seed 8")
     counts = {"K_a": np.diag([208.0, 207.0, 214.0]), "K_g": np.diag([16.7, 16.2, 16.3])}

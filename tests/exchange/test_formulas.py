@@ -45,7 +45,7 @@ def test_px4_subtracts_what_temperature_does_once(temperature):
 
 
 @pytest.mark.parametrize("temperature", [-30.0, 5.0, 30.0, 80.0])
-def test_ardupilot_corrects_by_its_parameters_as_tumble_does_at_any_temperature(temperature):
+def test_ardupilot_parameters_correct_as_tumble_at_any_temperature(temperature):
     unit = calibration(3, parts=("scale",), over_temperature=True)
     text, _ = text_of(unit, "ardupilot", instance=2)
     found = parameters(text, ",", 0, 1)

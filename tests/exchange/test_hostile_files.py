@@ -30,7 +30,7 @@ def is_read_or_given_up_in_a_line(path, word):
 @pytest.mark.parametrize("word", READABLE)
 @settings(max_examples=repetitions(80))
 @given(data=st.data())
-def test_a_file_with_parts_cut_out_doubled_or_replaced_never_ends_in_a_traceback(folder, word, data):
+def test_mutilated_file_never_ends_in_a_traceback(folder, word, data):
     content = export(calibration(1), word, needed(word)).content
     for _ in range(data.draw(st.integers(1, 4))):
         start = data.draw(st.integers(0, len(content)))

@@ -56,7 +56,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("word", READABLE)
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32))
-def test_an_import_of_an_export_is_what_was_exported_as_far_as_the_format_holds_it(folder, word, seed):
+def test_import_of_an_export_restores_what_the_format_holds(folder, word, seed):
     unit = calibration(seed)
     found = back(folder, unit, word)
     held = TARGETS[word].holds

@@ -103,7 +103,7 @@ def test_noise_of_zero_which_estimators_refuse_is_asked_for():
         export(unit.model_copy(update={"accelerometer": silent}), "openvins", {"rate": "100"})
 
 
-def test_a_bias_of_zero_is_none_that_ardupilot_takes_for_a_sensor_without_calibration():
+def test_zero_bias_is_not_taken_by_ardupilot_for_no_calibration():
     unit = calibration(1, parts=("scale",))
     unit = unit.model_copy(update={"accelerometer": unit.accelerometer.model_copy(update={"b": np.zeros(3)})})
     lines = export(unit, "ardupilot").content.decode().splitlines()

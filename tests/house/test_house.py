@@ -168,9 +168,7 @@ def test_a_device_crate_that_needs_more_than_core_is_found(tmp_path, monkeypatch
         ('#[path = "tests.rs"]\nmod laws;', 1),
     ],
 )
-def test_a_file_of_tests_may_use_what_the_machine_has_if_it_is_compiled_for_tests_only(
-    tmp_path, monkeypatch, declared, breaches
-):
+def test_test_files_may_use_the_system_if_compiled_for_tests_only(tmp_path, monkeypatch, declared, breaches):
     module = script("check_layers")
     monkeypatch.setattr(module, "ROOT", tmp_path)
     (tmp_path / "Cargo.toml").write_text('[workspace.lints.rust]\nunsafe_code = "forbid"\n')

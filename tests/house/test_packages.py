@@ -103,7 +103,7 @@ def test_every_version_is_that_of_the_workspace(file, pattern):
     assert set(re.findall(pattern, (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)) == {VERSION}
 
 
-def test_the_package_and_its_native_module_take_their_version_from_the_workspace():
+def test_package_and_native_module_take_their_workspace_version():
     assert (
         "version" in re.search(r"^dynamic = \[(.*)\]", (ROOT / "pyproject.toml").read_text(), re.MULTILINE)[1]
     )
@@ -143,7 +143,7 @@ def test_a_release_is_attested_and_published_without_a_password():
     assert "secrets." not in text
 
 
-def test_the_image_does_not_run_as_root_and_runs_the_steps_that_are_tried():
+def test_image_runs_as_a_user_and_runs_the_tested_steps():
     stages = re.split(r"^FROM ", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)[1:]
     assert re.findall(r"^USER (.*)$", stages[-1], re.MULTILINE) == ["tumble"]
     steps = re.findall(r"\S*image\.sh (\w+)", "".join(stages))
@@ -151,7 +151,7 @@ def test_the_image_does_not_run_as_root_and_runs_the_steps_that_are_tried():
     assert steps == tried == ["build", "install"]
 
 
-def test_the_image_is_built_from_all_that_the_wheel_is_built_from_and_no_more():
+def test_image_is_built_from_exactly_the_sources_of_the_wheel():
     lines = (ROOT / ".dockerignore").read_text().splitlines()
     allowed = {line.removeprefix("!") for line in lines if line.startswith("!")}
     assert "*" in lines

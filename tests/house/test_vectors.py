@@ -61,7 +61,7 @@ def test_corrections_agree_with_their_vectors():
         np.testing.assert_allclose(found, case["corrected"], rtol=0, atol=tolerance["corrected"])
 
 
-def test_readings_are_taken_to_the_reference_temperature_as_their_vectors_say():
+def test_readings_at_the_reference_temperature_match_the_vectors():
     cases, tolerance = vectors("temperature")
     for case in cases:
         y, b = np.array(case["y"]), np.array(case["b"])

@@ -63,7 +63,7 @@ def test_a_table_has_a_message_for_every_word_and_no_other(kind):
     assert set(TABLES[kind]) == set(VOCABULARY[kind])
 
 
-def test_what_is_wrong_with_a_turntable_session_is_said_whether_or_not_units_were_paired():
+def test_turntable_errors_are_reported_with_and_without_pairs():
     words = {*VOCABULARY["turntable error"], *VOCABULARY["pairing error"]} - {"pairing"}
     assert set(turntable.MESSAGES) == words
 

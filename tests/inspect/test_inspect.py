@@ -213,7 +213,7 @@ def test_two_imus_of_one_table_are_redundant(tmp_path):
     assert services(inspect(open_recording(f"{path}:imu2")))["redundancy"].possible
 
 
-def test_orientations_all_over_serve_multi_pose_and_six_faces_are_too_few():
+def test_spread_orientations_serve_multi_pose_and_six_faces_do_not():
     directions = np.vstack([FACES, np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)]) / np.sqrt(3.0)])
     pieces = []
     for before, after in pairwise(directions):
@@ -227,7 +227,7 @@ def test_orientations_all_over_serve_multi_pose_and_six_faces_are_too_few():
     assert few.missing == ("rests in at least 10 orientations, held for 3 s, 6 found",)
 
 
-def test_what_stands_still_serves_noise_and_drift_where_temperature_changes():
+def test_unit_at_rest_serves_noise_and_drift_if_temperature_changes():
     time, force, rate = put_together(still(seconds=120.0))
     warming = np.linspace(20.0, 26.0, len(time))
     found = services(inspect(recording(time, force, rate, warming)))

@@ -27,7 +27,7 @@ def test_a_counter_of_32_bits_runs_on_where_it_begins_again(start, steps, cut):
     assert np.array_equal(np.concatenate(found), truth)
 
 
-def test_a_sample_overtaken_where_a_counter_begins_again_keeps_its_time():
+def test_overtaken_sample_at_a_counter_restart_keeps_its_time():
     truth = COUNTER + np.array([-20.0, -10.0, 10.0, -5.0, 20.0, 30.0])
     clock = DeviceClock()
     found = np.concatenate([clock.stamp(truth[k : k + 1] % COUNTER) for k in range(len(truth))])
@@ -67,7 +67,7 @@ def test_a_device_that_starts_anew_is_refused():
         samples_of(scripted([text_lines(table), text_lines(table[5:], header=None)]))
 
 
-def test_samples_without_time_have_the_time_of_their_arrival_and_that_is_said():
+def test_samples_without_time_get_their_arrival_and_it_is_reported():
     table = resting(100)
     lines = text_lines(table[:, 1:], header=HEADER.removeprefix("time,")).splitlines(keepends=True)
     source = scripted(lines)
@@ -77,7 +77,7 @@ def test_samples_without_time_have_the_time_of_their_arrival_and_that_is_said():
     assert any("time of their arrival" in remark or "of their arrival" in remark for remark in source.remarks)
 
 
-def test_samples_that_arrive_together_are_spread_over_the_time_since_those_before():
+def test_samples_that_arrive_together_are_spread_since_the_previous():
     clock = ArrivalClock()
     first, second, third = clock.stamp(3, 50.0), clock.stamp(4, 50.2), clock.stamp(1, 50.3)
     assert np.array_equal(first, [np.nan, np.nan, 0.0], equal_nan=True)
@@ -100,7 +100,7 @@ def test_samples_are_counted_across_pieces():
 
 
 @pytest.mark.parametrize("back", [0.3, 0.9])
-def test_a_clock_that_is_set_back_by_less_than_a_second_is_refused_and_one_late_sample_is_not(back):
+def test_clock_set_back_by_under_1_s_is_refused_and_a_late_sample_not(back):
     table = resting(300)
     table[150:, 0] -= back
     with pytest.raises(LogError, match="time ran back"):

@@ -205,7 +205,7 @@ def test_a_clock_that_is_set_is_followed_anew_and_that_is_counted(jump):
     assert abs(error) < 3.0 * clock.sigma
 
 
-def test_a_clock_that_warms_up_is_followed_and_its_bend_is_in_the_sigma():
+def test_warming_clock_is_followed_and_its_bend_is_in_the_sigma():
     line = Line(8, seconds=120.0, jitter=2e-4, skew=0.0)
     since = line.taken - line.taken[0]
     # 5 ppm in two minutes.
@@ -215,7 +215,7 @@ def test_a_clock_that_warms_up_is_followed_and_its_bend_is_in_the_sigma():
     assert clock.sigma < 3e-4
 
 
-def test_nothing_is_said_to_be_certain_before_there_are_samples_enough():
+def test_nothing_is_called_certain_before_enough_samples():
     clock = HostClock()
     assert clock.sigma == np.inf
     assert clock.remark == ""

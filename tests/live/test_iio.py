@@ -119,7 +119,7 @@ def test_a_type_that_is_none_is_refused(root, kind):
         open_source(f"iio:device0?root={root}")
 
 
-def test_each_channel_is_aligned_to_its_size_and_the_scan_to_the_largest():
+def test_channels_are_aligned_to_their_size_and_scans_to_the_largest():
     small, large = parse_element("a", "0", "le:s16/16"), parse_element("t", "3", "le:s64/64")
     assert Scan([small, large]).bytes == 16
     assert Scan([small, parse_element("b", "1", "le:u8/8")]).bytes == 4
@@ -240,7 +240,7 @@ def test_a_device_without_a_buffer_is_refused(root):
         assert "its driver has no buffer" in refusal(f"iio:device0?root={root}")
 
 
-def test_a_device_that_another_program_captures_from_is_refused_and_left_alone(root):
+def test_device_in_use_by_another_program_is_refused_and_left_alone(root):
     with imitated(root) as device:
         device.write("buffer/enable", "1")
         before = device.state()
@@ -298,7 +298,7 @@ def dummy():
     device.rmdir()
 
 
-def test_a_device_of_the_kernel_that_is_no_imu_is_listed_and_refused_in_one_line(dummy):
+def test_kernel_device_without_imu_is_listed_and_refused_in_one_line(dummy):
     with pytest.raises(LogError) as refused, open_source("iio:no-such-device"):
         pass
     assert dummy in str(refused.value)

@@ -191,7 +191,7 @@ def answer(result):
     return mavlink.MAVLink_command_ack_message(command, result).pack(autopilot())
 
 
-def test_an_autopilot_is_asked_for_a_rate_once_and_let_go_of_at_the_end():
+def test_autopilot_gets_one_rate_request_and_a_release_at_the_end():
     pieces = [*heartbeats(2), answer(mavlink.MAV_RESULT_ACCEPTED), *highres(TABLE), *heartbeats(2)]
     transport = Scripted(pieces, whole=True)
     source = over(transport, f"{UDP}?rate=200")
@@ -206,7 +206,7 @@ def test_nothing_is_sent_to_a_vehicle_unless_a_rate_is_asked_for():
     assert transport.sent == []
 
 
-def test_neither_a_ground_station_nor_another_vehicle_is_asked_for_samples():
+def test_ground_station_and_other_vehicles_are_not_asked_for_samples():
     other = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
     station = mavlink.MAVLink_heartbeat_message(6, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3).pack(other)
     transport = Scripted([station, *heartbeats(1, autopilot(2)), *highres(TABLE)], whole=True)
@@ -214,7 +214,7 @@ def test_neither_a_ground_station_nor_another_vehicle_is_asked_for_samples():
     assert transport.sent == []
 
 
-def test_an_autopilot_that_will_not_send_it_is_refused_with_what_to_do():
+def test_autopilot_that_will_not_send_is_reported_with_a_remedy():
     denied = [*heartbeats(1), answer(mavlink.MAV_RESULT_UNSUPPORTED)]
     message = refusal(denied, f"{UDP}?rate=200&message=SCALED_IMU3")
     assert "the autopilot will not send SCALED_IMU3 at that rate" in message

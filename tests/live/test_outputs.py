@@ -48,7 +48,7 @@ def test_standard_output_is_given_rows_that_read_back_to_the_bit(capsys):
     assert np.array_equal([[float(cell) for cell in row.split(",")] for row in rows], TABLE)
 
 
-def test_standard_output_is_given_an_object_a_sample_where_asked_and_null_for_no_number(capsys):
+def test_standard_output_gets_an_object_a_sample_and_null_for_invalid(capsys):
     with parse_output("stdout", as_json=True).open(Facts()) as writer:
         writer.write(chunk_of(TABLE[:2], np.array([25.0, math.nan])))
     found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -64,7 +64,7 @@ def test_what_is_sent_by_udp_is_read_as_a_source():
         assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
 
 
-def test_samples_that_came_together_share_datagrams_that_go_through_in_one_piece(listener):
+def test_samples_that_came_together_share_unfragmented_datagrams(listener):
     with parse_output(f"udp://127.0.0.1:{listener.getsockname()[1]}").open(Facts()) as writer:
         writer.write(chunk_of(TABLE))
     lines, sizes = [], []
@@ -111,7 +111,7 @@ def test_a_file_takes_its_place_once_the_stream_has_ended(tmp_path, ending):
         ("/no/such/folder/out.csv", "does not exist"),
     ],
 )
-def test_what_is_no_output_is_refused_in_one_line_before_anything_comes(text, says):
+def test_invalid_output_is_refused_in_one_line_before_any_sample(text, says):
     with pytest.raises(OutputError, match=says) as caught:
         parse_output(text)
     assert "\n" not in str(caught.value)
@@ -143,7 +143,7 @@ def set_chunks():
         )
 
 
-def test_of_a_set_every_line_says_whose_it_is_and_what_is_to_be_known_of_it(capsys, tmp_path):
+def test_every_line_of_a_set_names_its_source_and_flags(capsys, tmp_path):
     told = [(f"imu{place // 10 % 2}", place % 2) for place in range(len(TABLE))]
     for as_json in (False, True):
         with parse_output("stdout", as_json=as_json).open(Facts()) as writer:

@@ -70,7 +70,7 @@ def samples_in(session):
 
 @pytest.mark.parametrize("draw", range(DRAWS))
 @pytest.mark.parametrize("kind", KINDS if SOAK else ["garbled"])
-def test_a_spin_that_something_befalls_ends_in_words_or_finds_the_truth(tmp_path, kind, draw):
+def test_disturbed_spin_ends_with_a_message_or_finds_the_truth(tmp_path, kind, draw):
     seed = 100 * draw + KINDS.index(kind)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -121,9 +121,7 @@ def test_a_recording_that_something_befalls_goes_on_and_is_read(tmp_path, kind, 
 
 @pytest.mark.parametrize("draw", range(DRAWS))
 @pytest.mark.parametrize("kind", KINDS if SOAK else ["clock-jump"])
-def test_samples_that_are_corrected_while_something_befalls_them_are_right_or_it_is_said(
-    tmp_path, kind, draw
-):
+def test_disturbed_live_corrections_are_right_or_reported(tmp_path, kind, draw):
     seed = 100 * draw + KINDS.index(kind)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -230,7 +228,7 @@ def refuse_wrong(errors, truth):
 
 @pytest.mark.parametrize("draw", range(DRAWS))
 @pytest.mark.parametrize("kind", KINDS if SOAK else ["restart"])
-def test_a_set_that_something_befalls_is_watched_on_and_adopts_nothing_wrong(tmp_path, kind, draw):
+def test_disturbed_set_is_monitored_on_and_adopts_nothing_wrong(tmp_path, kind, draw):
     seed = 100 * draw + KINDS.index(kind)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -291,7 +289,7 @@ KILLED = {
 
 @pytest.mark.parametrize("draw", range(KILLS))
 @pytest.mark.parametrize("command", KILLED if SOAK else ["redundancy"])
-def test_whatever_is_killed_leaves_a_recording_and_a_store_that_are_read(tmp_path, command, draw):
+def test_killed_commands_leave_a_readable_recording_and_store(tmp_path, command, draw):
     seed = 10 * draw + list(KILLED).index(command)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
@@ -344,7 +342,7 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_full_disk_is_said_in_one_line_and_what_was_recorded_is_read(tmp_path, command, monkeypatch):
+def test_full_disk_is_one_line_and_recorded_samples_are_readable(tmp_path, command, monkeypatch):
     original, written = UnitParts.write, []
 
     def write(self, chunk):
@@ -371,7 +369,7 @@ def test_a_full_disk_is_said_in_one_line_and_what_was_recorded_is_read(tmp_path,
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_two_programs_on_one_port_are_refused_in_one_line_and_leave_nothing(tmp_path, command):
+def test_two_programs_on_one_port_are_one_line_and_leave_nothing(tmp_path, command):
     with socket.socket(type=socket.SOCK_DGRAM) as first:
         first.bind(("127.0.0.1", 0))
         port = first.getsockname()[1]

@@ -70,7 +70,7 @@ def test_a_log_is_asked_for_what_is_due_and_says_when_it_is_over(log, wall):
             source.read()
 
 
-def test_samples_come_at_a_time_unless_a_log_is_read_as_fast_as_it_can_be(log, wall):
+def test_samples_are_paced_unless_a_log_is_read_at_full_speed(log, wall):
     arrivals = [chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}"))]
     assert arrivals == sorted(arrivals)
     assert {chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}?speed=max"))} == {None}

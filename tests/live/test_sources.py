@@ -95,7 +95,7 @@ def test_samples_come_over_a_serial_line():
         assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
 
 
-def test_what_has_come_is_read_without_waiting_once_its_descriptor_is_readable():
+def test_waiting_bytes_are_read_at_once_if_the_descriptor_is_ready():
     with serial_device() as device, open_source(f"serial:{device.path}") as source:
         assert len(source.read()) == 0
         assert select.select([source.fileno()], [], [], 0.0)[0] == []
@@ -239,7 +239,7 @@ def test_without_an_address_only_this_machine_is_listened_to(text):
     assert host_and_port(parse_address("udp://0.0.0.0:9000"), "0.0.0.0:9000")[0] == "0.0.0.0"
 
 
-def test_of_many_senders_the_one_asked_for_is_read_and_the_others_are_counted():
+def test_selected_sender_is_read_and_the_others_are_counted():
     port = free_port()
     pieces = text_lines(TABLE).splitlines()
     with open_source(f"udp://:{port}", sender="127.0.0.2") as source:

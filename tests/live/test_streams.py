@@ -114,7 +114,7 @@ class Growing:
             file.write(text_lines(table, header=None))
 
 
-def test_a_file_that_grows_is_read_from_its_end_under_the_names_at_its_start(tmp_path):
+def test_growing_file_is_read_from_its_end_with_its_first_names(tmp_path):
     log = Growing(tmp_path / "log.csv")
     log.add(TABLE[:40])
     with open_source(f"file:{log.path}") as source:

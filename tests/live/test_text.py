@@ -33,7 +33,7 @@ def test_samples_do_not_depend_on_how_bytes_are_cut_into_pieces(cuts):
     assert np.array_equal(samples_of(scripted(pieces)), TABLE)
 
 
-def test_a_row_without_its_front_is_left_out_when_a_line_is_joined_midway():
+def test_row_that_lacks_its_front_is_left_out_when_joined_midway():
     data = text_lines(TABLE, header=None)
     first_number = len(repr(TABLE[0, 0])) + 1
     found = samples_of(scripted([data[first_number + 3 :]]))
@@ -46,7 +46,7 @@ def test_names_without_their_front_do_not_shift_the_columns():
         assert np.array_equal(found, TABLE), HEADER[lost:]
 
 
-def test_names_may_come_first_when_a_device_starts_as_the_line_is_opened():
+def test_names_may_come_first_when_a_device_starts_on_opening():
     noise = b"ets Jul 29 2019 12:21:46\r\nrst:0x1 (POWERON_RESET)\r\n"
     assert np.array_equal(samples_of(scripted([noise + text_lines(TABLE)])), TABLE)
 
@@ -103,7 +103,7 @@ def test_lines_torn_on_the_way_are_left_out_and_counted():
     assert "left out 3 lines without a sample" in source.remarks
 
 
-def test_a_line_after_line_that_holds_no_sample_is_refused_with_one_of_them():
+def test_long_run_of_lines_without_sample_is_refused_with_one_of_them():
     message = refusal([text_lines(TABLE) + b"boot: low voltage\r\n" * 60])
     assert "50 lines in a row hold no sample" in message
     assert "boot: low voltage" in message
@@ -214,7 +214,7 @@ def test_the_state_of_the_wheels_comes_with_the_samples():
     assert chunks_of(scripted([text_lines(TABLE)]))[0].moving is None
 
 
-def test_samples_without_a_number_are_left_out_until_there_are_too_many():
+def test_samples_without_a_number_are_left_out_until_too_many():
     some = text_lines(TABLE[:60]) + b"0.6,,0,9.8,0,0,0\r\n" + text_lines(TABLE[61:], header=None)
     source = scripted([some])
     assert np.array_equal(samples_of(source), np.delete(TABLE, 60, axis=0))

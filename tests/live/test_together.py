@@ -63,7 +63,7 @@ def joined(chunks, column="time"):
     return np.concatenate([getattr(chunk, column) for chunk in chunks])
 
 
-def test_every_sample_of_every_unit_is_given_once_and_in_order_however_they_interleave():
+def test_every_sample_of_every_unit_comes_once_and_in_order():
     seed = np.random.SeedSequence().entropy
     print("seed", seed)
     generator = np.random.default_rng(seed)
@@ -97,7 +97,7 @@ def test_one_thread_reads_all_that_have_a_descriptor():
         assert threading.active_count() <= before
 
 
-def test_sensors_with_clocks_of_their_own_are_put_on_that_of_this_computer():
+def test_sensors_with_own_clocks_are_put_on_that_of_this_computer():
     late = TABLE + np.eye(7)[0] * 1000.0
     with Senders(["a", "b"]) as senders, open_set(senders.words) as units:
         began = time.monotonic()
@@ -135,7 +135,7 @@ def test_time_that_the_computer_was_busy_is_not_counted_as_silence():
         assert units.listened - heard < 2 * HEARTBEAT
 
 
-def test_logs_replayed_without_pace_are_given_in_the_order_of_their_own_times(tmp_path):
+def test_logs_replayed_without_pace_come_in_the_order_of_their_times(tmp_path):
     tables = {"fast": resting(400, rate=400.0), "slow": resting(90, rate=100.0)}
     for name, table in tables.items():
         (tmp_path / f"{name}.csv").write_bytes(text_lines(table))
@@ -159,7 +159,7 @@ def test_logs_at_their_own_pace_end_the_set_when_all_have_ended(tmp_path):
     assert counts == {"long": 40, "short": 25}
 
 
-def test_a_source_that_cannot_be_opened_is_said_to_be_that_of_its_unit():
+def test_source_that_fails_to_open_is_reported_with_its_unit():
     with (
         pytest.raises(LogError, match=r"^wheel: serial:/dev/no_such_port: .*is it plugged in\?"),
         open_set(["wheel=serial:/dev/no_such_port", f"b=udp://127.0.0.1:{free_port()}"]),
@@ -245,7 +245,7 @@ def test_a_source_that_can_only_be_iterated_is_read_by_a_thread():
     assert threading.active_count() <= before
 
 
-def test_what_such_a_source_raises_is_raised_with_the_name_of_its_unit():
+def test_error_of_a_source_is_raised_with_the_name_of_its_unit():
     with LiveSet({"left": Board([0.0], LogError("board: fell off"))}) as units:
         found = []
         with pytest.raises(LogError, match=r"^left: board: fell off$"):

@@ -107,7 +107,7 @@ def test_several_units_are_read_from_one_line(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_where_several_are_heard_and_none_is_picked_their_names_are_said(way):
+def test_several_units_without_a_choice_are_reported_by_name(way):
     (source,) = scripted_units(WAYS[way](), [None], whole=True)
     with pytest.raises(
         LogError, match=r"test:1: holds 2 IMUs: name one, as udp://test:1:left \(found: left, right\)"
@@ -150,7 +150,7 @@ def test_a_column_that_counts_samples_names_no_units():
     assert np.array_equal(samples_of(source), table)
 
 
-def test_rows_that_are_shorter_than_their_names_are_refused_though_the_names_have_one_for_units():
+def test_short_rows_are_refused_though_the_names_have_a_unit_column():
     rows = [f"{numbers(row)}\r\n".encode() for row in resting(300).tolist()]
     (source,) = scripted_units([f"{HEADER},sensor_id\r\n".encode(), *rows], [None], whole=True)
     with pytest.raises(LogError, match="50 lines in a row hold no sample"):
@@ -241,7 +241,7 @@ def test_a_set_of_units_reads_all_of_them_from_one_port():
         assert counted(units) == {"left": 120, "right": 120}
 
 
-def test_a_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
+def test_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
     port = free_port()
     words = [f"{name}=mavlink:udpin::{port}:HIGHRES_IMU.{number}" for number, name in enumerate(TABLES)]
     with open_set(words) as units, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:

@@ -170,13 +170,13 @@ def test_time_running_backwards_is_said_with_line_and_step(tmp_path):
 @pytest.mark.parametrize(
     ("name", "place"), [("log.parquet", "row 301"), ("log.mcap", "message 301 of /imu/data")]
 )
-def test_time_running_backwards_is_said_with_its_place_in_binary_files(tmp_path, name, place):
+def test_backward_time_in_binary_files_is_reported_with_its_place(tmp_path, name, place):
     chunk = made_up(500, start=10.0)
     chunk.time[300] -= 1.0
     assert place in refusal(write(tmp_path / name, chunk))
 
 
-def test_the_place_of_a_backward_step_counts_samples_left_out_before_it(tmp_path):
+def test_place_of_a_backward_step_counts_samples_left_out_before_it(tmp_path):
     chunk = made_up(500, temperature=False)
     chunk.gyroscope[100, 1] = np.nan
     chunk.time[300] -= 0.5

@@ -51,7 +51,7 @@ def test_imus_of_older_logs_are_told_by_the_name_of_their_messages(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["flight.bin", "flight.log"])
-def test_raw_readings_are_joined_on_the_time_of_the_sensor_and_come_first(tmp_path, name):
+def test_raw_readings_are_joined_on_sensor_time_and_come_first(tmp_path, name):
     time, force, turn = turning(np.random.default_rng(3), 500)
     writer = DataFlashWriter().triads("IMU", time[::8], force[::8], turn[::8])
     path = writer.triads("ACC", time, force, turn).write(tmp_path / name)
@@ -63,7 +63,7 @@ def test_raw_readings_are_joined_on_the_time_of_the_sensor_and_come_first(tmp_pa
     assert np.allclose(found["time"], time, atol=2e-5)
 
 
-def test_gyroscopes_logged_without_accelerometers_are_read_for_what_they_hold(tmp_path):
+def test_gyroscopes_logged_without_accelerometers_are_read(tmp_path):
     time, _, turn = turning(np.random.default_rng(4), 300)
     writer = DataFlashWriter()
     for at, w in zip((1e6 * time).astype(int).tolist(), turn, strict=True):
@@ -92,7 +92,7 @@ def test_batches_are_taken_apart_by_their_multiplier_and_rate(tmp_path, option, 
     assert np.array_equal(turns["gyroscope"], np.vstack(counts) / 939)
 
 
-def test_what_is_behind_damage_is_read_and_empty_pages_at_the_end_are_no_damage(tmp_path):
+def test_samples_after_damage_are_read_and_empty_end_pages_are_fine(tmp_path):
     time, force, turn = turning(np.random.default_rng(6), 2000)
     content = bytearray(DataFlashWriter().triads("IMU", time, force, turn).content())
     path = tmp_path / "flight.bin"

@@ -103,7 +103,7 @@ def tried(path):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("ending", sorted(CONTENTS))
-def test_a_damaged_flight_log_is_read_or_refused_in_one_line_and_takes_no_more_memory(tmp_path, ending):
+def test_damaged_flight_log_is_read_or_refused_within_its_memory(tmp_path, ending):
     path = tmp_path / f"flight.{ending}"
 
     @cheap

@@ -104,7 +104,7 @@ def test_a_rate_can_replace_the_times_of_imu_tk(tmp_path):
 
 
 @pytest.mark.parametrize("shift", [-0.0021, 0.0, 0.0013])
-def test_an_accelerometer_is_brought_to_the_times_of_the_gyroscope_where_one_says_so(tmp_path, shift):
+def test_accelerometer_follows_the_times_of_the_gyroscope_if_separate(tmp_path, shift):
     chunk = made_up(70_000, temperature=False)
     straight = 0.01 * chunk.time[:, None] + [0.1, 0.2, 9.7]
     write_pair(tmp_path, Chunk(chunk.time, straight, chunk.gyroscope), shift=shift)

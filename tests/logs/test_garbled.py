@@ -74,7 +74,7 @@ def test_a_garbled_line_is_named_with_its_byte_and_left_out_if_asked(log, at, ch
     assert f"left out 1 bad line: line {at} " in " ".join(stream.counts.notices())
 
 
-def test_a_log_whose_first_row_is_garbled_is_laid_out_by_those_after_it(tmp_path):
+def test_log_with_a_garbled_first_row_is_laid_out_by_later_rows(tmp_path):
     path = write_text(tmp_path / "log.csv", made_up(200, temperature=False), delimiter=";")
     garble(path, line_2=b"0.1;0,2;\x00;x;y;z;9")
     assert "line 2 holds" in refusal(path)
@@ -82,13 +82,13 @@ def test_a_log_whose_first_row_is_garbled_is_laid_out_by_those_after_it(tmp_path
 
 
 @pytest.mark.parametrize("torn", [b"2,0.001,0.002", b"0.0,0.1,\x00\x01,9.8,0,0,0"])
-def test_a_log_without_names_that_begins_in_the_middle_of_a_line_is_read(tmp_path, torn):
+def test_nameless_log_that_begins_in_the_middle_of_a_line_is_read(tmp_path, torn):
     path = write_text(tmp_path / "log.csv", made_up(200, temperature=False), header="")
     garble(path, line_1=torn)
     assert len(read(path, SKIP)) == 199
 
 
-def test_up_to_one_per_cent_of_bad_lines_is_left_out_and_more_is_refused_with_its_count(log):
+def test_up_to_one_per_cent_of_bad_lines_is_left_out_and_more_refused(log):
     six = {f"line_{at}": b"torn" for at in range(100, 106)}
     garble(log, **six)
     assert len(read(log, SKIP)) == SAMPLES - 6
@@ -98,7 +98,7 @@ def test_up_to_one_per_cent_of_bad_lines_is_left_out_and_more_is_refused_with_it
 
 @pytest.mark.parametrize("value", [b"1e30", b"-1e200", b"1.7e308"])
 @pytest.mark.parametrize("column", range(1, 7))
-def test_one_reading_that_no_sensor_has_is_left_out_and_said_with_time_and_value(log, column, value):
+def test_impossible_reading_is_left_out_with_time_and_value(log, column, value):
     clean = open_recording(log)
     garble(log, line_302=field(column, value))
     recording = open_recording(log)
@@ -115,7 +115,7 @@ def test_one_reading_that_no_sensor_has_is_left_out_and_said_with_time_and_value
 @pytest.mark.parametrize(
     ("column", "value", "said"), [(3, b"981.0", "981 m/s^2"), (6, b"-12.5", "-12.5 rad/s")]
 )
-def test_a_sample_far_from_its_neighbours_is_kept_and_said_with_time_and_value(log, column, value, said):
+def test_sample_far_from_its_neighbours_is_kept_and_reported(log, column, value, said):
     garble(log, line_302=field(column, value))
     found = inspect(open_recording(log))
     assert found.timing.samples == SAMPLES
@@ -129,7 +129,7 @@ def test_one_spike_does_not_make_degrees_of_radians(log):
     assert any("gyroscope z reads 300 rad/s at 1.500000 s (line 302)" in remark for remark in found.remarks)
 
 
-def test_rates_too_large_for_radians_one_after_another_are_still_refused(tmp_path):
+def test_successive_rates_too_large_for_radians_are_refused(tmp_path):
     chunk = made_up(80_000, temperature=False)
     chunk.gyroscope[70_000:70_003, 2] = 90.0
     assert "give --gyroscope-unit (deg/s?)" in refusal(write_text(tmp_path / "log.csv", chunk))

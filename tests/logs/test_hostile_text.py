@@ -121,7 +121,7 @@ MARKS = {
 
 
 @pytest.mark.parametrize("name", MARKS)
-def test_text_made_of_the_words_of_a_format_is_read_or_refused_in_one_line(tmp_path, name):
+def test_text_made_of_the_words_of_a_format_is_read_or_refused(tmp_path, name):
     path = tmp_path / "log.txt"
 
     @settings(max_examples=25, database=None)

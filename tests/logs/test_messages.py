@@ -97,7 +97,7 @@ def test_topics_are_listed_where_none_holds_an_imu(tmp_path):
     assert "topics found: /odometry" in refusal(path)
 
 
-def test_protocol_buffers_without_their_library_are_said_with_how_to_get_it(tmp_path, monkeypatch):
+def test_missing_protocol_buffer_library_is_reported_with_a_remedy(tmp_path, monkeypatch):
     path = write_protobuf(tmp_path / "log.mcap", CHUNK)
     for name in [name for name in sys.modules if name.startswith("google")]:
         monkeypatch.setitem(sys.modules, name, None)

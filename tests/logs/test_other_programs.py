@@ -263,7 +263,7 @@ def metawear(folder, times_of_force, times):
     return sorted(folder.iterdir())
 
 
-def test_metawear_at_two_rates_is_brought_to_the_times_of_the_gyroscope(tmp_path):
+def test_metawear_at_two_rates_follows_the_times_of_the_gyroscope(tmp_path):
     files = metawear(tmp_path, range(0, 8000, 80), range(0, 8000, 40))
     assert "--interpolate" in refusal(files[0])
     for path in (*files, tmp_path):

@@ -62,7 +62,7 @@ def inspected():
 
 
 @pytest.mark.parametrize("name", RECORDINGS)
-def test_a_real_recording_has_the_length_and_rate_it_was_published_with(inspected, name):
+def test_real_recording_has_the_published_length_and_rate(inspected, name):
     _, samples, duration, rate = RECORDINGS[name]
     timing = inspected(name).timing
     assert timing.samples == samples
@@ -93,7 +93,7 @@ def test_the_eight_imus_of_the_array_are_found():
     assert "exp_3.parquet:imu1" in refusal(real("mimu4444/exp_3.parquet"))
 
 
-def test_the_array_shows_its_counts_its_saturation_and_that_it_is_redundant(inspected):
+def test_array_shows_counts_saturation_and_redundancy(inspected):
     inspection = inspected("mimu4444/exp_3.parquet:imu1")
     accelerometer, gyroscope = inspection.channels[:3], inspection.channels[3:]
     for channel in accelerometer:
@@ -169,7 +169,7 @@ def test_what_is_no_log_or_lacks_something_is_refused_in_one_line(name, words):
         ),
     ],
 )
-def test_a_recording_that_states_its_time_and_units_opens_without_options(name):
+def test_recording_that_states_time_and_units_needs_no_options(name):
     path = real(name)
     for imu in list_imus(path):
         assert open_recording(f"{path}:{imu}" if imu else path).metadata.accelerometer_unit.scale > 0.0
@@ -184,5 +184,5 @@ def test_a_recording_that_states_its_time_and_units_opens_without_options(name):
         ("xsens/xsens_acc.mat", "--accelerometer-scale"),
     ],
 )
-def test_a_recording_without_time_or_scale_is_refused_with_the_option_that_states_it(name, option):
+def test_lacking_time_or_scale_is_refused_with_the_option_to_state_it(name, option):
     assert option in refusal(real(name))

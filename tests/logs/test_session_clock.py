@@ -58,7 +58,7 @@ def times(folder, **options):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_pace_of_a_recorded_unit_is_even_although_times_were_slewed_live(tmp_path, seed):
+def test_pace_of_a_recorded_unit_is_even_despite_live_slewing(tmp_path, seed):
     taken = recorded(tmp_path / "session", seed)
     live, anew = times(tmp_path / "session", live_times=True), times(tmp_path / "session")
     assert len(anew) == len(taken)
@@ -73,7 +73,7 @@ def test_the_pace_of_a_recorded_unit_is_even_although_times_were_slewed_live(tmp
     assert abs(pace) < 5e-6
 
 
-def test_a_clock_that_was_set_back_has_a_line_before_and_another_after(tmp_path):
+def test_clock_that_was_set_back_has_one_line_before_and_one_after(tmp_path):
     taken = recorded(tmp_path / "session", 4, set_back_at=60.0)
     found = times(tmp_path / "session")
     assert (np.diff(found) > 0.0).all()
@@ -83,7 +83,7 @@ def test_a_clock_that_was_set_back_has_a_line_before_and_another_after(tmp_path)
     assert np.abs(late[[0, 3000, 9000, -1]] - late[3000]).max() < 2e-3
 
 
-def test_no_sample_before_a_leap_is_later_than_those_after_it_however_long_it_was_on_its_way(tmp_path):
+def test_no_sample_before_a_leap_is_later_than_those_after_it(tmp_path):
     taken = recorded(tmp_path / "session", 5, set_back_at=60.0, held_up=0.05)
     found = times(tmp_path / "session")
     assert len(found) == len(taken)
@@ -92,7 +92,7 @@ def test_no_sample_before_a_leap_is_later_than_those_after_it_however_long_it_wa
     assert np.abs(found - taken).max() < 0.02
 
 
-def test_times_as_they_were_given_live_are_kept_for_what_has_to_come_out_again(tmp_path):
+def test_live_times_are_kept_for_output_that_repeats_the_session(tmp_path):
     recorded(tmp_path / "session", 5, seconds=30.0)
     assert Session.load(tmp_path / "session").clock == "host"
     live = times(tmp_path / "session", live_times=True)

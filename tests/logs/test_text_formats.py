@@ -22,7 +22,7 @@ def chunk():
 
 
 @pytest.mark.parametrize("name", formats.WRITERS)
-def test_samples_come_back_to_the_nanosecond_and_to_the_last_digit_of_their_unit(tmp_path, chunk, name):
+def test_samples_return_to_the_nanosecond_and_last_digit_of_the_unit(tmp_path, chunk, name):
     path, options, expected = formats.WRITERS[name](tmp_path, made_up(SAMPLES, rate=100.0, temperature=False))
     recording = open_recording(path, options)
     found = join(list(recording.chunks()))
@@ -34,7 +34,7 @@ def test_samples_come_back_to_the_nanosecond_and_to_the_last_digit_of_their_unit
     assert recording.metadata.gyroscope_unit.reason != "assumed" or name.startswith("rpg")
 
 
-def test_a_euroc_sequence_is_found_by_each_of_its_folders_and_its_file(tmp_path, chunk):
+def test_euroc_sequence_is_found_by_each_of_its_folders_and_its_file(tmp_path, chunk):
     mav0, _, expected = formats.euroc(tmp_path / "MH_01_easy", chunk)
     for path in (mav0.parent, mav0, mav0 / "imu0", mav0 / "imu0" / "data.csv"):
         recording = open_recording(path)
@@ -79,7 +79,7 @@ def test_samples_of_images_in_dso_are_said(tmp_path, chunk):
     assert any("times of images" in remark for remark in open_recording(path).metadata.remarks)
 
 
-def test_a_missing_file_of_kitti_does_not_shift_the_times_of_those_behind_it(tmp_path, chunk):
+def test_missing_kitti_file_does_not_shift_the_times_after_it(tmp_path, chunk):
     path, _, expected = formats.kitti(tmp_path, chunk)
     (path / "data" / f"{40:010d}.txt").unlink()
     assert np.array_equal(read(path).time, np.delete(expected.time, 40))
@@ -138,7 +138,7 @@ def test_bad_sentences_are_left_out_counted_and_said(tmp_path, chunk):
     assert said.startswith("left out 3 bad lines: line 1 is no whole sentence")
 
 
-def test_a_sentence_with_a_right_checksum_and_no_number_is_left_out_and_said(tmp_path, chunk):
+def test_valid_checksum_without_a_number_is_left_out_and_reported(tmp_path, chunk):
     path, options, expected = formats.vectornav(tmp_path, chunk)
     lines = path.read_bytes().splitlines(keepends=True)
     text = lines[50][1 : lines[50].index(b"*")].decode().rpartition(",+24.5")[0]
@@ -149,7 +149,7 @@ def test_a_sentence_with_a_right_checksum_and_no_number_is_left_out_and_said(tmp
     assert "left out 2 bad lines: line 1 is torn" in " ".join(stream.counts.notices())
 
 
-def test_a_log_of_betaflight_without_one_axis_is_refused_with_its_columns(tmp_path, chunk):
+def test_betaflight_log_without_one_axis_is_refused_with_its_columns(tmp_path, chunk):
     path, _, _ = formats.betaflight(tmp_path, chunk)
     path.write_text(path.read_text().replace(" accSmooth[2] (g)", " other (g)"))
     assert "lacks an axis of accSmooth[0]" in refusal(path)
@@ -197,7 +197,7 @@ def test_the_stamp_of_a_header_goes_before_the_time_of_its_arrival(tmp_path, chu
     assert np.array_equal(read(path).gyroscope[1:], expected.gyroscope[1:])
 
 
-def test_headers_without_a_stamp_leave_the_time_of_arrival_and_it_is_said(tmp_path, chunk):
+def test_headers_without_stamp_give_arrival_times_and_a_notice(tmp_path, chunk):
     path, _, expected = formats.rostopic(tmp_path, chunk)
     lines = [line.split(",") for line in path.read_text().splitlines()]
     path.write_text("\n".join(",".join([*fields[:2], "0", *fields[3:]]) for fields in lines[1:]) + "\n")
@@ -207,7 +207,7 @@ def test_headers_without_a_stamp_leave_the_time_of_arrival_and_it_is_said(tmp_pa
     assert np.abs(join(list(recording.chunks())).time - expected.time - 7e-3).max() < 1e-6
 
 
-def test_files_of_a_phone_with_times_of_their_own_are_joined_only_if_told(tmp_path, chunk):
+def test_phone_files_with_own_times_are_joined_only_on_request(tmp_path, chunk):
     path, _, expected = formats.sensor_logger(tmp_path, chunk, shift=2_000_000)
     assert "--interpolate" in refusal(path)
     found = read(path / "Gyroscope.csv", ReadOptions(interpolate=True))

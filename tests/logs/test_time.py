@@ -44,7 +44,7 @@ def test_a_duration_is_not_taken_for_time(tmp_path, name):
     assert "no column is known to be time" in refusal(counted(tmp_path / "log.csv", name))
 
 
-def test_a_counter_of_microseconds_as_large_as_seconds_since_1970_is_told_by_its_step(tmp_path):
+def test_counter_of_us_as_large_as_epoch_seconds_is_known_by_its_step(tmp_path):
     path = counted(tmp_path / "log.csv", "counter", start=1.5e9)
     found = inspect(open_recording(path, ReadOptions(columns={"time": "counter"})))
     assert found.metadata.time_unit.name == "us"
@@ -59,7 +59,7 @@ def test_stamps_since_1970_keep_the_unit_of_their_size(rate, ticks):
     assert guess_time_unit(time)[0] == expected
 
 
-def test_without_a_time_column_those_found_are_listed_with_the_way_to_name_one(tmp_path):
+def test_missing_time_column_is_refused_with_the_columns_found(tmp_path):
     line = refusal(counted(tmp_path / "log.csv", "counter"))
     assert "columns found: counter, ax, ay, az, gx, gy, gz" in line
     assert "--columns time=NAME" in line

@@ -41,7 +41,7 @@ def test_whole_milli_units_become_si_and_their_steps_are_said(tmp_path):
     assert any("whole mg, mrad/s and ms" in remark for remark in recording.metadata.remarks)
 
 
-def test_highres_imu_is_read_as_pymavlink_reads_it_and_comes_before_coarser_messages(tmp_path):
+def test_highres_imu_equals_pymavlink_and_comes_before_raw_messages(tmp_path):
     time, force, turn = turning(np.random.default_rng(1), 300)
     sender = autopilot()
     fine = highres(np.column_stack([time, force, turn]), sender)

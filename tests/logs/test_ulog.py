@@ -35,7 +35,7 @@ def sensors(writer, instance, time, force, turn, shift=0.0):
 
 @pytest.mark.skipif(not PX4, reason="../shared/data/px4 is not there")
 @pytest.mark.parametrize("path", PX4, ids=lambda path: path.stem)
-def test_a_log_of_px4_opens_without_options_and_holds_what_pyulog_reads(path):
+def test_px4_log_opens_without_options_and_equals_pyulog(path):
     recording, found = samples_of(path)
     assert recording.metadata.name.endswith("sensor_combined") or len(list_imus(path)) == 1
     assert recording.metadata.already_corrected
@@ -69,7 +69,7 @@ def test_both_triads_are_joined_on_the_time_of_the_sensor(tmp_path):
         open_recording(path)
 
 
-def test_a_triad_that_is_read_more_rarely_stands_in_several_samples_and_this_is_said(tmp_path):
+def test_triad_read_at_a_lower_rate_repeats_and_that_is_reported(tmp_path):
     time, force, turn = turning(np.random.default_rng(2), 4000)
     writer = ULogWriter()
     writer.add("sensor_accel", 0, time[::4], device_id=1, **dict(zip("xyz", force[::4].T, strict=True)))
@@ -112,7 +112,7 @@ def test_angle_and_velocity_are_divided_by_the_time_they_took(tmp_path):
     assert np.allclose(found["gyroscope"], turn, rtol=1e-6)
 
 
-def test_imus_logged_once_a_second_are_said_to_be_too_slow_with_what_makes_them_faster(tmp_path):
+def test_imu_logged_once_a_second_is_too_slow_with_a_remedy(tmp_path):
     generator = np.random.default_rng(5)
     writer = sensors(ULogWriter(), 0, *turning(generator, 60, rate=1.0), shift=0.3)
     path = writer.write(tmp_path / "flight.ulg")

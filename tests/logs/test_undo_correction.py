@@ -76,7 +76,7 @@ def read(source, **options):
 
 @settings(max_examples=10)
 @given(seed=st.integers(0, 1000), board=st.integers(0, 40))
-def test_readings_corrected_by_px4_with_an_exported_calibration_are_undone(tmp_path_factory, seed, board):
+def test_px4_correction_by_an_exported_calibration_is_undone(tmp_path_factory, seed, board):
     unit = calibration(seed, parts=("scale",))
     unit = unit.model_copy(update={"gyroscope": unit.gyroscope.model_copy(update={"M": np.eye(3)})})
     found = px4_parameters(unit) | {"SENS_BOARD_ROT": board}
@@ -160,9 +160,7 @@ def turned_by_ardupilot(board):
 @settings(max_examples=8)
 @example(seed=1, board=38, ending="bin")
 @given(seed=st.integers(0, 1000), board=st.integers(0, 40), ending=st.sampled_from(["bin", "log"]))
-def test_readings_corrected_by_ardupilot_with_an_exported_calibration_are_undone(
-    tmp_path_factory, seed, board, ending
-):
+def test_ardupilot_correction_by_an_exported_calibration_is_undone(tmp_path_factory, seed, board, ending):
     unit = calibration(seed, parts=("scale",), over_temperature=True)
     unit = unit.model_copy(update={"gyroscope": unit.gyroscope.model_copy(update={"M": np.eye(3)})})
     found = parameters_of(unit, "ardupilot", r"[,\s]+", 0, 1, instance=2) | {"AHRS_ORIENTATION": board}
@@ -188,7 +186,7 @@ def test_readings_corrected_by_ardupilot_with_an_exported_calibration_are_undone
         assert np.abs(undone[triad] - readings).max() < 3 * FLOAT32 * max(1.0, np.abs(readings).max())
 
 
-def test_a_log_of_ardupilot_without_parameters_cannot_be_undone_and_says_so(tmp_path):
+def test_ardupilot_log_without_parameters_cannot_be_undone(tmp_path):
     time, force, turn = turning(np.random.default_rng(9), 150)
     path = DataFlashWriter().triads("IMU", time, force, turn).write(tmp_path / "flight.bin")
     result = typed("inspect", path, "--undo-correction")
@@ -234,7 +232,7 @@ def test_readings_as_the_sensor_gives_them_have_nothing_to_undo(tmp_path):
     assert any("nothing was undone" in remark for remark in recording.metadata.remarks)
 
 
-def test_a_log_that_does_not_say_how_it_was_corrected_is_refused_in_one_line(tmp_path):
+def test_log_of_unknown_correction_is_refused_in_one_line(tmp_path):
     time = np.arange(300) / 100.0
     table = np.column_stack([time, np.full((300, 3), 5.6), np.full((300, 3), 0.01)])
     path = tmp_path / "log.csv"

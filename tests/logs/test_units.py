@@ -40,13 +40,13 @@ def test_a_peak_no_body_turns_at_makes_a_gyroscope_read_degrees(tmp_path):
     close(read(path), chunk)
 
 
-def test_a_slow_gyroscope_is_assumed_to_read_radians_and_the_reason_says_so(tmp_path):
+def test_slow_gyroscope_is_assumed_in_radians_with_the_reason(tmp_path):
     path = write_text(tmp_path / "log.csv", made_up(temperature=False))
     unit = open_recording(path).metadata.gyroscope_unit
     assert (unit.name, unit.reason) == ("rad/s", "assumed")
 
 
-def test_a_gyroscope_assumed_to_read_radians_is_refused_when_it_later_turns_too_fast(tmp_path):
+def test_assumed_radians_are_refused_when_later_rates_are_too_fast(tmp_path):
     chunk = made_up(200_000, temperature=False)
     chunk.gyroscope[:, 2] = 0.0
     chunk.gyroscope[-100:, 2] = 250.0
@@ -88,7 +88,7 @@ def test_an_option_goes_before_a_column_name_and_says_so(tmp_path):
 
 
 @pytest.mark.parametrize(("stated", "true", "scale"), [("m/s^2", "g", 1.0 / G), ("g", "m/s^2", 1.0)])
-def test_a_stated_unit_that_gravity_contradicts_is_refused_with_the_remedy(tmp_path, stated, true, scale):
+def test_stated_unit_that_gravity_contradicts_is_refused_with_remedy(tmp_path, stated, true, scale):
     header = f"time,ax [{stated}],ay [{stated}],az [{stated}],gx,gy,gz"
     path = write_text(
         tmp_path / "log.csv", made_up(temperature=False), header=header, scale=(1.0, scale, 1.0)
@@ -145,7 +145,7 @@ def test_temperature_is_read_in_degrees_celsius(tmp_path, unit, there):
     np.testing.assert_allclose(read(path).temperature, 20.0 + 0.1 * np.arange(100), atol=1e-9)
 
 
-def test_a_sensor_that_reads_minus_g_up_is_turned_and_the_remark_says_so(tmp_path):
+def test_sensor_that_reads_minus_g_up_is_inverted_with_a_remark(tmp_path):
     chunk = made_up(temperature=False)
     path = write_text(tmp_path / "log.csv", chunk, scale=(1.0, -1.0, 1.0))
     options = ReadOptions(accelerometer_sign=-1)
@@ -213,7 +213,7 @@ def test_a_rate_replaces_the_time_of_the_log(tmp_path):
     direction=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
     length=st.floats(0.1, 1e4),
 )
-def test_the_length_at_rest_does_not_depend_on_direction_or_motion_afterwards(direction, length):
+def test_length_at_rest_depends_on_neither_direction_nor_later_motion(direction, length):
     still = np.tile(np.array(direction) / np.linalg.norm(direction) * length, (400, 1))
     shaken = still + length * np.random.default_rng(3).normal(0.0, 1.0, still.shape)
     assert rest_norm(np.vstack([still, shaken])) == pytest.approx(length, rel=1e-9)

@@ -113,7 +113,7 @@ def test_fields_of_a_structured_array_are_columns_by_their_names(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["log.npz", "log.h5", "five.mat"])
-def test_a_rate_that_stands_beside_the_arrays_is_that_of_a_log_without_time(tmp_path, name):
+def test_rate_beside_the_arrays_serves_a_log_without_time(tmp_path, name):
     WRITERS[name](tmp_path / name, {"acc": CHUNK.accelerometer, "gyr": CHUNK.gyroscope, "fs": [[200.0]]})
     assert np.array_equal(read(tmp_path / name).time, np.arange(len(CHUNK)) / 200.0)
     assert "200 Hz" in "".join(open_recording(tmp_path / name).metadata.remarks)
@@ -161,7 +161,7 @@ def test_a_file_without_an_imu_lists_its_variables(tmp_path):
     assert "columns found: position#1, position#2, position#3" in refusal(tmp_path / "log.npz")
 
 
-def test_an_archive_that_says_it_unpacks_to_more_than_any_can_is_refused(tmp_path):
+def test_archive_with_an_impossible_unpacked_size_is_refused(tmp_path):
     np.savez_compressed(tmp_path / "log.npz", acc=np.zeros((4_000_000, 3)), gyr=np.zeros((4_000_000, 3)))
     data = bytearray((tmp_path / "log.npz").read_bytes())
     size = (4_000_000 * 24 + 128).to_bytes(4, "little")
@@ -231,7 +231,7 @@ def test_a_file_that_is_cut_short_is_refused_in_one_line(tmp_path, name, share):
     assert refusal(tmp_path / name)
 
 
-def test_a_group_whose_index_leads_back_to_itself_is_read_or_refused_in_one_line(tmp_path):
+def test_group_with_a_cyclic_index_is_read_or_refused_in_one_line(tmp_path):
     data = bytearray(small_file(tmp_path, "log.h5"))
     node = data.index(b"TREE\x00")
     data[node + 16 : node + 24] = node.to_bytes(8, "little")  # where it says what stands to its right
@@ -240,7 +240,7 @@ def test_a_group_whose_index_leads_back_to_itself_is_read_or_refused_in_one_line
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_spoiled_file_is_read_or_refused_and_takes_no_memory_for_what_it_says(tmp_path, name):
+def test_corrupt_file_claims_no_memory_for_its_stated_size(tmp_path, name):
     whole = small_file(tmp_path, name)
 
     @few

@@ -97,7 +97,7 @@ def test_imucal_itself_agrees():
 
 
 @pytest.mark.skipif(not IMUCAL.is_dir(), reason="the recordings in ../shared/data are not here")
-def test_the_published_calibration_of_a_session_in_counts_is_reproduced():
+def test_published_calibration_of_a_session_in_counts_is_reproduced():
     rows = list(csv.DictReader((IMUCAL / "annotated_session.csv").open()))
     rows.sort(key=lambda row: int(row["samples"]))
     force, rate = (
@@ -116,7 +116,7 @@ def test_the_published_calibration_of_a_session_in_counts_is_reproduced():
 
 
 @pytest.mark.skipif(not IMUCAL.is_dir(), reason="the recordings in ../shared/data are not here")
-def test_a_session_whose_sections_others_listed_is_calibrated_as_typed(tmp_path):
+def test_session_with_external_sections_is_calibrated_as_typed(tmp_path):
     options = (
         "--rate",
         102.4,
@@ -146,7 +146,7 @@ def misfit(triad, matrix, bias):
 
 
 @pytest.mark.parametrize("labelled", [False, True])
-def test_both_sensors_come_out_within_their_covariance_in_the_frame_of_the_box(hand, labelled):
+def test_both_sensors_are_within_their_covariance_in_the_box_frame(hand, labelled):
     sections = [Section(*each) for each in hand.sections] if labelled else None
     found = tumble.multipose(hand.recording, faces=True, sections=sections)
     unit = hand.unit
@@ -157,7 +157,7 @@ def test_both_sensors_come_out_within_their_covariance_in_the_frame_of_the_box(h
     assert all(each.observable for each in found.accelerometer.parameters)
 
 
-def test_six_faces_that_nobody_states_are_refused_with_the_option_that_takes_them(hand):
+def test_unstated_six_faces_are_refused_with_the_option_for_them(hand):
     with pytest.raises(tumble.ProcedureError, match=r"shows 6 orientations.*--faces"):
         tumble.multipose(hand.recording)
 
@@ -168,14 +168,14 @@ def test_a_face_that_is_missing_is_named(hand):
         tumble.multipose(hand.recording, sections=sections)
 
 
-def test_without_full_turns_nothing_is_said_by_the_formulas_of_the_gyroscope(hand):
+def test_without_full_turns_gyroscope_formulas_give_no_result(hand):
     sections = [Section(*each) for each in hand.sections if "rot" not in each[0]]
     found = tumble.multipose(hand.recording, sections=sections)
     assert found.faces.gyroscope is None
     assert any("no full turn" in line for line in found.warnings) or found.gyroscope_reason
 
 
-def test_a_folder_of_one_file_a_face_is_calibrated_as_the_whole_log_is(hand, tmp_path):
+def test_folder_with_a_file_a_face_equals_the_whole_log(hand, tmp_path):
     samples = hand.unit.samples
     folder = tmp_path / "faces"
     folder.mkdir()

@@ -77,7 +77,7 @@ def off_in_sigmas(found, truth):
 # Where to turn
 
 
-def test_each_of_the_natural_orientations_is_asked_for_once_before_any_comes_again():
+def test_natural_orientations_are_each_requested_once_before_a_repeat():
     guide, asked = OrientationGuide(3.0), []
     guide.rest(G * natural()[0], 3.0)
     for _ in range(25):
@@ -103,7 +103,7 @@ def test_a_rest_counts_once_and_only_when_it_is_long_enough():
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3))
-def test_words_name_the_axis_that_is_nearest_to_the_vertical_and_how_far_it_is_tilted(up):
+def test_words_name_the_axis_nearest_to_the_vertical_and_its_tilt(up):
     length = math.hypot(*up)
     if length < 1e-3:
         return
@@ -179,7 +179,7 @@ def tremble(monkeypatch):
     monkeypatch.setattr(WaitingBench, "_feed_in_hand", trembling)
 
 
-def test_rests_in_a_hand_that_trembles_count_and_are_those_of_the_recording(monkeypatch, tmp_path):
+def test_rests_in_a_trembling_hand_count_as_in_the_recording(monkeypatch, tmp_path):
     tremble(monkeypatch)
     with hand(monkeypatch, seed=50, rate_hz=200.0, told=True) as bench:
         session = session_on(bench, tmp_path, orientations=12, duration=150.0)
@@ -199,7 +199,7 @@ def test_rests_in_a_hand_that_trembles_count_and_are_those_of_the_recording(monk
         assert (resumed.guide.rests, resumed.guide.orientations) == (len(ticks), steps[-1].orientations)
 
 
-def test_a_hand_that_goes_where_it_is_told_reaches_the_goal_and_the_truth(monkeypatch, tmp_path):
+def test_hand_that_follows_requests_reaches_the_goal_and_the_truth(monkeypatch, tmp_path):
     with hand(monkeypatch, seed=41, told=True) as bench:
         session = session_on(bench, tmp_path, goal=Goal.parse("bias 0.004, scale 0.05 %"))
         steps = list(led(bench, session))
@@ -266,7 +266,7 @@ def test_a_goal_that_was_not_reached_is_told_with_exit_code_3(monkeypatch, tmp_p
     assert list(tmp_path.glob("*.multipose.yaml"))
 
 
-def test_what_shows_too_little_is_said_in_one_line_with_where_the_recording_is(monkeypatch, tmp_path):
+def test_insufficient_session_is_one_line_with_the_recording_place(monkeypatch, tmp_path):
     with hand(monkeypatch, seed=45, told=True) as bench:
         done = typed("multipose", "--live", bench.addresses["imu"], "--duration", "1s", "-o", tmp_path)
     assert done.code == 2
@@ -288,7 +288,7 @@ def test_what_shows_too_little_is_said_in_one_line_with_where_the_recording_is(m
         (["--duration", "3s"], "--duration is for a unit that is read live"),
     ],
 )
-def test_what_cannot_be_asked_for_is_refused_in_one_line_and_leaves_nothing(options, said, tmp_path):
+def test_impossible_request_is_refused_in_one_line_and_leaves_nothing(options, said, tmp_path):
     done = typed("multipose", *options, "udp://:9", "-o", tmp_path / "out")
     assert done.code == 2
     assert said in one_line(done.err)
@@ -345,7 +345,7 @@ def test_an_orientation_in_which_the_unit_was_away_is_asked_for_again(monkeypatc
     assert session.is_reached
 
 
-def test_a_unit_that_is_gone_for_good_ends_the_session_with_what_there_is(monkeypatch, tmp_path):
+def test_unit_gone_for_good_ends_the_session_with_the_data_so_far(monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     fault = LiveFault("unplugged", start=30.0, end=1e6)
@@ -377,7 +377,7 @@ def test_readings_that_stood_still_are_left_out_and_that_is_said():
 COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
 
 
-def test_a_session_and_a_simulated_hand_on_a_pipe_lead_each_other_to_the_end(tmp_path):
+def test_session_and_simulated_hand_on_a_pipe_finish_together(tmp_path):
     port = str(free_port())
     session = subprocess.Popen(
         [

@@ -123,7 +123,7 @@ def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path,
 
 
 @pytest.mark.parametrize("number", draws(12))
-def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(number, tmp_path, monkeypatch):
+def test_full_disk_ends_it_in_one_line_and_the_recording_resumes(number, tmp_path, monkeypatch):
     random = np.random.default_rng([31, number])
     left = int(random.integers(2, 12))
     print(f"draw {number}: full after {left} parts")

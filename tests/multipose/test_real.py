@@ -25,7 +25,7 @@ def loaded(name, time, force, rate):
     return tumble.Recording.from_arrays(name, time, force, rate)
 
 
-def test_counts_of_a_known_unit_come_out_as_its_published_scale_and_bias():
+def test_counts_of_a_known_unit_give_its_published_scale_and_bias():
     found = tumble.multipose(DATA / "xsens" / "xsens_acc.mat", raw=True, g_sensitivity=True, gravity=9.81744)
     counts = found.nominal_scale.accelerometer
     scale = np.diag(found.accelerometer.K) * counts

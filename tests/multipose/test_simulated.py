@@ -99,7 +99,7 @@ def test_counts_are_refused_where_nobody_said_that_they_are(hand):
         tumble.multipose(recording)
 
 
-def test_a_bias_that_depends_on_attitude_is_found_out_and_fitted_on_request():
+def test_attitude_dependent_bias_is_detected_and_fitted_on_request():
     hand = session(5, g_sensitivity=True)
     samples = hand.unit.samples
     response = np.array([[2e-4, 0.0, 1e-4], [-3e-4, 1e-4, 0.0], [0.0, -1e-4, 2e-4]])
@@ -143,7 +143,7 @@ def test_without_turns_the_accelerometer_is_calibrated_alone(hand):
     assert found.gyroscope_reason == "no gyroscope readings were recorded"
 
 
-def test_where_samples_are_missing_in_every_turn_the_gyroscope_is_refused_with_the_reason(hand):
+def test_gaps_in_every_turn_refuse_the_gyroscope_with_the_reason(hand):
     samples = hand.unit.samples
     keep = np.zeros(len(samples), dtype=bool)
     for rest in hand.session.rests:

@@ -47,7 +47,7 @@ def test_noise_of_the_start_weighs_the_poses_and_stays_in_the_file(hand):
 
 
 @pytest.mark.parametrize("scale", [False, True])
-def test_what_temperature_did_is_taken_off_so_that_the_result_holds_at_the_reference(hand, scale):
+def test_temperature_drift_is_removed_before_the_fit(hand, scale):
     drift = {"reference": REFERENCE, "range": [-20.0, 70.0], "bias": [SLOPE]}
     factor = 1.0 + (SCALE * WARMER if scale else np.zeros(3))
     if scale:
@@ -103,7 +103,7 @@ def test_noise_then_poses_then_noise_again_say_what_gave_what(hand, tmp_path):
     np.testing.assert_array_equal(third.accelerometer.M, poses.accelerometer.M)
 
 
-def test_temperature_on_top_of_poses_is_applied_and_each_says_what_it_gave(hand, tmp_path):
+def test_temperature_added_to_poses_names_the_source_of_each_part(hand, tmp_path):
     poses = write_multipose(hand, tmp_path)["log"]
     assert typed("multipose", poses, "-o", tmp_path / "poses").code == 0
     begun = next((tmp_path / "poses").glob("*.yaml"))

@@ -98,7 +98,7 @@ def test_a_calibration_it_is_started_from_keeps_all_but_its_noise(log, tmp_path)
     assert np.isfinite(after.gyroscope.random_walk).all()
 
 
-def test_a_short_log_says_what_it_does_not_show_and_how_long_a_log_would(log, tmp_path):
+def test_short_log_reports_missing_terms_and_the_length_needed(log, tmp_path):
     head = log.read_text().splitlines()[: 2 + 600]
     (tmp_path / "short.csv").write_text("\n".join(head) + "\n")
     done = typed("noise", tmp_path / "short.csv", "-o", tmp_path / "out")
@@ -111,7 +111,7 @@ def test_a_short_log_says_what_it_does_not_show_and_how_long_a_log_would(log, tm
     assert (tmp_path / "out" / "short.noise.html").is_file()
 
 
-def test_a_log_that_moves_is_refused_in_one_line_and_nothing_is_written(tmp_path):
+def test_moving_log_is_refused_in_one_line_and_writes_nothing(tmp_path):
     typed("simulate", "spin", "--still", 1, "--turns", 3, "-o", tmp_path)
     rows = (tmp_path / "spin.csv").read_text().splitlines()
     (tmp_path / "moving.csv").write_text("\n".join([*rows[:2], *rows[400:900]]) + "\n")
@@ -141,7 +141,7 @@ def test_help_shows_an_example():
     assert "Example: tumble simulate static" in typed("simulate", "static", "--help").out
 
 
-def test_a_notebook_shows_every_channel_with_its_intervals_and_a_frame_holds_every_term(log):
+def test_notebook_shows_every_channel_and_a_frame_holds_every_term(log):
     result = tumble.noise(log)
     table = result._repr_html_()
     for channel in result.channels:

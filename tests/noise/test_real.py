@@ -27,7 +27,7 @@ def mpu6050():
     return tumble.noise(DATA / "mpu6050" / "static_449s.csv", read=COUNTS)
 
 
-def test_the_white_noise_of_an_mpu6050_is_that_which_others_found_in_the_same_recording(mpu6050):
+def test_white_noise_of_an_mpu6050_equals_the_published_value(mpu6050):
     density = np.degrees(mpu6050.term("gyroscope", WHITE))
     assert 0.0074 < density.min() < density.max() < 0.0115
     assert all(channel.misfit == 0.0 for channel in mpu6050)

@@ -58,7 +58,7 @@ def test_what_names_no_reference_is_refused_in_one_line(folder, monkeypatch, wor
     assert says in done.err
 
 
-def test_the_units_of_a_session_are_a_redundant_set_whose_first_is_the_primary(folder, tmp_path):
+def test_session_units_are_a_redundant_set_with_the_first_as_primary(folder, tmp_path):
     done = typed("redundancy", folder / "session", "--json", "-o", tmp_path / "session")
     assert done.code in (0, 3), done.err
     named = typed(

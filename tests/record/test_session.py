@@ -152,7 +152,7 @@ def test_so_many_samples_of_each_unit_are_recorded_and_no_more(tmp_path, logs):
     assert np.array_equal(samples_of(f"{session}:a"), TABLE[:120])
 
 
-def test_the_time_to_record_is_that_of_the_logs_where_logs_are_replayed(tmp_path, logs):
+def test_duration_to_record_is_by_the_clock_of_replayed_logs(tmp_path, logs):
     session = tmp_path / "session"
     typed("record", *words_for(tmp_path), "-o", session, "--duration", "1s")
     assert 1.0 - ABREAST <= samples_of(f"{session}:b")[-1, 0] < 1.1
@@ -228,7 +228,7 @@ def test_joining_that_is_broken_off_doubles_nothing(tmp_path, monkeypatch, step)
     assert np.array_equal(of_files(tmp_path), TABLE[:70])
 
 
-def test_times_of_the_sensor_and_of_arrival_are_recorded_beside_the_common_one():
+def test_sensor_and_arrival_times_are_recorded_beside_the_common_one():
     chunks = [
         LiveChunk(t, np.zeros((2, 3)), np.zeros((2, 3)), arrival=9.5, sensor_time=t - 5.0)
         for t in (np.array([8.0, 9.0]), np.array([10.0, 11.0]))
@@ -288,7 +288,7 @@ def wait_for_samples(process, count):
 
 
 @pytest.mark.parametrize("draw", range(100 if SOAK else 1))
-def test_a_recorder_that_is_killed_loses_two_seconds_at_most_and_leaves_what_can_be_read(tmp_path, draw):
+def test_killed_recorder_loses_two_seconds_at_most_and_stays_readable(tmp_path, draw):
     session, ports = tmp_path / "session", {"a": free_port(), "b": free_port()}
     rate = 200.0
     with Stream(list(ports.values()), rate):

@@ -78,7 +78,7 @@ def test_a_triad_that_was_not_measured_stays_away():
 
 
 @pytest.mark.parametrize("force", [None, ROWS[:2]], ids=["none", "too few"])
-def test_a_gyroscope_that_responds_to_force_is_not_corrected_without_it(force):
+def test_gyroscope_with_g_sensitivity_is_not_corrected_without_force(force):
     with pytest.raises(TumbleError, match="give a reading of the accelerometer for each of the gyroscope"):
         RESPONSIVE.correct(force, ROWS)
 
@@ -97,7 +97,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_what_makes_no_sense_is_refused_in_one_line_that_names_the_argument(case):
+def test_invalid_argument_is_refused_in_one_line_that_names_it(case):
     values, said = BAD[case]
     with pytest.raises(TumbleError, match=said) as refused:
         CALIBRATION.correct(values, ROWS)
@@ -141,7 +141,7 @@ def test_dates_become_seconds_since_1970(dates):
     np.testing.assert_allclose(chunk.time - NOON.timestamp(), [0.0, 0.01, 0.02, 0.03], atol=1e-6)
 
 
-def test_arrays_of_different_lengths_are_refused_with_the_name_of_the_recording():
+def test_arrays_of_different_lengths_are_refused_by_recording_name():
     with pytest.raises(TumbleError) as refused:
         Recording.from_arrays("unit", [0, 1, 2], ROWS, ROWS)
     assert str(refused.value) == (

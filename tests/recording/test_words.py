@@ -32,7 +32,7 @@ def test_text_is_written_as_it_is(text):
 
 @pytest.mark.skipif(os.name == "nt", reason="names are text there")
 @given(st.binary())
-def test_a_byte_that_is_no_text_is_shown_by_its_value_and_all_others_as_they_are(name):
+def test_invalid_byte_is_shown_by_value_and_all_others_as_they_are(name):
     shown = utf8(os.fsdecode(name))
     assert shown.decode() == name.decode("utf-8", "backslashreplace")
 

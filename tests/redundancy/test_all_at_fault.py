@@ -37,7 +37,7 @@ def of_kind(events, kind):
 
 
 @pytest.mark.parametrize("seconds", [0.01, 3.0], ids=["jumps", "ramps"])
-def test_three_units_that_go_wrong_three_ways_disagree_and_nobody_is_named(said, tmp_path, seconds):
+def test_three_units_with_three_faults_disagree_and_none_is_isolated(said, tmp_path, seconds):
     """Across gravity, and as far from each other as from the truth."""
     for number, unit in enumerate(said.values()):
         share = np.clip((unit.time - BEGINS) / seconds, 0.0, 1.0)
@@ -70,9 +70,7 @@ def test_a_silence_of_all_units_is_told_and_named_no_fault_of_one(said, tmp_path
     assert len({event["unit"] for event in of_kind(events, "unhealthy")}) in (0, 3)
 
 
-def test_where_all_are_at_the_end_of_their_range_the_primary_stays_and_is_said_to_be_unhealthy(
-    said, tmp_path
-):
+def test_all_units_saturated_keep_an_unhealthy_primary(said, tmp_path):
     for unit in said.values():
         unit.readings[unit.between(BEGINS, ENDS), 0] = RANGE
     ranges = [word for name in said for word in ("--set", f"units.{name}.specific_force_range={RANGE}")]
@@ -87,9 +85,7 @@ def test_where_all_are_at_the_end_of_their_range_the_primary_stays_and_is_said_t
 
 
 @pytest.mark.parametrize("others", [1, 2])
-def test_a_secondary_that_never_says_anything_is_told_where_evaluation_is_on_command_only(
-    said, tmp_path, others
-):
+def test_silent_secondary_is_reported_with_evaluation_on_command(said, tmp_path, others):
     paths = [said[name].write(tmp_path / f"{name}.csv") for name in list(said)[:others]]
     silent = tmp_path / "imu9.csv"
     never = ("--allow-missing", "--set", "evaluate_every=none")

@@ -74,7 +74,7 @@ def primary_of(generator, covariance=True, **gyroscope):
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
 @settings(max_examples=30)
-def test_it_corrects_what_the_secondary_says_into_the_truth_in_the_case_of_the_primary(seed, calibrated):
+def test_calibration_maps_the_secondary_to_truth_in_the_primary_frame(seed, calibrated):
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)
     rotation = Rotation.random(random_state=generator).as_matrix()
@@ -97,7 +97,7 @@ def test_it_corrects_what_the_secondary_says_into_the_truth_in_the_case_of_the_p
         np.testing.assert_allclose(values, truth[sensor], atol=1e-9)
 
 
-def test_its_factors_make_up_its_matrix_and_its_mounting_is_that_of_one_unit_against_the_other():
+def test_its_factors_multiply_to_its_matrix_with_relative_mounting():
     generator = np.random.default_rng(3)
     turn = np.radians([120.0, -40.0, 10.0])
     error = error_of(
@@ -160,7 +160,7 @@ def _mounting(matrix):
     return np.array([x, y, np.cross(x, y)])
 
 
-def test_a_direction_the_motion_never_showed_has_no_sigma_and_is_named():
+def test_direction_without_motion_has_no_sigma_and_is_named():
     generator = np.random.default_rng(5)
     sigma = np.full((3, 3), 1e-3)
     sigma[:, 2] = np.inf
@@ -186,7 +186,7 @@ def test_an_offset_alone_says_nothing_of_the_matrix():
     assert triad.sigma.non_orthogonality.xy is None
 
 
-def test_without_a_calibration_of_the_primary_the_file_says_that_it_was_taken_for_the_truth():
+def test_uncalibrated_primary_is_stated_as_the_truth_in_the_file():
     error = error_of(np.random.default_rng(7), "accelerometer", np.eye(3))
     found = result_of([error]).calibration_of("imu2")
     assert found.accelerometer.unobservable == (
@@ -198,7 +198,7 @@ def test_without_a_calibration_of_the_primary_the_file_says_that_it_was_taken_fo
     assert found.method.options["accelerometer"]["lever_arm_sigma"] == [1e-3, None, 1e-3]
 
 
-def test_a_primary_whose_file_has_no_covariance_is_said_to_be_known_without_a_sigma():
+def test_primary_without_covariance_is_stated_as_without_sigma():
     generator = np.random.default_rng(8)
     primary = primary_of(generator, covariance=False)
     error = error_of(generator, "gyroscope", np.eye(3))

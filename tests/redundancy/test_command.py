@@ -52,7 +52,7 @@ def error_of(result, unit, sensor):
     return next(each for each in result["errors"] if (each["unit"], each["sensor"]) == (unit, sensor))
 
 
-def test_a_secondary_that_deviates_is_calibrated_in_motion_and_a_sound_one_is_left_alone(flown):
+def test_deviating_secondary_is_calibrated_and_a_sound_one_is_not(flown):
     _, _, result, events = flown
     assert {event["figures"]["sensors"] for event in of(events, "imu2", "triggered")} == {"both"}
     assert of(events, "imu3", "triggered") == []
@@ -110,7 +110,7 @@ def test_events_are_one_json_object_a_line_in_order_of_time(flown):
     assert counted == result["events"]
 
 
-def test_the_summary_for_people_says_who_was_calibrated_and_who_was_the_source(flown, tmp_path):
+def test_summary_names_the_calibrated_units_and_the_sources(flown, tmp_path):
     folder, said, _, _ = flown
     done = typed("redundancy", folder / "flight.csv", *units(said), *QUICK, "-o", tmp_path)
     assert done.code == 0
@@ -163,7 +163,7 @@ def _in_pieces(name, unit, samples):
     return tumble.Recording(whole.metadata, lambda: iter(parts))
 
 
-def test_when_the_primary_falls_silent_the_calibrated_secondary_takes_over(tmp_path):
+def test_calibrated_secondary_takes_over_from_a_silent_primary(tmp_path):
     said = record([PRIMARY, BIASED, SOUND], 12, MOVED)
     paths = {name: unit.part(end=38.0 if name == "imu1" else np.inf) for name, unit in said.items()}
     for name, unit in paths.items():
@@ -176,7 +176,7 @@ def test_when_the_primary_falls_silent_the_calibrated_secondary_takes_over(tmp_p
     assert of(events, "imu1", "unhealthy")[0]["figures"]["reason"] == "late"
 
 
-def test_units_of_different_rates_places_and_mountings_are_calibrated_all_the_same(tmp_path):
+def test_units_of_different_rates_places_and_mountings_are_calibrated(tmp_path):
     fast = Imu("fast", rate_hz=250.0, accelerometer_noise=0.01, gyroscope_noise=0.001)
     slow = Imu(
         "slow",
@@ -240,7 +240,7 @@ def test_the_command_return_makes_the_primary_the_source_again(tmp_path):
     assert back["selected"][-1]["start"] == pytest.approx(30.0, abs=0.02)
 
 
-def test_a_secondary_that_was_to_be_calibrated_and_never_moved_ends_with_code_3(tmp_path):
+def test_triggered_secondary_that_never_moved_ends_with_code_3(tmp_path):
     said = record([PRIMARY, BIASED], 15, motion(moving=5.0, swing=(0.0, 0.0, 0.0), push=0.0))
     log = write_table(tmp_path / "still.csv", said)
     timeout = ("--set", "motion_timeout=5")

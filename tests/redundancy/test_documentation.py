@@ -37,7 +37,7 @@ def quoted(text):
     return set(re.findall(r"`([^`]+)`", text))
 
 
-def test_every_option_of_the_how_to_exists_and_every_option_is_told_of():
+def test_how_to_lists_existing_options_and_explains_each_of_them():
     words = ["redundancy", "apply"]
     commands = typer.main.get_command(command_line(words)).commands
     options = {word: {o for parameter in commands[word].params for o in parameter.opts} for word in words}
@@ -94,7 +94,7 @@ def test_the_events_of_the_how_to_are_those_of_the_monitor():
 
 
 @pytest.mark.parametrize("event", REASONED)
-def test_the_reasons_of_the_how_to_are_those_of_the_monitor_and_the_store(event):
+def test_reasons_in_the_how_to_are_those_of_monitor_and_store(event):
     words = {*VOCABULARY[event], *(STORE if event == "record rejected" else ())}
     settings = {setting.name for setting in explain("redundancy")} - words
     assert event_rows()[event] - settings == words

@@ -43,7 +43,7 @@ def typed_set(tmp_path):
 
 
 @pytest.mark.parametrize("whose", ["", "imu2="])
-def test_a_secondary_calibrated_in_the_factory_is_not_calibrated_again(typed_set, tmp_path, whose):
+def test_factory_calibrated_secondary_is_not_calibrated_again(typed_set, tmp_path, whose):
     _, without = replay(*typed_set, code=None)
     assert of(without, "imu2", "triggered")
     words = (*typed_set, "--factory", f"{whose}{tmp_path / 'found.yaml'}")
@@ -77,9 +77,7 @@ def test_a_secondary_calibrated_in_the_factory_is_not_calibrated_again(typed_set
         (lambda words, found: (*words[:-4], *words[-2:], "--factory", found), "needs --store"),
     ],
 )
-def test_a_calibration_that_cannot_be_of_the_set_is_refused_and_stores_nothing(
-    typed_set, tmp_path, spoil, says
-):
+def test_calibration_foreign_to_the_set_is_refused_and_not_stored(typed_set, tmp_path, spoil, says):
     done = typed("redundancy", *spoil(typed_set, tmp_path / "found.yaml"))
     assert done.code == 2
     assert says in one_line(done.err)
@@ -94,7 +92,7 @@ def test_another_error_from_the_factory_than_is_stored_is_refused(typed_set, tmp
     assert "holds another error from the factory" in one_line(done.err)
 
 
-def test_an_error_from_the_factory_relates_the_readings_of_both_and_carries_both_sigmas():
+def test_factory_error_relates_both_readings_with_both_sigmas():
     seed = 5
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)
@@ -135,7 +133,7 @@ def test_an_error_from_the_factory_relates_the_readings_of_both_and_carries_both
     np.testing.assert_allclose(found, sigma, rtol=1e-4)
 
 
-def test_the_calibration_of_the_primary_is_kept_in_the_store_and_used_again(typed_set, tmp_path):
+def test_calibration_of_the_primary_is_stored_and_reused(typed_set, tmp_path):
     first, _ = replay(*typed_set, code=None)
     at = typed_set.index("--calibration")
     later = (*typed_set[:at], *typed_set[at + 2 :])
@@ -160,7 +158,7 @@ def test_a_damaged_calibration_in_the_store_is_one_line(typed_set, tmp_path):
     assert str(path) in one_line(done.err)
 
 
-def test_that_the_temperature_drift_of_a_calibration_is_not_used_is_said(typed_set, tmp_path):
+def test_unused_temperature_drift_of_a_calibration_is_reported(typed_set, tmp_path):
     drift = {"reference": 25.0, "range": [0.0, 50.0], "bias": [[1e-3, 0.0, 0.0]]}
     for name in ("own", "found"):
         content = Calibration.load(tmp_path / f"{name}.yaml").content()

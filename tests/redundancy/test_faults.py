@@ -45,7 +45,7 @@ def faults(events, unit):
     return [event["figures"]["reason"] for event in of(events, unit, "unhealthy")]
 
 
-def test_readings_that_are_no_numbers_make_a_unit_unhealthy_and_not_the_log_unreadable(said, tmp_path):
+def test_invalid_readings_make_the_unit_unhealthy_not_the_log(said, tmp_path):
     said["imu3"].readings[said["imu3"].between(3.0, 6.0), 1] = np.nan
     _, events = replayed(said, tmp_path)
     first = of(events, "imu3", "unhealthy")[0]
@@ -55,7 +55,7 @@ def test_readings_that_are_no_numbers_make_a_unit_unhealthy_and_not_the_log_unre
     assert of(events, "imu3", "healthy")[0]["time"] > 6.0
 
 
-def test_a_table_may_hold_units_of_different_rates_with_blanks_between(tmp_path):
+def test_table_may_hold_units_of_different_rates_with_blanks_between(tmp_path):
     said = record([PRIMARY, BIASED], 42, SHORT)
     slow = said["imu2"].readings
     slow[np.arange(len(slow)) % 2 == 1] = np.nan
@@ -106,7 +106,7 @@ def test_only_differences_of_time_matter(said, tmp_path, shift):
     assert np.abs(apart).max() < 0.051
 
 
-def test_clocks_that_began_years_apart_are_brought_together_by_their_offset(said, tmp_path):
+def test_clocks_of_different_years_are_aligned_by_their_offset(said, tmp_path):
     _, events = replayed(said, tmp_path)
     late = said["imu2"].part(start=4.0)
     late.time -= 1.7e9
@@ -122,7 +122,7 @@ def test_clocks_that_began_years_apart_are_brought_together_by_their_offset(said
 
 
 @pytest.mark.parametrize("ahead", [50.0, -50.0])
-def test_a_secondary_of_another_clock_is_followed_before_the_primary_says_anything(said, tmp_path, ahead):
+def test_secondary_of_another_clock_is_followed_before_the_primary(said, tmp_path, ahead):
     late, early = said["imu1"].part(start=4.0), said["imu2"]
     late.write(tmp_path / "imu1.csv")
     early.time += ahead
@@ -136,7 +136,7 @@ def test_a_secondary_of_another_clock_is_followed_before_the_primary_says_anythi
     assert first["start"] == pytest.approx(result["start"], abs=0.2)
 
 
-def test_a_unit_that_is_missing_is_refused_or_replayed_as_silent_on_request(said, tmp_path):
+def test_missing_unit_is_refused_or_replayed_as_silent_on_request(said, tmp_path):
     paths = [*logs(said, tmp_path), tmp_path / "gone.csv"]
     assert "no such file" in refusal(*units(paths), "-o", tmp_path / "out")
     result, events = replay(*units(paths), "--allow-missing", "-o", tmp_path / "out", code=3)
@@ -193,7 +193,7 @@ def test_a_unit_at_the_end_of_its_stated_range_is_told(said, tmp_path):
     assert "saturated" in faults(events, "imu3")
 
 
-def test_a_log_of_samples_without_time_stamps_is_read_with_what_remains(said, tmp_path):
+def test_log_with_missing_time_stamps_is_read_with_the_remaining_rows(said, tmp_path):
     path = said["imu3"].write(tmp_path / "imu3.csv")
     lines = path.read_text().splitlines()
     lines[100:110] = [",".join(["nan", *line.split(",")[1:]]) for line in lines[100:110]]
@@ -217,7 +217,7 @@ def test_a_primary_that_deviates_itself_calibrates_nobody(tmp_path):
     assert alone["events"].get("triggered", 0) >= 1
 
 
-def test_a_turn_about_one_axis_shows_the_gyroscope_about_that_axis_only(tmp_path):
+def test_turn_about_one_axis_shows_the_gyroscope_about_that_axis_only(tmp_path):
     turned = motion(swing=(0.0, 0.0, 2.0), push=3.0)
     said = record([PRIMARY, BIASED], 45, turned)
     log = write_table(tmp_path / "flight.csv", said)

@@ -127,7 +127,7 @@ def test_the_calibration_file_holds_the_true_errors_of_the_secondary(flown, repl
     assert np.abs(off["gyroscope"][1]).max() < 1e-4
 
 
-def test_what_apply_makes_of_the_secondary_at_rest_is_what_an_ideal_unit_says(flown, replayed):
+def test_corrected_secondary_at_rest_reads_as_an_ideal_unit(flown, replayed):
     folder, truth = flown
     result, _ = replayed
     before = _at_rest(f"{folder / 'flight.mcap'}:secondary_1", truth)

@@ -61,11 +61,11 @@ def sources(events):
     ]
 
 
-def test_a_secondary_refuted_by_a_valid_primary_is_no_source_while_the_primary_speaks(events):
+def test_refuted_secondary_is_no_source_while_a_valid_primary_lives(events):
     assert [unit for time, unit in sources(events["flip"]) if time < DIES] == ["flip_primary"]
 
 
-def test_where_the_primary_dies_a_refuted_secondary_is_better_than_none(events):
+def test_refuted_secondary_is_the_source_after_the_primary_dies(events):
     time, unit = sources(events["flip"])[-1]
     assert unit == "flip_secondary_1"
     assert DIES < time < DIES + 0.5
@@ -79,7 +79,7 @@ def test_a_set_whose_source_is_refuted_at_the_end_ends_with_code_3(done):
     assert done["flip"][0].code == 3
 
 
-def test_a_primary_that_drifts_is_named_before_its_drift_ends_and_loses_the_source(events):
+def test_drifting_primary_is_isolated_before_its_drift_ends(events):
     began, ended = DRIFT
     first = named(events["p5019"], "p5019_primary")[:1]
     assert first
@@ -89,7 +89,7 @@ def test_a_primary_that_drifts_is_named_before_its_drift_ends_and_loses_the_sour
     assert time < ended
 
 
-def test_secondaries_that_agree_against_a_primary_that_drifts_are_not_named(events):
+def test_agreeing_secondaries_are_cleared_against_a_drifting_primary(events):
     assert not [n for n in (1, 2, 3) if named(events["p5019"], f"p5019_secondary_{n}")]
 
 
@@ -111,11 +111,11 @@ def test_a_primary_that_jumps_loses_the_source_within_a_second(events):
     assert time < JUMP + 1.0
 
 
-def test_secondaries_that_agree_against_a_primary_that_jumps_are_not_named(events):
+def test_agreeing_secondaries_are_cleared_against_a_jumping_primary(events):
     assert not [n for n in (1, 2) if named(events["p5037"], f"p5037_secondary_{n}")]
 
 
-def test_a_primary_that_jumps_is_named_in_the_summary_with_who_took_over_and_when(done):
+def test_summary_names_a_jumping_primary_its_successor_and_time(done):
     code, summary = done["p5037"][0].code, " ".join(done["p5037"][0].out.split())
     assert code == 0
     assert summary.startswith("p5037_primary: accelerometer, out of family (")
@@ -127,7 +127,7 @@ def test_that_the_source_is_not_healthy_is_said_first(done):
     assert done["flip"][0].out.startswith("flip_secondary_1 deviated at rest and stayed the source since 53.")
 
 
-def test_two_units_of_which_one_is_upside_down_are_said_to_disagree_with_the_figures_before_all_else(done):
+def test_two_units_with_one_upside_down_lead_with_their_disagreement(done):
     """Where all signs of an accelerometer are wrong, it says what a sound one says that is upside down."""
     head = " ".join(done["flip"][0].out.partition("s replayed")[0].split())
     assert "flip_primary and flip_secondary_1 disagree since 0." in head

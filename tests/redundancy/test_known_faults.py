@@ -38,7 +38,7 @@ def flown(folder, secondaries, fault):
     )
 
 
-def test_a_primary_that_jumps_beside_two_secondaries_is_named_with_its_successor_and_ends_with_code_0(
+def test_jumping_primary_of_three_is_named_with_successor_and_exits_0(
     tmp_path,
 ):
     done = flown(tmp_path, 2, "bias-jump")
@@ -49,7 +49,7 @@ def test_a_primary_that_jumps_beside_two_secondaries_is_named_with_its_successor
     assert re.search(rf"; secondary_[12] took over at {FAULT}\.\d\d s\.", said)
 
 
-def test_two_units_that_disagree_across_gravity_are_told_first_and_end_with_code_3(tmp_path):
+def test_two_units_that_disagree_across_gravity_lead_and_exit_3(tmp_path):
     """A smooth change shows no step, and one across gravity equals a tilt."""
     done = flown(tmp_path, 1, f"bias-drift:end={FAULT + 2}:size=1.5")
     said = " ".join(done.out.split())
@@ -73,7 +73,7 @@ DISAGREE = cases.event(
 )
 
 
-def test_a_disagreement_that_ends_with_agreement_or_with_a_name_is_no_fault_that_stayed():
+def test_disagreement_that_ends_in_agreement_or_isolation_is_no_fault():
     agree = cases.event(45.0, "imu1", "agree", sensor="accelerometer", other=("imu2",))
     named = cases.event(
         45.0,
@@ -90,7 +90,7 @@ def test_a_disagreement_that_ends_with_agreement_or_with_a_name_is_no_fault_that
     assert kinds(with_events(DISAGREE, named)) == []
 
 
-def test_a_disagreement_of_one_sensor_does_not_end_with_agreement_of_the_other():
+def test_disagreement_of_one_sensor_outlives_agreement_of_the_other():
     agree = cases.event(45.0, "imu1", "agree", sensor="gyroscope", other=("imu2",))
     assert kinds(with_events(DISAGREE, agree)) == ["disagreement"]
 
@@ -104,7 +104,7 @@ told = st.lists(
 
 
 @given(told)
-def test_disagreements_of_a_sensor_follow_each_other_and_only_the_last_may_be_open(drawn):
+def test_disagreements_of_a_sensor_are_in_sequence_and_the_last_open(drawn):
     events = [
         cases.event(float(time), "imu1", name, sensor=sensor, other=("imu2",), reason="blamed")
         for time, (name, sensor) in enumerate(drawn)
@@ -119,7 +119,7 @@ def test_disagreements_of_a_sensor_follow_each_other_and_only_the_last_may_be_op
         assert [d.is_open for d in own[-1:]] in ([], [last == "disagree"])
 
 
-def test_an_unhealthy_source_is_a_fault_unless_another_unit_takes_over():
+def test_unhealthy_source_is_a_fault_unless_another_takes_over():
     late = cases.event(40.0, "imu1", "unhealthy", reason="late", value=0.1)
     assert kinds(with_events(late)) == ["source unhealthy"]
     took_over = (Selected(0.0, 40.1, "imu1", "start"), Selected(40.1, 100.0, "imu2", "primary failed"))
@@ -129,7 +129,7 @@ def test_an_unhealthy_source_is_a_fault_unless_another_unit_takes_over():
     assert (fault.start, fault.end) == (40.0, 50.0)
 
 
-def test_a_primary_that_deviates_at_rest_and_stays_the_source_is_a_fault_until_a_rest_shows_otherwise():
+def test_deviating_primary_is_a_fault_until_a_rest_clears_it():
     found = cases.evaluated(40.0, "imu1", 0.4, 0.001, True)
     (fault,) = with_events(found[0]).known_faults
     assert (fault.kind, fault.start, fault.end) == ("source deviates", 40.0, 100.0)
@@ -155,7 +155,7 @@ def test_a_refuted_secondary_is_a_fault_until_it_is_healthy():
     assert kinds(with_events(refuted, cases.event(60.0, "imu3", "healthy"))) == []
 
 
-def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told():
+def test_secondary_as_source_without_error_or_rest_is_reported():
     made = with_events()
     unseen = tuple(event for event in made.events if event.unit != "imu2")
     spans = (Selected(0.0, 50.0, "imu1", "start"), Selected(50.0, 100.0, "imu2", "primary failed"))
@@ -163,7 +163,7 @@ def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told(
     assert kinds(replace(made, selected=spans)) == []
 
 
-def test_a_secondary_that_is_unhealthy_at_the_end_is_told_though_the_source_is_well():
+def test_secondary_unhealthy_at_the_end_is_reported_beside_its_source():
     from tumble.procedures.redundancy.report.text import output_sentences, unit_state
 
     blamed = {"reason": "blamed", "ground": "own step", "value": 0.93, "limit": 0.5}
@@ -181,7 +181,7 @@ def test_a_degraded_output_is_told_with_its_share():
     assert sentence.startswith("Of the output 25 % are degraded")
 
 
-def test_the_time_line_has_disagreements_between_units_and_verdicts_as_marks_with_figures():
+def test_time_line_marks_disagreements_and_verdicts_with_figures():
     from tumble.procedures.redundancy.report.figures import timeline_figure
 
     blamed = cases.event(

@@ -77,7 +77,7 @@ def chunk_of(unit, part):
     return Chunk(unit.time[part], unit.readings[part, :3].copy(), unit.readings[part, 3:].copy())
 
 
-def test_a_recorded_live_run_is_replayed_to_the_same_events_errors_and_store(words, tmp_path):
+def test_recorded_live_run_replays_to_the_same_events_and_store(words, tmp_path):
     code, events, result = watched(
         *words, "--primary", "imu1", *QUICK, "-o", tmp_path / "live", "--store", tmp_path / "store",
         "--record", tmp_path / "session",
@@ -178,7 +178,7 @@ def test_the_silence_of_all_units_is_an_event_and_a_known_fault(served):
     assert any("No unit said anything" in sentence for sentence in result["known_faults"])
 
 
-def test_what_came_over_sockets_is_replayed_in_the_order_in_which_it_came(served):
+def test_samples_over_sockets_replay_in_order_of_arrival(served):
     folder, _, events, result = served
     again = typed(
         "redundancy", folder / "session", "--primary", "imu1", *PATIENT, "-o", folder / "again", "--json"
@@ -189,7 +189,7 @@ def test_what_came_over_sockets_is_replayed_in_the_order_in_which_it_came(served
     assert json.loads(again.out)["selected"] == result["selected"]
 
 
-def test_a_set_that_is_silent_to_the_end_is_told_of_in_the_replay_as_it_was_live(tmp_path):
+def test_set_silent_to_the_end_is_reported_live_and_in_the_replay(tmp_path):
     board = Board(np.random.SeedSequence().entropy)
     sender = threading.Thread(target=board.send, args=(dict.fromkeys(NAMES, ((0.0, 1.0),)),))
     sender.start()
@@ -222,7 +222,7 @@ def test_the_output_goes_where_it_is_sent_to(served):
     assert np.array_equal(times, replayed.time)
 
 
-def test_a_session_begins_with_its_primary_though_another_unit_was_heard_first(tmp_path, said):
+def test_session_begins_with_its_primary_whoever_sends_first(tmp_path, said):
     described = {name: RecordedUnit(Scripted([]), "typed") for name in ("imu1", "imu2")}
     with SessionWriter(tmp_path / "session", described, "host") as session:
         for first in range(0, 1000, 10):
@@ -265,7 +265,7 @@ def resting(start, count=30):
     return LiveChunk(stamps, readings[:, :3].copy(), readings[:, 3:].copy(), arrival=time.monotonic())
 
 
-def test_a_source_that_is_lost_is_told_of_and_so_is_its_return_while_the_other_goes_on(monkeypatch):
+def test_loss_and_return_of_a_source_are_reported_while_others_run(monkeypatch):
     monkeypatch.setattr("tumble.live.together.RETRY", 0.05)
     lost = iter([Scripted([resting(5.0)], LogError("unplugged")), Scripted([resting(6.0)])])
     nothing = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
@@ -356,7 +356,7 @@ def test_the_store_of_another_set_is_refused(words, tmp_path):
     assert contents(store) == before
 
 
-def test_samples_pushed_one_by_one_lead_to_what_a_replay_of_the_logs_does(said):
+def test_samples_pushed_singly_equal_a_replay_of_the_logs(said):
     recordings = {
         name: tumble.Recording.from_arrays(
             name, unit.time, unit.readings[:, :3], unit.readings[:, 3:], clock="one"
@@ -378,7 +378,7 @@ def test_samples_pushed_one_by_one_lead_to_what_a_replay_of_the_logs_does(said):
     assert {record.unit for record in monitor.records} == {"imu2"}
 
 
-def test_a_command_and_a_witness_count_from_the_samples_of_their_time_on(said):
+def test_command_and_aiding_count_from_the_samples_of_their_time(said):
     monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS)
     monitor.witness(tumble.Witness.score("imu2", [1.0], [-1.0]))
     early = monitor.push("imu1", chunk_of(said["imu1"], slice(0, 50)))
@@ -414,7 +414,7 @@ def shown(board):
     return console.export_text()
 
 
-def test_the_dashboard_shows_each_unit_its_deviation_the_source_and_why():
+def test_dashboard_shows_units_deviations_and_source_with_reason():
     board = Dashboard(["front", "rear"])
     assert "no source (no samples yet)" in shown(board)
     board.take(SetState(3.0, 3.0, "front", (UnitRate("front", 300, 100.0), UnitRate("rear", 0, np.nan))))

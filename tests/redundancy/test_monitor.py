@@ -18,7 +18,7 @@ def said(start, end, generator):
 
 
 @pytest.mark.parametrize("ahead", [80.0, 0.0, -80.0, -1.7e9])
-def test_a_secondary_whose_clock_is_far_from_that_of_a_primary_that_starts_late_is_the_source(ahead):
+def test_secondary_is_the_source_before_a_primary_of_a_late_clock(ahead):
     seed = 51
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)

@@ -33,9 +33,7 @@ def failing(tmp_path_factory):
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_the_output_is_compensated_before_and_after_a_failover_whoever_is_the_source(
-    failing, tmp_path, ending
-):
+def test_output_stays_compensated_before_and_after_a_failover(failing, tmp_path, ending):
     log = tmp_path / f"output.{ending}"
     result, _ = replay(*failing, "--output-log", log, "-o", tmp_path / "out", code=None)
     assert result["files"]["output"] == str(log)
@@ -61,13 +59,13 @@ def test_the_output_from_python_is_that_of_the_file(failing, tmp_path):
     assert tumble.redundancy(paths[0], paths[1:], keep_output=False).output is None
 
 
-def test_an_output_of_a_format_that_cannot_hold_it_is_refused_before_the_replay(failing, tmp_path):
+def test_output_that_a_format_cannot_hold_is_refused_before_replay(failing, tmp_path):
     done = typed("redundancy", *failing, "--output-log", "output.mcap", "-o", tmp_path / "out")
     assert done.code == 2
     assert "output.mcap: the output of a set is written as .csv or .parquet" in one_line(done.err)
 
 
-def test_as_published_presets_the_settings_of_the_literature_and_says_so(failing, tmp_path):
+def test_as_published_presets_the_settings_of_the_literature(failing, tmp_path):
     result, events = replay(*failing, "--as-published", "-o", tmp_path / "out", code=None)
     settings = result["settings"]
     assert (settings["highest_rung"], settings["adoption"]) == ("offset", "always")

@@ -44,7 +44,7 @@ def sources(events):
     ]
 
 
-def test_secondaries_that_aged_between_two_flights_are_both_calibrated_anew(tmp_path):
+def test_secondaries_that_aged_between_flights_are_calibrated_again(tmp_path):
     for flight in ("first", "second"):
         (tmp_path / flight).mkdir()
         case = f"aged_n3/{flight}"
@@ -56,7 +56,7 @@ def test_secondaries_that_aged_between_two_flights_are_both_calibrated_anew(tmp_
     assert [each for each in events if each["event"] == "disagree"] == []
 
 
-def test_beside_a_primary_that_froze_the_secondary_is_the_source_within_half_a_second(tmp_path):
+def test_secondary_replaces_a_frozen_primary_within_half_a_second(tmp_path):
     _, events = flown("frozen_n2_50hz", tmp_path, *with_settings("frozen_n2_50hz"), units=2)
     assert named(events, "u1") == []
     time, unit, _ = sources(events)[-1]
@@ -72,7 +72,7 @@ def test_a_jump_in_strong_vibration_is_named_within_half_a_second(tmp_path):
     assert [named(events, unit) for unit in ("u1", "u2")] == [[], []]
 
 
-def test_a_vote_of_two_that_shifted_alike_is_taken_back_at_the_next_rest(tmp_path):
+def test_vote_of_two_with_a_common_shift_is_reversed_at_the_next_rest(tmp_path):
     _, events = flown("alike_n3", tmp_path, *with_settings("alike_n3"))
     time, unit, _ = sources(events)[-1]
     assert unit == "u0"
@@ -81,7 +81,7 @@ def test_a_vote_of_two_that_shifted_alike_is_taken_back_at_the_next_rest(tmp_pat
         assert 174.0 < named(events, unit)[-1][0] < 180.0
 
 
-def test_a_secondary_blamed_on_its_own_gyroscope_does_not_learn_what_the_primary_is_off_by(tmp_path):
+def test_secondary_at_fault_by_its_gyroscope_learns_no_primary_error(tmp_path):
     _, events = flown("own_gyroscope_n2", tmp_path, *with_settings("own_gyroscope_n2"), units=2)
     assert [each["time"] for each in adopted(events, "u1", "accelerometer") if each["time"] > 46.5] == []
 

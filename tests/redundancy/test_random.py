@@ -92,7 +92,7 @@ def spoilt(unit, generator):
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_a_replay_of_units_with_random_faults_ends_with_what_can_be_used(flown, seed):
+def test_replay_of_units_with_random_faults_ends_with_a_result(flown, seed):
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)
     recordings = [spoilt(unit, generator) for unit in flown.values()]

@@ -61,7 +61,7 @@ def test_every_secondary_is_calibrated_against_any_primary(results, primary):
 
 
 @pytest.mark.parametrize("primary", NUMBERS)
-def test_what_remains_on_pairs_kept_from_the_fit_is_well_below_what_was_there(results, primary):
+def test_residual_on_held_out_pairs_is_far_below_the_initial_error(results, primary):
     errors = results[primary].errors
     shares = {
         sensor: [error.residual / error.residual_before for error in errors if error.sensor == sensor]
@@ -108,7 +108,7 @@ class _Span:
 
 
 @pytest.mark.parametrize("primary", NUMBERS)
-def test_until_the_board_is_shaken_all_units_are_healthy_and_the_primary_is_the_source(results, primary):
+def test_all_units_are_healthy_with_primary_source_until_shaken(results, primary):
     result = results[primary]
     early = Counter(event.event for event in result.events if event.time < SHAKING)
     assert early["unhealthy"] == 0
@@ -119,16 +119,14 @@ def test_until_the_board_is_shaken_all_units_are_healthy_and_the_primary_is_the_
 
 
 @pytest.mark.parametrize("primary", NUMBERS)
-def test_shaken_units_that_contradict_each_other_are_told_and_at_the_end_one_is_the_source_again(
-    results, primary
-):
+def test_shaken_units_contradict_each_other_and_then_a_source_returns(results, primary):
     result = results[primary]
     assert any(event.event == "unhealthy" for event in result.events)
     assert result.selected[-1].unit
 
 
 @pytest.mark.parametrize(("primary", "secondary"), [(1, 3), (4, 2), (5, 7), (8, 6)])
-def test_of_two_units_that_are_shaken_beyond_their_range_both_are_told_to_be_saturated(primary, secondary):
+def test_both_units_shaken_beyond_their_range_are_reported_saturated(primary, secondary):
     names = [f"imu{primary}", f"imu{secondary}"]
     units = {name: unit for name, unit in known(primary).items() if name in names}
     result = tumble.redundancy(names[0], names[1:], log=LOG, settings={**SETTINGS, "units": units})
@@ -160,7 +158,7 @@ def test_lever_arms_that_are_not_stated_are_found(tmp_path):
     assert np.abs(off).max() < 0.005
 
 
-def test_the_two_sides_of_the_board_are_not_taken_for_misaligned_units(tmp_path):
+def test_two_sides_of_the_board_are_not_taken_for_misalignment(tmp_path):
     line = refusal(LOG, "--primary", "imu1", "--secondary", "imu9", "-o", tmp_path / "out")
     assert "no IMU 'imu9'" in line
     words = [word for name, value in SETTINGS.items() for word in ("--set", f"{name}={value}")]

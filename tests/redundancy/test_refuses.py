@@ -46,7 +46,7 @@ def out(tmp_path):
     }
 
 
-def test_a_unit_that_the_log_does_not_hold_is_named_with_those_it_holds(log, out):
+def test_unknown_unit_of_a_log_is_refused_with_the_known_ones(log, out):
     line = refusal(log, "--primary", "imu1", "--secondary", "imu9", "-o", out)
     assert line.startswith(f"{log}: no IMU 'imu9'; found: imu1, imu2, imu3")
     assert "--allow-missing" in line
@@ -140,7 +140,7 @@ def test_settings_that_cannot_be_meant_are_refused_by_name(log, out, changes, sa
 
 
 @pytest.mark.parametrize(("setting", "most"), [("frozen=3", "2.79616"), ("saturated=9", "8.38848")])
-def test_a_time_that_is_longer_than_is_kept_count_of_is_refused_with_the_longest(log, out, setting, most):
+def test_time_beyond_the_longest_one_is_refused_with_that(log, out, setting, most):
     line = refusal(log, *units(["imu1", "imu2"]), "--set", setting, "-o", out)
     name, value = setting.split("=")
     assert line == (
@@ -223,7 +223,7 @@ def test_a_folder_with_one_log_a_pose_is_no_log_of_a_flight(said, out, tmp_path)
     assert "is a folder of 2 logs, one per pose" in line
 
 
-def test_readings_in_a_wrong_unit_are_refused_with_the_option_for_that_unit(said, out, tmp_path):
+def test_readings_in_a_wrong_unit_are_refused_with_its_option(said, out, tmp_path):
     turned = said["imu2"]
     wrong = type(turned)(turned.imu, turned.time, turned.readings * np.array([1 / 9.80665] * 3 + [1.0] * 3))
     header = "time,ax (m/s^2),ay (m/s^2),az (m/s^2),gx,gy,gz"

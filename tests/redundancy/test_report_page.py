@@ -60,7 +60,7 @@ def test_the_same_result_gives_the_same_page(name):
     assert REDUNDANCY_REPORT.render(RESULTS[name]()) == REDUNDANCY_REPORT.render(RESULTS[name]())
 
 
-def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_why_and_what_was_refused(
+def test_top_names_primary_calibrated_successor_and_refusals(
     pages,
 ):
     top = headline(pages["mission"])
@@ -95,7 +95,7 @@ def test_of_many_reasons_the_top_tells_a_few_and_counts_the_others(pages):
     assert told == 5
 
 
-def test_every_event_of_the_interface_stands_on_the_page_with_its_reason(pages):
+def test_every_event_of_the_interface_is_on_the_page_with_its_reason(pages):
     text = pages["everything"].words
     for name, all_figures in cases.EVERY_EVENT.items():
         title = words.event_title(cases.event(0.0, "imu2", name, **all_figures[0]))
@@ -126,7 +126,7 @@ def test_figures_of_a_refusal_carry_the_unit_of_what_was_exceeded():
     assert "(0.400 against 0.100)" in said(sensor="gyroscope", reason="implausible scale")
 
 
-def test_figures_of_a_verdict_carry_the_unit_of_what_decided_its_time_and_who_agrees():
+def test_verdict_figures_carry_unit_time_and_agreeing_units():
     def said(**figures):
         return words.event_details(cases.event(0.0, "imu2", "unhealthy", value=0.4, limit=0.1, **figures))
 
@@ -168,7 +168,7 @@ def test_what_the_motion_did_not_show_has_its_reason_and_no_number(pages):
     assert "stored before the replay" in page.words
 
 
-def test_secondary_less_primary_as_numbers_are_bias_before_and_noise_after(pages):
+def test_secondary_minus_primary_is_bias_before_and_noise_after(pages):
     cells = [[cell.strip() for cell in row] for row in pages["mission"].rows]
     found = {tuple(row[:3]): row[3:5] for row in cells if len(row) == 6 and row[0] == "imu2"}
     before, after = found["imu2", "accelerometer", "in motion"]
@@ -214,7 +214,7 @@ def test_names_with_signs_of_html_do_not_become_html(tmp_path):
         assert raw not in text
 
 
-def test_a_day_of_eight_units_stays_below_two_megabytes_and_says_what_it_leaves_out():
+def test_day_of_eight_units_is_below_2_mb_and_states_its_omissions():
     made = cases.long_day()
     text = REDUNDANCY_REPORT.render(made)
     assert len(text.encode()) < 2_000_000
@@ -240,7 +240,7 @@ def test_figures_that_are_not_finite_are_said_in_words():
     assert not re.search(r"\b(nan|inf)\b", page.words)
 
 
-def test_a_page_that_cannot_be_written_is_refused_and_leaves_nothing_behind(tmp_path):
+def test_unwritable_page_is_refused_and_leaves_nothing_behind(tmp_path):
     with pytest.raises(OutputError):
         REDUNDANCY_REPORT.write(cases.mission(), tmp_path / "missing" / "redundancy.html")
     (tmp_path / "redundancy.html").mkdir()
@@ -281,7 +281,7 @@ def test_the_top_says_of_each_unit_how_it_stood_at_the_end(pages):
     assert re.search(r"imu3\s+○\s+Refused\s+not better, at \d", top)
 
 
-def test_the_top_says_of_both_units_that_disagree_at_the_end_with_whom(pages):
+def test_top_names_both_sides_of_a_disagreement_at_the_end(pages):
     top = headline(pages["disputed"])
     assert re.search(r"imu1\s+≠\s+Disagree\s+with imu2, since 46\.60 s", top)
     assert re.search(r"imu2\s+≠\s+Disagree\s+with imu1, since 46\.60 s", top)

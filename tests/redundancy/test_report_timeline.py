@@ -29,7 +29,7 @@ def lane(result, unit):
     return next(lane for lane in time_line(result).lanes if lane.unit == unit)
 
 
-def test_a_secondary_waits_from_its_trigger_and_collects_from_motion_to_its_fit():
+def test_secondary_waits_from_trigger_and_collects_from_motion_to_fit():
     modes = lane(cases.mission(), "imu2").modes
     assert modes == (Span(2.6, 10.2, WAITING), Span(10.2, cases.ADOPTED, COLLECTING))
 
@@ -52,7 +52,7 @@ def test_what_is_open_at_the_end_lasts_to_the_end():
     assert time_line(result).rests == (Span(3.0, 100.0),)
 
 
-def test_several_faults_are_one_span_that_ends_when_the_unit_is_healthy():
+def test_several_faults_are_one_span_that_ends_with_health():
     events = tuple(
         cases.event(at, "imu2", name, reason="late")
         for at, name in ((1.0, "unhealthy"), (2.0, "unhealthy"), (5.0, "healthy"), (7.0, "healthy"))
@@ -102,7 +102,7 @@ def test_thinning_keeps_the_sum_of_squares_of_evenly_filled_groups(count, most):
         assert np.mean(shown**2) == pytest.approx(np.mean(values**2), rel=1e-12)
 
 
-def test_thinning_shows_a_gap_where_nothing_is_finite_and_the_rest_where_something_is():
+def test_thinning_keeps_gaps_and_finite_values():
     values = np.array([np.nan, np.nan, 3.0, np.nan, 4.0, 4.0])
     _, shown = thinned(np.arange(6.0), values, 3)
     assert np.isnan(shown[0])
@@ -133,7 +133,7 @@ def test_decades_hold_the_largest_number_and_are_two_at_least(numbers):
         assert 10.0**high >= max(positive)
 
 
-def test_the_key_of_the_time_line_explains_what_occurs_and_nothing_else():
+def test_key_of_the_time_line_explains_exactly_what_occurs():
     calm = time_line(told(cases.event(0.0, "imu1", "selected", reason="start")))
     assert named(calm) == {"source"}
     adopted = cases.event(20.0, "imu2", "adopted", sensor="gyroscope")

@@ -68,7 +68,7 @@ def outside(row):
 
 
 @pytest.mark.parametrize("row", _core.setting_table("redundancy"), ids=lambda row: row["name"])
-def test_a_setting_out_of_its_bounds_is_refused_in_one_line_by_its_name(row):
+def test_setting_out_of_bounds_is_refused_in_one_line_by_name(row):
     for typed_as in outside(row):
         with pytest.raises(ProcedureError) as caught:
             changed(f"{row['name']}={typed_as}")
@@ -83,7 +83,7 @@ def test_a_setting_out_of_its_bounds_is_refused_in_one_line_by_its_name(row):
     [row for row in _core.setting_table("redundancy") if row["more_than"]],
     ids=lambda row: row["name"],
 )
-def test_a_setting_that_has_to_be_more_than_another_is_refused_with_both_names(row):
+def test_setting_below_its_lower_setting_is_refused_with_both_names(row):
     other = getattr(RedundancySettings(), row["more_than"])
     line = contradiction(**{row["name"]: other})
     assert f"{row['name']} is {other}" in line
@@ -202,7 +202,7 @@ def test_a_change_that_makes_no_sense_is_refused_by_name(change, says):
         ({"window": 0.03}, ("window is 0.03",), "a whole number of windows"),
     ],
 )
-def test_settings_that_contradict_each_other_are_refused_and_both_are_named(changes, names, says):
+def test_contradictory_settings_are_refused_with_both_names(changes, names, says):
     line = contradiction(**changes)
     assert all(name in line for name in names), line
     assert says in line
@@ -224,7 +224,7 @@ def test_a_later_file_goes_before_an_earlier_one_unit_by_unit(tmp_path):
     assert joined.units["b"].identity == 5
 
 
-def test_a_mistake_in_a_file_is_told_with_its_line_and_the_closest_key(tmp_path):
+def test_error_in_a_file_is_reported_with_line_and_closest_key(tmp_path):
     path = written(tmp_path, "collect: 30\ngaet: whole primary\n")
     with pytest.raises(CalibrationFileError) as caught:
         RedundancySettings.load(path)

@@ -48,7 +48,7 @@ def test_what_is_stored_comes_back_to_the_last_digit(tmp_path, sensor, residual)
     assert found[0].adopted is None
 
 
-def test_a_file_from_before_what_was_followed_was_kept_is_read_as_one_that_followed_nowhere(tmp_path):
+def test_file_without_the_followed_error_reads_as_having_none(tmp_path):
     path = ErrorStore(tmp_path, ONE).save(TWO, an_error(followed=np.array([0.1, 0.0, 0.0])))
     content = yaml.safe_load(path.read_text())
     assert content.pop("followed") == [0.1, 0.0, 0.0]
@@ -81,7 +81,7 @@ def test_the_last_error_is_replaced_and_the_first_one_kept_beside_it(tmp_path):
         (lambda text: text.replace("sensor: accelerometer", "sensor: barometer"), "sensor"),
     ],
 )
-def test_a_damaged_file_is_rejected_and_the_factory_error_takes_its_place(tmp_path, damage, says):
+def test_damaged_file_is_rejected_for_the_factory_error(tmp_path, damage, says):
     store = ErrorStore(tmp_path, ONE)
     store.save(TWO, an_error(sequence=1))
     path = store.save(TWO, an_error(sequence=2))
@@ -92,7 +92,7 @@ def test_a_damaged_file_is_rejected_and_the_factory_error_takes_its_place(tmp_pa
     assert says in rejected[0].detail
 
 
-def test_a_record_of_another_unit_or_against_another_primary_is_rejected(tmp_path):
+def test_record_of_another_unit_or_primary_is_rejected(tmp_path):
     ErrorStore(tmp_path, ONE).save(TWO, an_error())
     found, rejected = ErrorStore(tmp_path, ONE).load(Identified("imu2", 3))
     assert found == []
@@ -161,7 +161,7 @@ def second(flights, store, out, *more, code=0):
     )
 
 
-def test_a_secondary_starts_with_its_stored_error_and_does_not_deviate(flights, stored, tmp_path):
+def test_secondary_starts_with_its_stored_error_and_does_not_deviate(flights, stored, tmp_path):
     before = contents(stored)
     result, events = second(flights, stored, tmp_path / "out")
     assert {event["figures"]["sensor"] for event in of(events, "imu2", "restored")} == {
@@ -175,7 +175,7 @@ def test_a_secondary_starts_with_its_stored_error_and_does_not_deviate(flights, 
     assert not (tmp_path / "out" / "store").exists()
 
 
-def test_a_corrupt_store_is_told_and_the_replay_goes_on_and_nothing_is_lost(flights, stored, tmp_path):
+def test_corrupt_store_is_reported_and_the_replay_goes_on(flights, stored, tmp_path):
     for path in stored.glob("imu2-accelerometer*.yaml"):
         path.write_text("garbage")
     result, events = second(flights, stored, tmp_path / "out")
@@ -196,7 +196,7 @@ def test_a_store_of_another_unit_is_told_and_the_replay_goes_on(flights, stored,
     assert of(events, "imu2", "adopted")
 
 
-def test_a_store_against_another_primary_is_told_and_the_replay_goes_on(flights, stored, tmp_path):
+def test_store_of_another_primary_is_reported_and_the_replay_goes_on(flights, stored, tmp_path):
     result, events = replay(
         flights[1][1], *units(["imu3", "imu2"]), *QUICK, "--store", stored, "-o", tmp_path / "out"
     )
@@ -231,7 +231,7 @@ def marked(with_serials, tmp_path):
     return shutil.copytree(with_serials, tmp_path / "marked")
 
 
-def test_a_stored_error_carries_its_date_its_serial_and_that_of_the_primary(marked):
+def test_stored_error_carries_date_and_both_serials(marked):
     for path in marked.glob("imu2-*.yaml"):
         stored = yaml.safe_load(path.read_text())
         assert (stored["serial"], stored["primary_serial"]) == ("S-8", "P-7")
@@ -239,9 +239,7 @@ def test_a_stored_error_carries_its_date_its_serial_and_that_of_the_primary(mark
 
 
 @pytest.mark.parametrize(("unit", "was"), [("imu1", "P-7"), ("imu2", "S-8")])
-def test_the_store_of_another_set_of_the_same_names_is_refused_and_left_as_it_was(
-    flights, marked, tmp_path, unit, was
-):
+def test_store_of_another_set_with_equal_names_is_refused_unchanged(flights, marked, tmp_path, unit, was):
     before = contents(marked)
     names = units(["imu1", "imu2", "imu3"])
     other = serials(**{unit: "X-1"})
@@ -264,7 +262,7 @@ def test_a_unit_without_a_serial_is_known_by_its_name_which_is_said(flights, mar
     )
 
 
-def test_a_stored_error_without_a_serial_is_taken_by_its_name_which_is_said(flights, stored, tmp_path):
+def test_stored_error_without_serial_is_taken_by_name_with_a_notice(flights, stored, tmp_path):
     result, events = second(flights, stored, tmp_path / "out", *serials())
     assert len(of(events, "imu2", "restored")) == 2
     said = [line for line in result["warnings"] if "does not state the serials" in line]
@@ -278,7 +276,7 @@ def test_a_serial_that_contradicts_that_of_the_log_is_refused(flights, tmp_path)
     assert "serial is X-1, but its log states S-8" in line
 
 
-def test_units_that_share_the_serial_of_their_board_are_told_apart_by_their_names(flights, tmp_path):
+def test_units_with_the_serial_of_their_board_differ_by_name(flights, tmp_path):
     store = tmp_path / "store"
     for run in (1, 2):
         board = ("--serial", "BOARD-3", "--store", store)
@@ -290,7 +288,7 @@ def test_units_that_share_the_serial_of_their_board_are_told_apart_by_their_name
     assert all(each["identity"] != each["primary_identity"] for each in stored)
 
 
-def test_an_implausible_stored_error_is_rejected_by_the_monitor_and_set_aside(flights, tmp_path):
+def test_implausible_stored_error_is_rejected_and_set_aside(flights, tmp_path):
     store = tmp_path / "store"
     wild = an_error(bias=np.array([50.0, 0.0, 0.0]), matrix_sigma=np.full((3, 3), 1e-3))
     ErrorStore(store, _identified("imu1")).save(_identified("imu2"), wild)
@@ -318,7 +316,7 @@ def test_a_replay_that_is_refused_leaves_the_store_as_it_was(flights, stored, tm
     assert contents(stored) == before
 
 
-def test_a_store_that_cannot_be_written_to_is_refused_before_the_replay(flights, tmp_path):
+def test_unwritable_store_is_refused_before_the_replay(flights, tmp_path):
     path = tmp_path / "file"
     path.write_text("")
     names = units(["imu1", "imu2", "imu3"])

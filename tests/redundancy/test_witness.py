@@ -176,7 +176,7 @@ def test_a_score_of_an_unknown_unit_is_refused(flight, tmp_path):
     assert "the score of imu9 is of none of primary, secondary_1" in done.err
 
 
-def test_a_heading_settles_which_of_two_gyroscopes_drifts_about_the_vertical(tmp_path):
+def test_heading_isolates_the_gyroscope_that_drifts_about_vertical(tmp_path):
     moved = motion(rest=12.0, moving=110.0, swing=(0.3, 0.3, 1.5), push=1.0)
     said = record([PRIMARY, SOUND], 71, moved)
     secondary = said["imu3"]

@@ -37,7 +37,7 @@ def events_of(folder):
     return [json.loads(line) for line in lines]
 
 
-def test_a_witness_beside_units_settles_which_is_wrong_and_the_recording_gives_the_same(flight, tmp_path):
+def test_live_aiding_isolates_the_fault_and_the_recording_agrees(flight, tmp_path):
     words = [f"{name}=replay:{flight / name}.csv?speed=max" for name in ("primary", "secondary_1")]
     witness = f"replay:{flight / 'velocity.csv'}"
     known = ("--settings", flight / "units.yaml")
@@ -53,7 +53,7 @@ def test_a_witness_beside_units_settles_which_is_wrong_and_the_recording_gives_t
     assert events_of(tmp_path / "again") == events_of(tmp_path / "live")
 
 
-def test_a_witness_over_a_socket_is_on_the_clock_of_the_units_and_in_the_recording(tmp_path):
+def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
     first, second, witness = free_ports(3)
     over = threading.Event()
 
@@ -172,7 +172,7 @@ def test_what_is_wrong_with_all_that_comes_is_kept_to_be_told():
 
 
 @pytest.mark.parametrize("draw", range(repetitions(10)))
-def test_no_row_however_garbled_ends_it_and_times_stay_those_of_the_witness(draw):
+def test_garbled_aiding_rows_never_end_it_and_times_stay_its_own(draw):
     seed = np.random.SeedSequence().entropy + draw
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)

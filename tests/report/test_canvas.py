@@ -72,7 +72,7 @@ def test_what_is_not_finite_is_not_drawn_and_breaks_a_line():
     assert "nan" not in inline_svg(figure, "p", "a figure")
 
 
-def test_of_a_level_stretch_only_its_ends_are_written_and_of_a_slope_every_point():
+def test_level_stretch_keeps_its_ends_and_a_slope_every_point():
     figure, axes = panel()
     axes.line(np.linspace(0.0, 1.0, 1001), np.full(1001, 0.5), INK)
     assert len(corners(figure)) == 2
@@ -96,7 +96,7 @@ def test_what_is_left_out_of_a_line_would_not_have_been_seen(heights):
     assert np.abs(shown - wanted).max() <= rounding * (2.0 + steepest) + 1e-9
 
 
-def test_what_lies_outside_a_panel_is_cut_off_at_its_edges_and_text_is_not():
+def test_marks_outside_a_panel_are_clipped_and_text_is_not():
     figure, axes = panel()
     axes.line([-1.0, 2.0], [0.5, 0.5], INK)
     axes.text(0.5, 1.2, "above", color=SOFT)

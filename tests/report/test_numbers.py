@@ -51,7 +51,7 @@ def test_sigma_keeps_exactly_two_significant_digits(value, sigma):
 @given(values, sigmas)
 @example(-0.00004, 0.3)
 @example(999.96, 0.95)
-def test_rounding_moves_neither_value_nor_sigma_by_more_than_half_the_last_place(value, sigma):
+def test_rounding_moves_value_and_sigma_by_at_most_half_a_digit(value, sigma):
     value_text, sigma_text = round_pair(value, sigma)
     half = last_place(sigma_text) / 2
     assert abs(number(value_text) - Decimal(repr(value))) <= half
@@ -107,7 +107,7 @@ def test_a_measurement_reads_as_a_metrologist_writes_it(value, sigma, unit, text
 
 
 @given(st.floats(1e-9, 1e6), st.sampled_from(["m/s^2", "rad/s", "s", "m/s^2/sqrt(Hz)"]))
-def test_a_readable_scale_never_makes_a_number_too_small_nor_larger_than_needed(magnitude, unit):
+def test_readable_scale_makes_no_number_too_small_or_too_large(magnitude, unit):
     scale = readable_scale(unit, magnitude)
     shown = scale.factor * magnitude
     assert shown >= 0.1 or scale.factor == 1e9

@@ -74,7 +74,7 @@ def test_signs_of_a_key_are_not_read_aloud(pages, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_units_and_negative_numbers_are_printed_as_on_paper_also_in_warnings(pages, name):
+def test_units_and_negative_numbers_are_typeset_in_warnings_too(pages, name):
     found = Page(pages[name])
     assert PRINTED in found.words
     assert "^2" not in found.words
@@ -82,7 +82,7 @@ def test_units_and_negative_numbers_are_printed_as_on_paper_also_in_warnings(pag
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_printing_opens_what_is_folded_and_keeps_headings_with_what_they_head(pages, name):
+def test_printing_unfolds_sections_and_keeps_headings_with_content(pages, name):
     printed = style(pages[name]).partition("@media print")[2]
     opened = re.search(r"details::details-content \{([^}]*)\}", printed)
     assert opened

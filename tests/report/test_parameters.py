@@ -26,7 +26,7 @@ def test_a_value_that_was_stated_to_us_is_given_and_has_no_interval():
     assert all(row.interval for row in estimated.rows)
 
 
-def test_a_row_says_its_limit_how_much_of_it_is_used_and_whether_it_is_kept():
+def test_row_states_its_limit_the_share_used_and_the_verdict():
     checks = [check("lever arm x", 0.03, 0.04, "m"), check("lever arm y", 0.03, 0.02, "m"), None]
     rows = printed_group("lever arm", lever_arm(0.001), checks).rows
     assert [(row.limit, row.share, row.kept) for row in rows] == [
@@ -53,7 +53,7 @@ def test_limits_of_what_is_no_parameter_have_rows_too():
     ] * 3
 
 
-def test_limits_of_a_triad_that_was_not_calibrated_are_not_kept_and_say_why():
+def test_limits_of_an_uncalibrated_triad_fail_with_the_reason():
     why = "not shown to be within its limit: the gyroscope was not calibrated"
     checks = [check("gyroscope bias x", math.nan, 0.1, "rad/s", why)]
     (group,) = limited_groups("gyroscope", None, checks)

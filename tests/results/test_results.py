@@ -115,7 +115,7 @@ def test_a_saved_spin_is_what_the_command_writes(tmp_path, log):
     assert contents(tmp_path / "called") == contents(tmp_path / "typed")
 
 
-def test_a_spin_on_top_of_a_calibration_is_saved_without_naming_it_again(tmp_path, log):
+def test_spin_on_top_of_a_calibration_is_saved_without_renaming_it(tmp_path, log):
     before = Calibration.model_validate(
         {
             "name": "robot",

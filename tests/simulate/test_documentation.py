@@ -57,7 +57,7 @@ def test_the_faults_of_the_page_are_those_there_are_in_the_same_words():
     assert told == {kind: text.replace("m/s^2", "m/s²") for kind, text in FAULTS.items()}
 
 
-def test_the_live_faults_of_the_page_and_of_the_help_are_those_there_are():
+def test_live_faults_of_page_and_help_are_those_that_exist():
     section = TEXT.split("## A live bench")[1].split("## Faults")[0]
     own = {kind: text for kind, text in LIVE_FAULTS.items() if kind not in FAULTS}
     told = re.findall(r"^\| `([a-z-]+)` \| (.+) \|$", section.split("| kind |")[1], re.MULTILINE)

@@ -39,9 +39,7 @@ def test_the_rate_turns_the_attitude(motion, seed, intensity):
 
 @given(motion=motions, seed=seeds, intensity=st.floats(0.0, 1.0), arm=vectors)
 @settings(max_examples=15)
-def test_specific_force_at_a_place_is_the_second_derivative_of_its_position_less_gravity(
-    motion, seed, intensity, arm
-):
+def test_specific_force_is_acceleration_minus_gravity_at_its_place(motion, seed, intensity, arm):
     """Velocity of the place is that of the primary and of the lever arm that turns with it."""
     flight = fly(motion=motion, seed=seed, intensity=intensity, units=(ideal(), ideal(lever_arm_m=arm)))
     place = flight["secondary_1"]
@@ -60,7 +58,7 @@ def test_specific_force_at_a_place_is_the_second_derivative_of_its_position_less
 
 @given(motion=motions, seed=seeds, arm=vectors, mounting=vectors)
 @settings(max_examples=15)
-def test_units_without_errors_differ_by_their_lever_arm_and_mounting_alone(motion, seed, arm, mounting):
+def test_ideal_units_differ_by_lever_arm_and_mounting_alone(motion, seed, arm, mounting):
     mounting_deg = tuple(600.0 * part for part in mounting)
     units = (ideal(), ideal(lever_arm_m=arm, mounting_deg=mounting_deg))
     rigid = replace(VIBRATIONS[motion], flexing=0.0)
@@ -90,7 +88,7 @@ def test_at_rest_a_unit_reads_gravity_and_no_turn(motion, seed, tilt, flights):
     assert np.degrees(np.arccos(min(1.0, up[2]))) == pytest.approx(tilt, abs=1e-5)
 
 
-def test_a_quadrotor_turns_about_all_axes_and_feels_its_thrust_and_drag():
+def test_quadrotor_turns_about_all_axes_and_feels_thrust_and_drag():
     flight = fly(motion_seconds=60.0)
     time = np.arange(*flight.manoeuvres[0], 0.01)
     truth = flight.truth(time)
@@ -122,7 +120,7 @@ def test_the_earths_rate_is_felt_at_rest_where_a_latitude_is_given():
 
 
 @pytest.mark.parametrize("motion", ["quadrotor", "vehicle"])
-def test_vibration_shakes_in_motion_by_its_root_mean_square_and_not_at_rest(motion):
+def test_vibration_has_its_root_mean_square_in_motion_and_not_at_rest(motion):
     calm = fly(motion=motion)
     shaken = fly(motion=motion, vibration=VIBRATIONS[motion])
     apart = shaken["primary"].specific_force - calm["primary"].specific_force
@@ -144,7 +142,7 @@ def test_what_is_never_still_shakes_at_rest_as_in_motion():
     assert primary.specific_force[resting].std(axis=0) == pytest.approx(4.0, rel=0.1)
 
 
-def test_a_unit_with_a_filter_reads_the_mean_over_its_sample_period_and_one_without_the_instant():
+def test_filter_reads_the_mean_of_a_period_and_no_filter_the_instant():
     units = (ideal(filtered=True), ideal(filtered=False), ideal(filtered=True, rate_hz=50.0))
     rigid = replace(VIBRATIONS["quadrotor"], flexing=0.0)
     flight = fly(units=units, vibration=rigid)
@@ -181,7 +179,7 @@ def test_truth_is_there_for_any_time_though_the_primary_has_died():
     assert truth.angular_rate == pytest.approx(alive["primary"].angular_rate, abs=1e-12)
 
 
-def test_a_clock_shows_its_offset_and_a_sample_arrives_after_its_latency():
+def test_clock_shows_its_offset_and_samples_arrive_after_latency():
     units = (
         ideal(latency_seconds=0.004),
         ideal(clock_offset_seconds=2.5, clock_skew_ppm=100.0, rate_hz=50.0, latency_seconds=0.02),
@@ -195,7 +193,7 @@ def test_a_clock_shows_its_offset_and_a_sample_arrives_after_its_latency():
     assert fly()["primary"].recording.metadata.clock == "flight"
 
 
-def test_phases_are_drawn_where_not_given_and_the_primary_starts_at_zero():
+def test_phases_are_drawn_by_default_and_the_primary_has_zero():
     flight = fly(units=[replace(ideal(), phase=None)] * 3)
     first = [unit.time[0] * 200.0 for unit in flight.units]
     assert first[0] == 0.0
@@ -203,7 +201,7 @@ def test_phases_are_drawn_where_not_given_and_the_primary_starts_at_zero():
     assert all(0.0 < phase < 1.0 for phase in first[1:])
 
 
-def test_biases_age_by_the_grade_or_by_what_is_given_and_the_truth_says_so():
+def test_biases_age_by_grade_or_by_request_and_the_truth_states_it():
     grade = Grade.named("consumer")
     drawn = [
         fly(seed=seed, units=(FlightUnit(ageing=2.0),), motion_seconds=5.0)["primary"] for seed in range(60)

@@ -142,7 +142,7 @@ def test_a_unit_that_said_nothing_has_no_log_and_is_in_the_truth(tmp_path):
 
 
 @pytest.mark.parametrize("log_format", ["csv", "mcap"])
-def test_the_command_named_next_calibrates_the_secondaries_and_hands_over(tmp_path, monkeypatch, log_format):
+def test_next_command_calibrates_the_secondaries_and_hands_over(tmp_path, monkeypatch, log_format):
     monkeypatch.chdir(tmp_path)
     words = ["--duration", "90", "--fault", "primary:dead:start=95", "--seed", "3", "--format", log_format]
     done = typed("simulate", "flight", *words, "-o", "flight")
@@ -168,7 +168,7 @@ def test_the_command_named_next_calibrates_the_secondaries_and_hands_over(tmp_pa
         [word for unit in ("secondary_1", "secondary_2") for word in ("--fault", f"{unit}:absent")],
     ],
 )
-def test_where_no_two_units_can_be_held_together_the_next_command_looks_at_what_there_is(tmp_path, words):
+def test_next_command_inspects_a_flight_without_comparable_units(tmp_path, words):
     done = typed("simulate", "flight", *QUICK, *words, "-o", tmp_path)
     assert done.code == 0, done.err
     assert f"Next: tumble inspect {tmp_path / 'ideal.csv'}" in done.out
@@ -258,7 +258,7 @@ def test_a_mistake_on_the_command_line_is_one_line_and_writes_nothing(tmp_path, 
     assert not (tmp_path / "out").exists()
 
 
-def test_times_that_an_mcap_cannot_hold_are_refused_in_one_line_and_leave_no_log(tmp_path):
+def test_times_beyond_mcap_are_refused_in_one_line_and_leave_no_log(tmp_path):
     words = ["--unit", "consumer:clock-offset=-50", "--format", "mcap"]
     done = typed("simulate", "flight", *QUICK, *words, "-o", tmp_path)
     assert done.code == 2

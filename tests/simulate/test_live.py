@@ -71,7 +71,7 @@ def bench(clock, axes=PRESETS["three-axis"], **changes):
     return scenario, table, session, feeds, noise
 
 
-def test_units_on_a_table_that_rests_read_what_the_simulator_of_sessions_lets_them_read():
+def test_units_on_a_resting_table_read_as_in_simulated_sessions():
     scenario, _, _, feeds, noise = bench(Clock(), duration_seconds=5.0)
     try:
         recorded = session_at_rest(scenario, noise._seconds, SEED)
@@ -122,7 +122,7 @@ def _unit(vector):
     return tuple((vector / np.linalg.norm(vector)).tolist())
 
 
-def test_a_unit_feels_where_the_table_is_how_it_turns_and_its_own_place():
+def test_unit_feels_angle_and_turn_of_the_table_at_its_own_place():
     clock, arm = Clock(), (0.2, -0.1, 0.05)
     scenario, table, session, feeds, noise = bench(
         clock, duration_seconds=40.0, lever_arm_m={"target_1": arm}, grades=("reference", "industrial")
@@ -156,7 +156,7 @@ def test_a_unit_feels_where_the_table_is_how_it_turns_and_its_own_place():
         noise.close()
 
 
-def test_noise_goes_on_without_a_jump_whatever_the_pieces_it_is_asked_for_in():
+def test_noise_continues_without_a_jump_for_any_pieces():
     scenario = LiveScenario(seed=SEED, rate_hz=50.0, duration_seconds=10.0, grades=("consumer",))
     noise = Noise(scenario)
     try:
@@ -173,7 +173,7 @@ def test_noise_goes_on_without_a_jump_whatever_the_pieces_it_is_asked_for_in():
         noise.close()
 
 
-def test_the_same_seed_gives_the_same_samples_however_often_they_are_asked_for():
+def test_same_seed_gives_the_same_samples_for_any_pieces():
     def sent(ticks):
         scenario, _, _, feeds, noise = bench(Clock(), duration_seconds=4.0)
         outlet = Kept()
@@ -262,7 +262,7 @@ def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
 
 
 @pytest.mark.parametrize("transport", ["udp", "pty", "tcp", "mavlink"])
-def test_a_motion_that_nobody_can_command_begins_when_somebody_listens(transport, tmp_path):
+def test_uncommanded_motion_begins_with_the_first_listener(transport, tmp_path):
     with LiveSimulation(
         seed=SEED, motion="spin", transport=transport, port=0, rest_seconds=2.0, folder=tmp_path
     ) as robot:
@@ -289,7 +289,7 @@ def test_a_program_that_connects_by_tcp_is_told_the_columns_first():
                 assert len(next(lines).split(",")) == 7
 
 
-def test_a_serial_line_that_is_unplugged_is_lost_and_can_be_opened_again_when_it_is_back(tmp_path):
+def test_unplugged_serial_line_is_lost_and_can_be_opened_again(tmp_path):
     faults = {"reference": [LiveFault("unplugged", start=2.0, end=4.0)]}
     with LiveSimulation(
         transport="pty", grades=("reference",), faults=faults, table_port=0, speed=4.0, folder=tmp_path

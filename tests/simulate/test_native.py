@@ -20,7 +20,7 @@ def refusal(scenario):
     return str(caught.value)
 
 
-def test_what_the_simulator_does_not_know_or_misses_is_refused_with_its_place():
+def test_unknown_or_missing_scenario_field_is_refused_with_its_place():
     scenario = _native(TurntableScenario(grades=("consumer",)))
     scenario["targets"][0]["colour"] = "red"
     assert "targets[0].colour: unknown field `colour`" in refusal(scenario)

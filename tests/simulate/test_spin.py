@@ -54,7 +54,7 @@ def test_heading_is_the_integral_of_the_rate(turns, rate, unevenness, slips, see
     assert spin.samples.gyroscope == pytest.approx(np.outer(about, spin.up), abs=1e-12)
 
 
-def test_specific_force_is_that_of_a_point_that_moves_through_the_world():
+def test_specific_force_is_that_of_a_point_moving_in_the_world():
     """Position of the IMU in the world, differentiated twice, less gravity, turned into the case."""
     spin = quiet(
         plan=parse_plan("rest 1, 1 turns, rest 1"), rate_hz=1000.0, unevenness=0.3, floor_tilt_deg=3.0
@@ -137,7 +137,7 @@ def test_a_floor_stays_what_it_was_where_a_drive_names_no_other():
     assert spin.heading[-1] == pytest.approx(np.pi / 2)
 
 
-def test_the_earths_rate_at_rest_is_that_of_the_latitude_with_north_ahead():
+def test_earth_rate_at_rest_is_that_of_the_latitude_with_north_ahead():
     level = {"floor_tilt_deg": 0.0, "roll_deg": 0.0, "pitch_deg": 0.0}
     spin = quiet(latitude_deg=60.0, plan=(Step("rest", 2.0),), **level)
     earth = 7.292115e-5
@@ -145,7 +145,7 @@ def test_the_earths_rate_at_rest_is_that_of_the_latitude_with_north_ahead():
     assert spin.samples.gyroscope[7] == pytest.approx(expected, rel=1e-6)
 
 
-def test_slips_take_angle_off_a_turn_and_unevenness_takes_none_and_neither_turns_it_back():
+def test_slips_shorten_a_turn_and_unevenness_does_not():
     plan = (Step("turn", turns=-3.0),)
     uneven, slipping = quiet(plan=plan, unevenness=0.6), quiet(plan=plan, unevenness=0.6, slips=2.0)
     assert uneven.turned == pytest.approx([-6.0 * np.pi])
@@ -170,7 +170,7 @@ def test_a_disturbance_comes_and_goes_and_leaves_the_robot_as_it_was(kind):
     assert apart[inside].max() > 0.5
 
 
-def test_the_scale_of_the_gyroscope_is_in_what_it_says_and_in_the_truth():
+def test_gyroscope_scale_is_in_its_readings_and_in_the_truth():
     spin = quiet(gyroscope_scale=0.02)
     assert pytest.approx(1.02 * np.eye(3)) == spin.gyroscope.M
     assert (spin.samples.gyroscope @ spin.up).max() == pytest.approx(1.02, abs=1e-6)

@@ -66,7 +66,7 @@ def test_at_rest_the_truth_is_gravity_and_the_rate_of_the_earth(seed, latitude, 
 
 @given(seed=seeds)
 @settings(max_examples=10)
-def test_at_rest_every_unit_reads_m_u_plus_b_plus_g_f_within_its_noise(seed):
+def test_unit_at_rest_reads_m_u_plus_b_plus_g_f_within_its_noise(seed):
     session = simulate_turntable(seed=seed, **QUICK)
     for unit in session.units:
         for rest in session.rests:
@@ -96,7 +96,7 @@ def test_the_reference_scatters_by_3_mm_s2_a_sample_at_200_hz():
 
 @pytest.mark.parametrize("profile", ["smooth", "trapezoid"])
 @pytest.mark.parametrize("heading", [0.0, 50.0])
-def test_the_corrected_gyroscope_carries_gravity_from_one_rest_to_the_next(profile, heading):
+def test_corrected_gyroscope_carries_gravity_between_rests(profile, heading):
     session = simulate_turntable(
         grades=(noiseless("tactical"),),
         g_sensitivity=False,
@@ -191,7 +191,7 @@ def test_a_perfect_reference_has_bias_and_noise_only():
     assert np.any(unit.accelerometer.b != 0.0)
 
 
-def test_a_shared_clock_stamps_all_units_alike_and_clocks_apart_do_not():
+def test_shared_clock_stamps_units_alike_and_separate_ones_do_not():
     shared = simulate_turntable(**QUICK)
     assert all(np.array_equal(unit.samples.time, shared.units[0].samples.time) for unit in shared.units)
     assert len({recording.metadata.clock for recording in (shared.reference, *shared.targets)}) == 1
@@ -218,7 +218,7 @@ def test_a_lever_arm_is_felt_while_the_table_turns_only():
     assert 0.2 < np.abs(difference[~resting]).max() < 1.5
 
 
-def test_poses_are_visited_in_the_order_asked_for_and_tipped_ones_miss():
+def test_poses_come_in_the_requested_order_and_tipped_ones_miss():
     visits = ("Z up", "X up", "Z up", "Y down")
     session = simulate_turntable(
         visits=visits, tipped_deg={"X up": 2.0}, table_error_deg=0.0, mounting_angle_deg=0.0, rest_seconds=0.5

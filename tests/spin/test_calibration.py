@@ -70,7 +70,7 @@ def test_applying_a_calibration_whose_purpose_is_bias_raises_no_alarm(tmp_path):
     assert done.err == ""
 
 
-def test_without_an_earlier_calibration_the_matrix_is_the_identity_and_not_claimed(tmp_path):
+def test_spin_alone_has_an_identity_matrix_that_is_not_claimed(tmp_path):
     result = spin(recording(record(MOVES, 83)))
     made = result.calibration
     for triad in (made.accelerometer, made.gyroscope):
@@ -91,7 +91,7 @@ def test_the_file_reads_back_as_it_was_written(tmp_path):
     assert tumble.Calibration.load(tmp_path / "robot.yaml") == made
 
 
-def test_with_an_earlier_calibration_the_new_bias_is_that_of_the_raw_sensor(tmp_path):
+def test_new_bias_is_that_of_the_raw_sensor_after_a_calibration(tmp_path):
     force_matrix, rate_matrix = matrix(1), matrix(2)
     session = spoilt(record(MOVES, 85), force_matrix, rate_matrix)
     before = calibration(
@@ -130,7 +130,7 @@ def test_an_earlier_bias_does_not_change_the_new_one(tmp_path):
     np.testing.assert_allclose(found[0], found[1], atol=1e-5)
 
 
-def test_a_gyroscope_that_feels_specific_force_gets_its_bias_freed_of_what_that_did(tmp_path):
+def test_bias_of_a_g_sensitive_gyroscope_is_free_of_that_effect(tmp_path):
     sensitivity = np.array([[1e-3, 2e-3, -1e-3], [5e-4, 0.0, 2e-3], [-1e-3, 1e-3, 3e-4]])
     session = spoilt(record(MOVES, 87), np.eye(3), np.eye(3), sensitivity)
     before = calibration(
@@ -169,7 +169,7 @@ def test_what_is_not_known_of_the_matrix_is_in_the_sigma_of_the_bias(tmp_path):
     assert np.all(sigmas[1e-6] < 2e-3)
 
 
-def test_corrected_specific_force_at_rest_is_as_good_as_the_joint_covariance_says(tmp_path):
+def test_corrected_force_at_rest_has_the_joint_covariance(tmp_path):
     """Law: at the attitude of the spin errors of M and of the new b cancel, but for the spin's own noise."""
     before = calibration(
         tmp_path,

@@ -95,7 +95,7 @@ def test_over_many_draws_the_covariance_is_that_of_the_errors(pattern):
     assert np.mean(agreements) == pytest.approx(12.0, abs=4.0 * np.sqrt(2.0 * 12.0 / 300.0))
 
 
-def test_spins_that_contradict_each_other_leave_the_last_one_and_a_warning(pattern):
+def test_contradictory_spins_leave_the_last_one_and_a_warning(pattern):
     generator = np.random.default_rng(105)
     spins = draw(pattern, generator, 2, TRUTH)
     warmer = TRUTH + np.array([0.0, 0.0, 0.0, 0.003, 0.0, 0.0])

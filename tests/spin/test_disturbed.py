@@ -22,7 +22,7 @@ def errors(motion, disturbance):
     return np.abs([off for off, _ in outcomes]), np.array([said for _, said in outcomes])
 
 
-def test_wheels_that_slip_as_the_robot_starts_are_within_the_sigmas_that_they_widen():
+def test_wheel_slip_at_the_start_is_within_the_widened_sigmas():
     motion = Motion(turns=(3.0,), tilt=spin_disturbed.TILT)
     off, said = errors(motion, spin_disturbed.Disturbance(slip=spin_disturbed.SLIP))
     assert said.mean() > 0.8

@@ -154,7 +154,7 @@ def test_what_a_device_finds_in_f32_is_what_a_workstation_finds():
     assert coarse.options["precision"] == "f32"
 
 
-def test_the_result_does_not_depend_on_how_many_samples_come_at_a_time():
+def test_result_does_not_depend_on_how_samples_are_grouped():
     session = record([still(6.0), turn(2.5)], seed=5)
     results = [run(Fed(session, size))[1] for size in (1, 7, 500, 100_000)]
     for each in results[1:]:
@@ -169,7 +169,7 @@ def test_a_clock_that_has_counted_for_years_loses_nothing():
     assert (np.abs(fresh.accelerometer_bias.value - old.accelerometer_bias.value) < 0.01 * 2e-3).all()
 
 
-def test_progress_only_grows_and_comes_no_more_than_ten_times_a_second():
+def test_progress_only_grows_and_comes_at_most_ten_times_a_second():
     session = record([still(6.0), turn(2.5)], seed=7)
     steps, _ = run(Fed(session))
     progress = [step for step in steps if step.kind == "progress"]
@@ -323,7 +323,7 @@ def test_remarks_on_the_stream_are_warnings_of_the_result():
     assert "left out 1 line without a sample" in result.warnings
 
 
-def test_a_device_without_a_clock_is_calibrated_by_the_time_of_arrival(monkeypatch):
+def test_device_without_a_clock_is_calibrated_by_arrival_times(monkeypatch):
     session = record([still(6.0), turn(2.5)], seed=23)
     delays = np.random.default_rng(23).uniform(0.0, 0.008, len(session.time))
     arrivals = iter(np.concatenate([[0.0], session.time + delays]))
@@ -356,7 +356,7 @@ def test_a_sensor_that_freezes_for_a_while_is_refused(start):
     )
 
 
-def test_a_sensor_so_coarse_that_it_often_repeats_itself_is_not_taken_for_frozen():
+def test_coarse_sensor_that_repeats_itself_is_not_called_frozen():
     session = record([still(6.0), turn(2.5), still(3.0)], seed=31)
     table = session.table.copy()
     table[:, 1:4] = np.round(table[:, 1:4] / 0.2) * 0.2

@@ -326,7 +326,7 @@ def test_control_c_ends_it_without_a_trace(run_live, session, tmp_path):
     assert untouched(tmp_path, f"{name}.live.yaml")
 
 
-def test_a_folder_that_cannot_be_written_to_is_refused_before_the_robot_moves(run_live, session, tmp_path):
+def test_unwritable_folder_is_refused_before_the_robot_moves(run_live, session, tmp_path):
     log = session.write(tmp_path / "drive.csv", HEADER)
     process = run_live(f"replay:{log}", "-o", log)
     assert "cannot write in this output folder" in refused(process)

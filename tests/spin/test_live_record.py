@@ -39,7 +39,7 @@ def without_date(path):
     return {key: value for key, value in content.items() if key not in ("date", "session")}
 
 
-def test_the_recording_of_a_live_spin_gives_its_calibration_to_the_bit(log, tmp_path):
+def test_recording_of_a_live_spin_gives_its_calibration_to_the_bit(log, tmp_path):
     first = live(log, "--json", "--record", tmp_path / "taken", "-o", tmp_path / "first")
     again = live(tmp_path / "taken", "--json", "-o", tmp_path / "again")
     assert (first.code, again.code) == (0, 0), first.err + again.err
@@ -76,7 +76,7 @@ def test_after_a_spin_what_comes_is_corrected_by_what_was_found(log, session, tm
     assert np.array_equal(rest[:, 1:], np.column_stack([force, rate]))
 
 
-def test_where_corrected_samples_go_to_standard_output_nothing_else_does(log, tmp_path):
+def test_standard_output_with_corrected_samples_holds_nothing_else(log, tmp_path):
     done = live(log, "--then-apply", "stdout", "-o", tmp_path)
     names, *rows = done.out.splitlines()
     assert names == "time,ax,ay,az,gx,gy,gz"
@@ -112,9 +112,7 @@ def test_a_source_that_cannot_be_opened_leaves_no_folder_behind(words, tmp_path,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_samples_go_on_while_the_page_is_written_and_a_page_that_cannot_be_is_said(
-    log, session, tmp_path, monkeypatch
-):
+def test_samples_go_on_while_the_page_is_written_or_fails(log, session, tmp_path, monkeypatch):
     heard = []
 
     def correct(found, samples, output, **options):

@@ -114,7 +114,7 @@ def test_a_bias_far_above_that_of_any_rest_gate_is_found(tmp_path):
 
 
 @pytest.mark.parametrize("vibration", [0.1, 0.3, 1.0, 3.0])
-def test_a_robot_that_shakes_while_it_turns_is_not_taken_for_lifted_or_driven(tmp_path, vibration):
+def test_robot_that_shakes_while_turning_is_not_called_lifted(tmp_path, vibration):
     moves = (still(), turn(3, vibration=vibration), still(3), turn(-3, vibration=vibration), still())
     session = record(moves, 48)
     found = spun(session, tmp_path)
@@ -216,7 +216,7 @@ def test_part_of_a_turn_is_said_with_what_it_is_worth(tmp_path, turns):
     assert_recovered(found, session.robot)
 
 
-def test_a_part_too_small_leaves_the_published_method_with_the_tilt_of_the_floor_in_its_sigma(tmp_path):
+def test_too_small_a_part_leaves_the_published_method_with_tilt(tmp_path):
     session = record((still(), turn(0.15)), 45, accelerometer_noise=0.3)
     found = spun(session, tmp_path)
     (spin,) = found["spins"]
@@ -281,7 +281,7 @@ def test_what_a_scale_error_would_do_is_said(tmp_path):
     assert any("1 % of it would be 0.098 m/s^2" in warning for warning in found["warnings"])
 
 
-def test_the_files_are_named_after_the_log_and_say_the_same_as_the_screen(tmp_path):
+def test_files_are_named_after_the_log_and_equal_the_screen(tmp_path):
     session = record(BOTH_WAYS, 39)
     found = spun(session, tmp_path)
     assert set(contents(tmp_path / "out")) == {"robot.spin.yaml", "robot.spin.html"}
@@ -292,7 +292,7 @@ def test_the_files_are_named_after_the_log_and_say_the_same_as_the_screen(tmp_pa
     assert found["files"]["calibration"] == str(tmp_path / "out/robot.spin.yaml")
 
 
-def test_the_screen_shows_every_parameter_with_its_sigma_or_that_it_is_not_observable(tmp_path):
+def test_screen_shows_parameters_with_sigma_or_as_not_observable(tmp_path):
     log = record(BOTH_WAYS, 40).write(tmp_path / "robot.csv")
     done = typed("spin", log, "-o", tmp_path / "out")
     assert done.code == 0, done.err
@@ -314,7 +314,7 @@ def test_python_gives_what_the_command_gives(tmp_path):
     assert "accelerometer bias x" in repr(result)
 
 
-def test_a_second_run_takes_the_place_of_the_first_and_a_failed_one_does_not(tmp_path):
+def test_second_run_replaces_the_first_and_a_failed_one_does_not(tmp_path):
     good = record(BOTH_WAYS, 42)
     spun(good, tmp_path)
     before = contents(tmp_path / "out")

@@ -51,7 +51,7 @@ def failure(kind, figures):
 
 
 @pytest.mark.parametrize(("kind", "figures", "part"), WITH_REMEDY, ids=[kind for kind, *_ in WITH_REMEDY])
-def test_every_failure_is_one_line_that_names_its_figures_and_a_remedy(kind, figures, part):
+def test_every_failure_is_one_line_with_its_figures_and_a_remedy(kind, figures, part):
     line = explain(failure(kind, figures))
     assert "\n" not in line
     assert part in line
@@ -75,7 +75,7 @@ def test_an_angle_is_in_degrees_below_a_turn_and_in_turns_above():
 @pytest.mark.parametrize(
     ("kind", "figures", "part"), WITHOUT_REMEDY, ids=[kind for kind, *_ in WITHOUT_REMEDY]
 )
-def test_what_befell_a_part_of_a_log_is_said_without_a_remedy_of_its_own(kind, figures, part):
+def test_fault_of_a_part_of_a_log_is_stated_without_own_remedy(kind, figures, part):
     assert part in explain(failure(kind, figures))
     assert remedy(failure(kind, figures)) == ""
     assert cause(failure(kind, figures)) == explain(failure(kind, figures))
@@ -86,6 +86,6 @@ def test_there_is_a_message_for_every_kind():
     assert explained == {kind.value for kind in SpinFailureKind}
 
 
-def test_an_unknown_word_of_the_core_is_a_bug_of_ours_and_not_passed_over():
+def test_unknown_word_of_the_core_is_a_bug_and_not_passed_over():
     with pytest.raises(ValueError, match="moon phase"):
         SpinFailure.of_core("moon phase", {})

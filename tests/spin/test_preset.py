@@ -36,7 +36,7 @@ def test_a_turn_as_it_was_preset_is_no_remark(log, tmp_path):
     assert (spoken["options"]["turn-rate"], spoken["options"]["turns"]) == (1.0, 2.0)
 
 
-def test_what_departs_from_the_preset_is_said_on_screen_page_and_in_json(log, tmp_path):
+def test_departures_from_the_preset_are_on_screen_page_and_in_json(log, tmp_path):
     preset = ("--turn-rate", 0.5, "--spin-duration", "30s")
     ran = typed("spin", log, "-o", tmp_path, *preset)
     assert ran.code == 0, ran.err

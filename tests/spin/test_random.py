@@ -45,7 +45,7 @@ def unit_by_chance(generator):
 
 
 @pytest.mark.parametrize("seed", range(201, 221))
-def test_every_turn_on_the_spot_is_found_no_drive_is_taken_for_one_and_the_biases_are_right(seed):
+def test_all_turns_on_the_spot_are_found_with_right_biases(seed):
     generator = np.random.default_rng(seed)
     moves = moves_by_chance(generator)
     session = record(moves, seed, **unit_by_chance(generator))

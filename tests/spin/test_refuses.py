@@ -76,13 +76,13 @@ def test_what_is_done_to_the_robot_is_said(tmp_path, spoil, parts):
 PUSH = drive(1.5, speed=0.5, turns=0.03, vibration=0.5)
 
 
-def test_a_robot_that_was_moved_while_it_should_stand_has_to_stand_again(tmp_path):
+def test_robot_moved_during_its_rest_must_rest_again(tmp_path):
     line = refused(record((still(1.5), PUSH, still(1.5), turn(3)), 75), tmp_path)
     assert "drove: reached about 0.5 m/s" in line
     assert "stood still for 1.3 s at most, 2 s are asked for" in line
 
 
-def test_a_robot_that_was_moved_and_then_stood_long_enough_is_calibrated_by_that_rest(tmp_path):
+def test_robot_moved_before_a_long_rest_is_calibrated_by_that_rest(tmp_path):
     session = record((still(3), PUSH, still(4), turn(3)), 76)
     log = session.write(tmp_path / "robot.csv")
     done = typed("spin", log, "-o", tmp_path / "out")
@@ -117,7 +117,7 @@ def test_a_floor_beyond_the_limit_is_said_with_its_tilt(tmp_path):
     assert "10.0 deg are allowed" in line
 
 
-def test_too_few_samples_for_the_speed_are_said_with_how_many_are_needed(tmp_path):
+def test_too_few_samples_for_the_speed_are_refused_with_the_number(tmp_path):
     line = refused(record((still(), turn(6, 3.0), still()), 55, rate_hz=5.0), tmp_path)
     assert "5 samples a second are too few" in line
     assert "10.9 are needed; log faster or turn more slowly" in line
@@ -161,7 +161,7 @@ def test_fewer_turns_than_asked_for_are_refused_with_both_numbers(tmp_path):
     assert "5.00 turns were asked for" in line
 
 
-def test_as_many_turns_as_asked_for_are_enough_though_no_robot_stops_exactly(tmp_path):
+def test_requested_number_of_turns_suffices_despite_inexact_stops(tmp_path):
     log = record((still(), turn(2.99), still()), 59).write(tmp_path / "robot.csv")
     assert typed("spin", log, "-o", tmp_path / "out", "--turns", 3).code == 0
 
@@ -191,7 +191,7 @@ def test_a_rest_shorter_than_asked_for_is_refused_with_both_times(tmp_path, stil
     assert "stood still for 5.8 s at most, 10 s are asked for" in line
 
 
-def test_a_rest_as_long_as_asked_for_is_enough_though_its_ends_are_left_out(tmp_path):
+def test_requested_rest_suffices_though_its_ends_are_left_out(tmp_path):
     log = record(GOOD, 64).write(tmp_path / "robot.csv")
     assert typed("spin", log, "-o", tmp_path / "out", "--still", "6s").code == 0
 
@@ -311,7 +311,7 @@ def test_a_spin_that_is_refused_does_not_spoil_a_good_one(tmp_path):
     assert "was lifted" in done.text
 
 
-def test_a_spin_named_by_its_times_that_is_refused_is_exit_code_3_beside_a_good_one(tmp_path):
+def test_refused_spin_beside_a_good_one_exits_3(tmp_path):
     session = record((*GOOD, drive(turns=0.3, vibration=0.3), *GOOD), 73)
     part = session.during(5, 0.5, 0.55)
     push = 4.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, part.sum()))

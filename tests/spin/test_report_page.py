@@ -75,12 +75,12 @@ def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
 
 
 @pytest.mark.parametrize("name", RESULTS)
-def test_the_page_is_light_enough_to_mail_and_never_prints_a_number_that_is_none(pages, name):
+def test_page_is_light_and_never_prints_a_nan(pages, name):
     assert len(SPIN_REPORT.render(RESULTS[name]()).encode()) < 500_000
     assert not re.search(r"\b(nan|inf|None|True|False|array)\b", pages[name].words)
 
 
-def test_every_colour_the_page_names_is_defined_for_light_and_for_dark():
+def test_every_colour_of_the_page_exists_for_light_and_dark():
     text = SPIN_REPORT.render(spins.several())
     light, dark = re.findall(r":root \{(.*?)\}", text, flags=re.DOTALL)
     for name in set(re.findall(r"var\(--([\w-]+)\)", text)):
@@ -89,7 +89,7 @@ def test_every_colour_the_page_names_is_defined_for_light_and_for_dark():
 
 
 @pytest.mark.parametrize("name", RESULTS)
-def test_every_parameter_stands_on_the_page_to_the_digits_of_its_sigma(pages, name):
+def test_every_parameter_is_printed_to_the_digits_of_its_sigma(pages, name):
     result, shown = RESULTS[name](), shown_parameters(pages[name])
     assert len(shown) == len(result.spins)
     for spin, rows in zip(result.spins, shown, strict=True):
@@ -119,7 +119,7 @@ def test_what_was_not_observable_is_words_and_no_number(pages, name):
     assert "What these spins did not show" in pages[name].words
 
 
-def test_the_headline_says_both_biases_with_sigma_and_what_they_rest_on(pages):
+def test_headline_states_both_biases_with_sigma_and_their_basis(pages):
     words = pages["one"].words
     assert "The level-free bias is the result." in words
     assert "Both biases found" in words
@@ -131,7 +131,7 @@ def test_the_headline_says_both_biases_with_sigma_and_what_they_rest_on(pages):
     assert "Chi-square 27.3 for 29 degrees of freedom" in words
 
 
-def test_a_bias_from_less_than_a_turn_is_not_said_to_be_free_of_the_floor(pages):
+def test_bias_from_under_a_turn_is_not_called_free_of_the_floor(pages):
     words = pages["short"].words
     assert "by the published method, which holds on a level floor only" in words
     assert "Level-free: over a full turn" not in words
@@ -152,7 +152,7 @@ def test_a_bias_that_was_not_found_is_a_reason_in_the_headline(pages):
     assert "not observable with compensation" in words
 
 
-def test_level_free_and_published_stand_side_by_side_with_their_difference_as_tilt(pages):
+def test_level_free_and_published_differ_by_the_tilt(pages):
     spin = spins.spin()
     rows = {row[0]: row[1:] for row in pages["one"].rows if len(row) == 4 and row[0] in ("x", "y", "z")}
     for k, axis in enumerate("xyz"):

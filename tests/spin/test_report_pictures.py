@@ -53,7 +53,7 @@ def is_affine(shown, wanted):
     return np.allclose(design @ solution, shown, atol=0.02)
 
 
-def test_every_figure_is_well_formed_and_takes_its_colours_from_the_page():
+def test_every_figure_is_well_formed_and_uses_page_colours():
     for svg in all_figures():
         ElementTree.fromstring(svg)
         assert not re.search(r"#[0-9a-fA-F]{6}\b", svg)
@@ -70,7 +70,7 @@ def test_the_scatter_has_a_point_for_every_block_where_it_belongs():
     assert is_affine(shown[:, 1], wanted[:, 1])
 
 
-def test_the_heading_figure_has_a_point_for_every_block_and_folds_the_heading():
+def test_heading_figure_has_a_point_a_block_and_folds_the_heading():
     blocks = spins.spin().blocks
     shown = uses(drawn(heading_figure, spins.spin(), spins.GRAVITY))
     turning = blocks.resting < 0.5
@@ -99,7 +99,7 @@ def test_many_blocks_are_thinned_evenly_and_few_are_not():
     assert len(set(np.diff(np.flatnonzero(kept)))) == 1
 
 
-def test_the_circle_of_the_noise_holds_as_many_means_of_white_noise_as_it_says():
+def test_noise_circle_holds_its_stated_share_of_means():
     seed = 20260101
     print(f"seed {seed}")
     each = round(spins.BLOCK * spins.RATE_HZ)
@@ -118,7 +118,7 @@ def test_speeding_up_about_the_axis_does_not_widen_the_circle():
     assert turning == pytest.approx(at_rest, rel=1e-6)
 
 
-def test_the_errors_at_rest_are_those_of_the_readings_without_and_with_the_bias():
+def test_rest_errors_are_those_of_readings_without_and_with_bias():
     spin = spins.spin()
     for k, rest in enumerate(spin.rests):
         before, after, _ = force_errors(spin, spins.GRAVITY)

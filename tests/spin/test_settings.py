@@ -27,7 +27,7 @@ def outside(row):
         yield row["least"] - 1e-9
 
 
-def test_defaults_of_the_model_and_of_a_live_spin_are_those_of_the_core():
+def test_defaults_of_model_and_live_spin_are_those_of_the_core():
     assert SpinSettings().model_dump() == {
         name: row["default"] for name, row in TABLE.items() if row["default"] is not None
     }
@@ -44,7 +44,7 @@ def test_the_help_of_the_command_tells_the_defaults_of_the_core():
 
 
 @pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row["kind"] != "flag"])
-def test_a_setting_out_of_its_bounds_is_refused_in_one_line_by_its_name(name):
+def test_setting_out_of_bounds_is_refused_in_one_line_by_name(name):
     for number in outside(TABLE[name]):
         with pytest.raises(ProcedureError, match=rf"^{name} needs to be .*, found ") as refused:
             core_settings({name: number})

@@ -79,7 +79,7 @@ def test_a_slow_turn_at_the_start_is_noticed_on_a_tilted_floor(tmp_path):
     assert np.all(np.abs(miss) < SIGMAS), miss
 
 
-def test_the_scale_of_the_gyroscope_is_found_where_the_true_turns_are_known(tmp_path):
+def test_scale_is_found_where_the_true_turns_are_known(tmp_path):
     log, _ = simulated(tmp_path, "--seed", 11, "--gyroscope-scale", 0.02)
     found = spun(log, tmp_path, "--true-turns", "+3,-3", "--true-turns-sigma", 0.5)
     shown = {parameter["name"]: parameter for parameter in found["spins"][0]["parameters"]}

@@ -45,7 +45,7 @@ def test_a_spin_without_anything_wrong_is_not_said_to_slip():
     assert not [line for line in found.warnings if "slipping" in line]
 
 
-def test_what_turning_with_gravity_does_not_explain_widens_the_sigmas_and_that_is_said():
+def test_unexplained_gravity_residual_widens_sigmas_and_is_reported():
     session = simulate_spin(
         seed=3, plan=spin_live.PLAN, floor_tilt_deg=1.0, vibration=0.0, bias_instability=False
     )

@@ -25,7 +25,7 @@ def test_a_sign_says_the_direction(text, clockwise, counter_clockwise):
 
 
 @given(turns=st.floats(0.01, 100.0), sigma=st.floats(0.0, 10.0))
-def test_without_a_sign_every_direction_counts_in_which_the_robot_turned(turns, sigma):
+def test_unsigned_turns_count_in_every_direction(turns, sigma):
     said = TrueTurns.parse(repr(turns), sigma)
     cw, ccw, spread = said.angle(0.0, turns * TURN + LEAST, LEAST)
     assert math.isnan(cw)

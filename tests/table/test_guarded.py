@@ -109,7 +109,7 @@ def test_the_table_is_stopped_on_every_way_out(way):
 
 @pytest.mark.parametrize("failing", ["enable", "goto", "settled", "position"])
 @pytest.mark.parametrize("error", [TableError("no answer"), OSError("line lost"), KeyboardInterrupt()])
-def test_a_table_that_is_silent_or_refuses_is_stopped_at_once_and_moves_no_more(failing, error):
+def test_silent_or_refusing_table_is_stopped_and_moves_no_more(failing, error):
     table = NotingTable()
     with GuardedTable(table, armed=True) as guarded:
         if failing != "enable":

@@ -64,7 +64,7 @@ def accelerometer_sigma_per_minute(plan):
     return np.sqrt(np.mean(np.square(plan.sigma[:12])) * plan.seconds / 60.0)
 
 
-def test_poses_beat_the_six_faces_for_accelerometers_alone_where_travel_is_slow():
+def test_poses_beat_six_faces_for_accelerometers_with_slow_travel():
     axes, rest = slowed(5.0), 1.0
     plan = plan_poses(axes, rest, gyroscope=False)
     assert accelerometer_sigma_per_minute(plan) < 0.9 * accelerometer_sigma_per_minute(six_faces(axes, rest))
@@ -153,7 +153,7 @@ def test_orders_of_many_poses_are_within_a_fifth_of_the_shortest(seed):
     )
 
 
-def test_the_motion_of_a_plan_is_within_a_fifth_of_the_shortest_and_takes_as_long_as_it_says(planned):
+def test_plan_is_within_a_fifth_of_the_shortest_and_on_time(planned):
     alone = replace(planned, turns=())
     assert len(planned.angles) <= EXACT
     shortest = brute_force(TWO, planned.angles, np.zeros(2))
@@ -168,7 +168,7 @@ def test_the_motion_of_a_plan_is_within_a_fifth_of_the_shortest_and_takes_as_lon
     assert clock.now == pytest.approx(alone.motion_seconds)
 
 
-def test_every_pose_of_a_plan_is_within_the_limits_and_apart_from_the_others(planned):
+def test_every_pose_of_a_plan_is_within_limits_and_apart(planned):
     for number, axis in enumerate(TWO):
         low, high = axis.limits.angle or (-np.inf, np.inf)
         assert np.all((planned.route[:, number] >= low - 1e-9) & (planned.route[:, number] <= high + 1e-9))

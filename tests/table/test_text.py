@@ -96,7 +96,7 @@ def answering(replies):
         (lambda told: "north" if "POS?" in told else "OK", "replied 'north'"),
     ],
 )
-def test_silence_and_refusals_are_one_line_and_the_table_is_told_to_stop(tmp_path, replies, problem):
+def test_silence_and_refusals_are_one_line_and_stop_the_table(tmp_path, replies, problem):
     text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.3")
     (tmp_path / "quick.yaml").write_text(text)
     server, told = answering(replies)
@@ -108,7 +108,7 @@ def test_silence_and_refusals_are_one_line_and_the_table_is_told_to_stop(tmp_pat
     assert told[-2:] == ["AXIS1:STOP", "AXIS2:STOP"]
 
 
-def test_all_axes_are_told_to_stop_before_any_answer_and_a_late_answer_does_not_hide_that_of_the_stop(
+def test_all_axes_are_stopped_before_any_answer_is_awaited(
     tmp_path,
 ):
     text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.5")
@@ -209,7 +209,7 @@ def test_a_status_that_is_no_number_is_refused():
         query.is_settled("busy")
 
 
-def test_a_table_is_commanded_over_a_serial_line_that_no_other_program_may_open():
+def test_table_on_a_serial_line_excludes_other_programs():
     device, line = pty.openpty()
     tty.setraw(line)
     said = []

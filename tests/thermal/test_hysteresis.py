@@ -59,7 +59,7 @@ def test_a_lag_and_a_loop_of_one_axis_are_both_found():
     assert abs(axis.hysteresis.value - 0.09) < 4.5 * axis.hysteresis.sigma
 
 
-def test_a_loop_that_a_lag_could_make_of_one_axis_is_said_to_be_either():
+def test_loop_that_a_lag_could_also_make_is_reported_as_either():
     result = tumble.thermal(played(3, loop="faint", bias=(0.0, 0.0, -0.2), gyroscope=0.0))
     assert not result.lag.observable
     assert any(

@@ -107,7 +107,7 @@ def test_the_page_shows_both_legs_orders_and_where_the_range_ends(folder, conten
     assert "the drift at that edge is held" in text
 
 
-def test_a_calibration_it_is_added_to_keeps_m_and_b_which_hold_where_it_was_made(folder, tmp_path):
+def test_extended_calibration_keeps_m_and_b_valid_at_their_reference(folder, tmp_path):
     before = tumble.Calibration.model_validate(
         {
             "name": "drive",

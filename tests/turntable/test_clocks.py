@@ -28,7 +28,7 @@ def batches():
     return [(session, calibrate(session)) for session in sessions]
 
 
-def test_targets_with_clocks_of_their_own_are_calibrated_as_well_as_with_one(batches):
+def test_targets_with_own_clocks_are_calibrated_as_with_a_shared_one(batches):
     squares = sum(assert_recovered(session, result) for session, result in batches)
     assert_within_sigmas(squares, len(SEEDS) * len(GRADES) * 2 * PARAMETERS, "clocks apart")
 
@@ -93,7 +93,7 @@ def test_every_unit_may_have_its_own_sample_rate(clocks):
     assert_recovered(session, calibrate(session))
 
 
-def test_the_earth_turns_on_while_one_unit_is_cut_later_than_the_other():
+def test_earth_rotation_is_followed_while_one_unit_is_cut_later():
     """At different rates rests end at slightly different times; 15 deg/h for 0.1 s is 4 ppm of 90 deg."""
     rates = {"reference": 200.0, "target_1": 50.0}
     squares = 0.0
@@ -103,7 +103,7 @@ def test_the_earth_turns_on_while_one_unit_is_cut_later_than_the_other():
     assert_within_sigmas(squares, 6 * 2 * PARAMETERS, "rates apart, the best of targets")
 
 
-def test_a_target_that_started_late_and_stopped_early_uses_what_it_shares():
+def test_target_with_late_start_and_early_stop_uses_the_common_part():
     session = simulate(36, grades=("industrial",))
     unit = session.target_units[0]
     late = shortened(unit.samples, 7.0, 33.0)

@@ -90,7 +90,7 @@ def test_a_calibration_file_says_what_the_summary_says(session, tmp_path, run):
         assert calibration.serial == row["serial"]
 
 
-def test_a_calibration_made_by_the_command_corrects_what_it_was_made_from(session, tmp_path, run):
+def test_calibration_by_the_command_corrects_its_own_recording(session, tmp_path, run):
     out = tmp_path / "out"
     assert run("turntable", *logs(session), "--g-sensitivity", "-o", out).code == 0
     corrected = tmp_path / "corrected.csv"

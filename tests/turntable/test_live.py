@@ -43,7 +43,7 @@ def session_on(bench, folder, **options):
 
 
 @given(st.permutations(range(6)), st.permutations(range(6)))
-def test_poses_and_turns_are_ticked_once_each_in_whatever_order_they_come(faces, turns):
+def test_poses_and_turns_are_ticked_once_in_any_order(faces, turns):
     guide = Guide.of(SIX_FACES, 5.0, turns=True)
     ticked = []
     for face in faces:
@@ -65,7 +65,7 @@ def test_poses_and_turns_are_ticked_once_each_in_whatever_order_they_come(faces,
     assert guide.wanted is None
 
 
-def test_a_rest_that_is_disturbed_goes_on_and_one_off_all_poses_counts_for_none():
+def test_disturbed_rest_goes_on_and_one_off_all_poses_does_not_count():
     guide = Guide.of(SIX_FACES, 5.0, turns=False)
     assert list(guide.rest(G * SIX_FACES[4].up, 3.0)) == []
     guide.motion()
@@ -124,7 +124,7 @@ def test_units_that_stay_as_they_are_are_not_said_to_have_slipped(seed):
 
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.floats(1.5, 10.0))
-def test_a_unit_that_turned_in_its_fixture_is_named_and_the_other_is_not(seed, angle):
+def test_unit_that_turned_in_its_fixture_is_named_and_no_other(seed, angle):
     tilt = math.radians(angle)
     turned = np.array([[1, 0, 0], [0, math.cos(tilt), -math.sin(tilt)], [0, math.sin(tilt), math.cos(tilt)]])
     visits, matrices = visits_with(
@@ -178,9 +178,7 @@ def test_noisy_units_and_loose_ones_are_not_called_exchanged(seed, sigma):
 # The loop
 
 
-def test_a_table_units_and_guidance_in_a_closed_loop_give_what_the_recording_gives_to_the_bit(
-    tmp_path, monkeypatch
-):
+def test_closed_loop_with_a_table_equals_the_recording_to_the_bit(tmp_path, monkeypatch):
     with waiting_bench(monkeypatch, seed=41) as bench:
         done = typed(
             "turntable",
@@ -251,7 +249,7 @@ def test_a_unit_that_is_loose_is_named_while_the_session_goes_on(tmp_path, monke
     assert any("loose" in each["text"] and "fasten it" in each["text"] for each in warnings)
 
 
-def test_a_session_that_was_killed_goes_on_where_it_was_and_is_calibrated_as_one(tmp_path, monkeypatch):
+def test_killed_session_resumes_and_is_calibrated_as_one(tmp_path, monkeypatch):
     with waiting_bench(monkeypatch, seed=43, motion="six-faces", rest_seconds=6.0) as bench:
         killed = session_on(bench, tmp_path, pose_seconds=3.0)
         steps = killed.steps()

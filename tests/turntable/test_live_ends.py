@@ -49,9 +49,7 @@ def session(words, folder, *options):
 # Sources that are gone
 
 
-def test_a_bench_that_ends_first_is_said_at_once_and_what_there_is_is_calibrated(
-    tmp_path, monkeypatch, impatient
-):
+def test_bench_that_ends_first_is_reported_and_calibrated_so_far(tmp_path, monkeypatch, impatient):
     with waiting_bench(
         monkeypatch, seed=61, motion="six-faces", rest_seconds=6.0, duration_seconds=120.0
     ) as bench:
@@ -71,9 +69,7 @@ def test_a_bench_that_ends_first_is_said_at_once_and_what_there_is_is_calibrated
     assert np.abs(np.array(found["accelerometer"]["b"]) - true).max() < 0.03
 
 
-def test_a_bench_that_ends_before_the_poses_suffice_leaves_one_line_that_says_why(
-    tmp_path, monkeypatch, impatient
-):
+def test_bench_that_ends_too_early_leaves_one_line_with_the_reason(tmp_path, monkeypatch, impatient):
     with waiting_bench(
         monkeypatch, seed=62, motion="six-faces", rest_seconds=6.0, duration_seconds=12.0
     ) as bench:
@@ -97,7 +93,7 @@ def test_sources_that_say_that_they_have_ended_are_not_waited_for(tmp_path, repl
     assert (tmp_path / "out" / "target_1.yaml").is_file()
 
 
-def test_poses_of_a_list_that_were_not_shown_do_not_hinder_those_that_were(tmp_path, replayed):
+def test_missing_poses_of_a_list_do_not_prevent_the_others(tmp_path, replayed):
     listed = tmp_path / "poses.yaml"
     more = tumble.Pose("tilted", np.array([0.0, 1.0, 1.0]))
     tumble.PoseList((*live.SIX_FACES, more)).save(listed)
@@ -122,7 +118,7 @@ def test_a_goal_that_is_out_of_reach_is_said_and_the_exit_code_is_3(tmp_path, mo
     assert found["method"]["options"]["sigma of accelerometer bias"] > 1e-9
 
 
-def test_a_goal_that_a_recording_ends_before_is_said_and_the_exit_code_is_3(tmp_path, replayed):
+def test_goal_unmet_at_the_end_of_a_recording_exits_3(tmp_path, replayed):
     done = session(replayed, tmp_path / "out", "--pose-seconds", "2s", "--no-turns", "--until", "bias 1e-9")
     assert done.code == 3
     assert "Ended early: all sources have ended; " in done.err
@@ -147,7 +143,7 @@ def rotations(plan):
 
 
 @pytest.mark.parametrize("preset", ["two-axis", "three-axis"])
-def test_of_a_plan_that_was_carried_out_nothing_is_left_and_of_none_all_of_it(preset):
+def test_executed_plan_leaves_nothing_and_an_unused_one_all(preset):
     plan = plan_of(preset)
     assert plan.axes == PRESETS[preset]
     assert len(plan.turns) > 2
@@ -157,7 +153,7 @@ def test_of_a_plan_that_was_carried_out_nothing_is_left_and_of_none_all_of_it(pr
 
 @settings(max_examples=30)
 @given(st.data())
-def test_what_is_left_of_a_plan_holds_each_rest_and_each_turn_that_lacks(data):
+def test_rest_of_a_plan_holds_each_missing_rest_and_turn(data):
     plan = plan_of("two-axis")
     shown = data.draw(st.lists(st.booleans(), min_size=len(plan.angles), max_size=len(plan.angles)))
     everything = rotations(plan)
@@ -174,7 +170,7 @@ def test_what_is_left_of_a_plan_holds_each_rest_and_each_turn_that_lacks(data):
     assert lacking >= len(plan.turns) - len(kept) // 2
 
 
-def test_a_session_on_a_table_that_was_stopped_goes_on_with_the_stops_that_lack(tmp_path, monkeypatch):
+def test_stopped_table_session_resumes_with_the_missing_stops(tmp_path, monkeypatch):
     monkeypatch.setattr(table_drive, "MOST_PASSES", 1)
     went = []
     with waiting_bench(monkeypatch, seed=63) as bench:
@@ -210,7 +206,7 @@ def test_a_session_on_a_table_that_was_stopped_goes_on_with_the_stops_that_lack(
     assert len(set(went)) == len(went)
 
 
-def test_a_table_does_not_leave_a_stop_whose_samples_have_not_come_yet():
+def test_table_waits_at_a_stop_until_its_samples_have_come():
     clock = Clock()
     simulated = NotingTable(clock=clock)
     plan = plan_of("two-axis", turns=False)

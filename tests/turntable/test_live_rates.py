@@ -24,7 +24,7 @@ def listed(path):
     return path
 
 
-def test_rates_of_a_pose_list_come_out_of_a_live_session_as_scale_by_rate(tmp_path, monkeypatch):
+def test_rates_of_a_pose_list_give_scale_by_rate_live(tmp_path, monkeypatch):
     with waiting_bench(monkeypatch, seed=96) as bench:
         done = typed(
             *("turntable", "--live", *words_of(bench), "--table", bench.table_address, "--armed"),

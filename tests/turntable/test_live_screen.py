@@ -41,7 +41,7 @@ def step(done=(), **changes):
 
 
 @given(st.permutations(FACES), st.integers(0, 6))
-def test_each_face_that_is_done_has_its_tick_and_no_other_has_in_whatever_order_they_come(order, count):
+def test_exactly_the_finished_faces_are_ticked_in_any_order(order, count):
     done = order[:count]
     shown = "\n".join(screen(step(done)))
     for face in FACES:
@@ -107,7 +107,7 @@ def test_each_unit_has_a_line_with_what_it_does_and_its_rate(condition, said):
         (math.inf, "[ ] accelerometer bias: not shown yet, 0.001 wanted"),
     ],
 )
-def test_a_goal_shows_the_sigma_that_was_reached_against_the_one_that_is_wanted(sigma, line):
+def test_goal_shows_the_reached_sigma_against_the_wanted_one(sigma, line):
     assert line in screen(step(goals=(GoalProgress(BIAS, "m/s^2", sigma, "target_1"),)))
 
 

@@ -130,9 +130,7 @@ def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path,
 
 
 @pytest.mark.parametrize("number", draws(12))
-def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(
-    number, tmp_path, monkeypatch, impatient
-):
+def test_full_disk_ends_it_in_one_line_and_the_recording_resumes(number, tmp_path, monkeypatch, impatient):
     random = np.random.default_rng([21, number])
     left = int(random.integers(1, 40))
     print(f"draw {number}: full after {left} parts")
@@ -163,7 +161,7 @@ KILLED_WITHIN = 14.0
 
 
 @pytest.mark.parametrize("number", draws(100))
-def test_a_session_that_is_killed_at_any_moment_goes_on_and_ends_as_any_other(number, tmp_path):
+def test_session_killed_at_any_moment_resumes_and_ends_normally(number, tmp_path):
     random = np.random.default_rng([22, number])
     after = random.uniform(0.5, KILLED_WITHIN)
     print(f"draw {number}: killed after {after:.2f} s")

@@ -49,7 +49,7 @@ def replayed(folder, session, change=lambda tables: None):
     return [f"{name}=replay:{path}?speed=max" for name, path in paths.items()]
 
 
-def test_a_unit_whose_datagrams_stop_is_said_to_be_silent_and_the_others_go_on(tmp_path, monkeypatch):
+def test_unit_without_datagrams_is_reported_silent_while_others_run(tmp_path, monkeypatch):
     done = by_hand(monkeypatch, tmp_path / "out", LiveFault("unplugged", start=15.0, end=70.0))
     unit, text = next(each for each in warnings_of(done) if "silent" in each[1])
     assert unit == "target_1"
@@ -57,7 +57,7 @@ def test_a_unit_whose_datagrams_stop_is_said_to_be_silent_and_the_others_go_on(t
     assert events_of(done)[-1]["event"] == "result"
 
 
-def test_a_line_that_is_taken_away_is_said_to_be_lost_and_to_be_there_again(tmp_path, monkeypatch):
+def test_removed_line_is_reported_lost_and_then_back(tmp_path, monkeypatch):
     fault = LiveFault("unplugged", start=15.0, end=35.0)
     done = by_hand(monkeypatch, tmp_path / "out", fault, transport="tcp", folder=tmp_path)
     texts = [text for unit, text in warnings_of(done) if unit == "target_1"]
@@ -93,7 +93,7 @@ def test_a_range_that_is_too_small_is_said_to_be_saturated(tmp_path):
     assert all("choose a larger range" in text for _, text in found)
 
 
-def test_two_units_that_were_exchanged_between_two_rounds_are_both_named(tmp_path):
+def test_two_units_swapped_between_rounds_are_both_named(tmp_path):
     made = simulate(83, grades=["tactical", "tactical"], rate_hz=50.0, visits=TWICE, clocks="shared")
 
     def exchanged(tables):

@@ -34,7 +34,7 @@ def spoilt(folder, slip):
     return reference, target
 
 
-def test_residuals_beyond_ten_times_the_noise_are_a_model_not_met_everywhere_it_can_be_read(tmp_path):
+def test_residuals_beyond_ten_times_the_noise_show_model_not_met(tmp_path):
     logs = spoilt(tmp_path, 0.01)
     out = tmp_path / "out"
     done = calibrated(*logs, "-o", out, code=3)

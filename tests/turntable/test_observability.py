@@ -77,7 +77,7 @@ def test_the_calibration_file_holds_null_and_says_why(at_rest):
     assert (np.diag(covariance)[9:] > 0.0).all()
 
 
-def test_what_was_not_seen_of_the_matrix_is_the_mounting_the_accelerometer_shows(at_rest):
+def test_unobserved_part_of_the_matrix_is_the_mounting(at_rest):
     """So that applying the file turns the rates with the forces, and changes no scale."""
     folder, _, _ = at_rest
     calibration = Calibration.load(folder / "target_1.yaml")
@@ -126,7 +126,7 @@ def test_a_limit_on_it_fails_because_nothing_showed_that_it_is_within(at_rest, t
     assert "bias" not in rows(tmp_path)["target_1"]["reason"]
 
 
-def test_rests_about_one_axis_do_not_tell_scale_from_bias_and_are_refused():
+def test_rests_about_one_axis_leave_scale_and_bias_open_and_fail():
     session = simulate(52, grades=("tactical",), poses=ABOUT_X, mounting_angle_deg=0.0, table_error_deg=0.0)
     with pytest.raises(ProcedureError, match="point in too few directions to separate scale from bias"):
         calibrate(session, poses=None)

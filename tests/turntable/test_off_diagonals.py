@@ -37,7 +37,7 @@ def leans(matrix):
     return np.array([np.degrees(np.arcsin(rows[element])) for element in ELEMENTS])
 
 
-def test_mounting_ignored_leaves_the_off_diagonals_of_the_table_and_tumble_those_of_the_unit(session):
+def test_ignored_mounting_leaves_table_off_diagonals(session):
     folder, R_e, M = session
     found = tumble.turntable(folder / "reference.csv", [folder / "target_1.csv"]).targets[0].off_diagonals
 
@@ -67,7 +67,7 @@ def test_the_slope_of_the_lean_is_its_derivative():
             assert slope[k] == pytest.approx(change / 2e-6, abs=1e-8)
 
 
-def test_the_page_shows_the_off_diagonals_in_three_ways_each_with_sigma(session, tmp_path):
+def test_page_shows_off_diagonals_in_three_ways_with_sigmas(session, tmp_path):
     folder, R_e, M = session
     done = typed("turntable", folder / "reference.csv", folder / "target_1.csv", "-o", tmp_path)
     assert done.code == 0, done.err

@@ -53,7 +53,7 @@ def log(folder, recording, kind):
 
 
 @pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
-def test_a_target_with_one_triad_is_calibrated_as_that_triad_is_beside_the_other(session, triad):
+def test_single_triad_target_equals_that_triad_beside_the_other(session, triad):
     target = session.targets[0]
     result = tumble.turntable(session.reference, [target, only(target, triad)])
     both, alone = (getattr(each, triad) for each in result.targets)
@@ -92,7 +92,7 @@ def test_rates_without_rates_of_the_reference_are_refused(session):
         tumble.turntable(reference, [only(session.targets[0], "gyroscope")])
 
 
-def test_logs_of_one_triad_are_taken_by_the_commands_as_they_are_typed(session, tmp_path):
+def test_commands_accept_logs_of_one_triad_as_typed(session, tmp_path):
     target, reference = session.targets[0], session.reference
     forces, rates = log(tmp_path, target, "acc"), log(tmp_path, target, "gyro")
     whole = log(tmp_path, reference, "both")

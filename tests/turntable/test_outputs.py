@@ -118,9 +118,7 @@ def test_files_and_json_tell_the_same(logs, out, tmp_path):
         assert (tmp_path / "out") in map(type(tmp_path), [path, *type(tmp_path)(path).parents])
 
 
-def test_the_summary_has_a_row_a_target_in_the_order_typed_with_every_number_and_its_sigma(
-    logs, out, tmp_path
-):
+def test_summary_has_a_row_a_target_in_typed_order_with_all_sigmas(logs, out, tmp_path):
     calibrated(logs[0], logs[2], logs[1], "-o", tmp_path / "out")
     assert list(rows(tmp_path / "out")) == ["target_2", "target_1"]
     row = rows(out)["target_1"]
@@ -137,7 +135,7 @@ def test_the_report_of_the_batch_leads_to_every_target(out):
         assert f'href="{name}.html"' in page
 
 
-def test_a_target_that_cannot_be_read_stops_no_other_and_has_a_row_that_says_why(logs, tmp_path):
+def test_unreadable_target_stops_no_other_and_has_a_row_with_reason(logs, tmp_path):
     (tmp_path / "cut.csv").write_bytes(logs[1].read_bytes()[:50_001])
     (tmp_path / "note.csv").write_text("remember the milk\n")
     done = calibrated(
@@ -159,7 +157,7 @@ def test_a_target_that_cannot_be_read_stops_no_other_and_has_a_row_that_says_why
 
 
 @pytest.mark.parametrize("spoilt", ["reference", "every target"])
-def test_a_run_in_which_nothing_can_be_done_leaves_the_results_of_the_last_one(logs, tmp_path, spoilt):
+def test_run_without_any_usable_target_keeps_earlier_results(logs, tmp_path, spoilt):
     calibrated(*logs[:2], "-o", tmp_path / "out")
     before = contents(tmp_path / "out")
     (tmp_path / "empty.csv").write_text("")
@@ -201,7 +199,7 @@ def test_an_output_folder_below_a_file_is_refused_before_any_work(logs, tmp_path
     assert (tmp_path / "notes").read_text() == "mine"
 
 
-def test_a_folder_in_the_place_of_a_result_is_refused_and_what_is_in_it_kept(logs, tmp_path):
+def test_folder_in_the_place_of_a_result_is_refused_and_kept(logs, tmp_path):
     (tmp_path / "out/target_1.yaml").mkdir(parents=True)
     (tmp_path / "out/target_1.yaml/mine").write_text("mine")
     line = refusal(*logs[:2], "-o", tmp_path / "out")

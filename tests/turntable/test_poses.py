@@ -25,7 +25,7 @@ DIRECTIONS = PoseList(
 )
 
 
-def test_targets_are_calibrated_where_no_pose_is_known_and_the_mounting_angle_is_not():
+def test_targets_are_calibrated_without_known_poses_or_mounting():
     session = simulate(41, grades=("consumer", "industrial", "tactical"))
     known, unknown = calibrate(session), calibrate(session, poses=None)
     assert_recovered(session, unknown)
@@ -70,7 +70,7 @@ def test_poses_may_come_in_any_order_and_again_and_all_are_used():
     assert any("X up (2 times), Z down (2 times)" in warning for warning in result.warnings)
 
 
-def test_a_pose_that_is_not_listed_serves_the_targets_and_not_the_mounting_angle():
+def test_unlisted_pose_serves_targets_but_not_the_mounting_angle():
     extra = PoseList((*SIX_FACES, Pose("askew", np.array([1.0, 1.0, 1.0]))))
     session = simulate(44, grades=("tactical",), poses=extra)
     listed, unlisted = calibrate(session, poses=extra), calibrate(session)
@@ -90,7 +90,7 @@ def test_the_error_of_the_table_at_each_pose_is_found():
     assert_recovered(session, result)
 
 
-def test_a_mounting_angle_that_turns_every_pose_far_from_its_list_is_not_estimated_but_targets_are():
+def test_implausible_mounting_angle_is_not_estimated_but_targets_are():
     session = simulate(46, grades=("tactical",), mounting_angle_deg=12.0)
     result = calibrate(session)
     assert result.reference.mounting is None
@@ -118,7 +118,7 @@ def assert_accelerometer_recovered(session, found):
     assert chi_square(session["target_1"], found, "accelerometer") < 45.0  # 1e-5 of chi-square with 12
 
 
-def test_one_file_a_pose_is_matched_by_its_name_whatever_its_length_and_clock(session, folders):
+def test_one_file_a_pose_is_matched_by_name_for_any_length_and_clock(session, folders):
     result = run(folders)
     found = result["target_1"]
     assert sorted(pose.name for pose in result.poses) == sorted(pose.name for pose in SIX_FACES)

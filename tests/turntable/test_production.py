@@ -108,7 +108,7 @@ def test_json_tells_of_all_targets_of_the_folder(units):
     assert [each["calibration"] is not None for each in found] == [False, True, False]
 
 
-def test_a_unit_that_fails_after_it_passed_has_no_calibration_left_in_the_folder_and_none_is_lost(units):
+def test_calibration_of_a_unit_that_fails_later_is_kept_aside(units):
     run(units)
     before = contents(units / "out")
     (units / "units/unit_2.csv").write_text("time,ax,ay,az,gx,gy,gz\n")
@@ -124,7 +124,7 @@ def test_a_unit_that_fails_after_it_passed_has_no_calibration_left_in_the_folder
     assert not (units / "out/earlier/unit_2-attempt-2.yaml").exists()
 
 
-def test_a_page_of_an_earlier_attempt_does_not_stay_where_the_last_has_none(units):
+def test_page_of_an_earlier_attempt_goes_where_the_last_has_none(units):
     run(units)
     before = contents(units / "out")
     run(units, "--pages", "none", targets="units/unit_2.csv")
@@ -134,7 +134,7 @@ def test_a_page_of_an_earlier_attempt_does_not_stay_where_the_last_has_none(unit
     assert 'href="unit_2.html"' not in after["turntable.html"].decode()
 
 
-def test_a_run_in_which_no_new_target_can_be_calibrated_changes_nothing(units):
+def test_run_without_a_new_calibration_changes_nothing(units):
     run(units)
     before = contents(units / "out")
     (units / "empty.csv").write_text("")
@@ -235,7 +235,7 @@ def test_what_changed_is_done_again(units, change):
 # Which recordings are meant, and what they are named.
 
 
-def test_a_folder_a_pattern_and_a_list_of_the_shell_are_taken_as_people_count(line, tmp_path):
+def test_folder_pattern_and_shell_list_are_sorted_in_natural_order(line, tmp_path):
     listed = sorted(map(str, (line / "units").iterdir()))
     assert listed[1].endswith("unit_10.csv"), "the shell sorts by letters"
     for number, targets in enumerate(([line / "units"], [line / "units/*.csv"], listed)):
@@ -244,13 +244,13 @@ def test_a_folder_a_pattern_and_a_list_of_the_shell_are_taken_as_people_count(li
         assert list(rows(out)) == [f"unit_{number}" for number in range(1, 13)]
 
 
-def test_a_pattern_that_matches_nothing_and_an_empty_folder_are_refused(units):
+def test_pattern_without_match_and_empty_folder_are_refused(units):
     assert "no file matches" in refusal(units / "reference.csv", units / "units/*.bag", "-o", units / "out")
     (units / "empty").mkdir()
     assert "a folder without logs" in refusal(units / "reference.csv", units / "empty", "-o", units / "out")
 
 
-def test_the_reference_among_the_logs_of_a_folder_is_left_out_with_a_remark(units):
+def test_reference_in_the_folder_of_targets_is_left_out_with_remark(units):
     shutil.move(units / "reference.csv", units / "units/a_reference.csv")
     done = calibrated(units / "units/a_reference.csv", units / "units/*.csv", "-o", units / "out")
     assert "a_reference.csv is the reference, and left out of the targets" in done.err
@@ -331,7 +331,7 @@ def test_a_doubled_serial_is_refused(units):
     assert "have serial SN-1" in line
 
 
-def test_one_serial_for_several_targets_is_refused_and_for_one_is_not_the_references(units):
+def test_targets_with_one_serial_are_refused_but_not_the_reference(units):
     line = refusal(units / "reference.csv", units / "units", "--serial", "X", "-o", units / "out")
     assert "--serial X: there are 3 targets" in line
     give_serial(units / "reference.csv", units / "reference.csv", "")
@@ -417,7 +417,7 @@ def test_pages_are_drawn_of_those_that_are_asked_for(units, pages, drawn):
     assert all(f"unit_{number}" in page for number in (1, 2, 3))
 
 
-def test_of_many_targets_only_those_that_fail_get_a_page_and_that_is_said(line, tmp_path, monkeypatch):
+def test_many_targets_get_pages_only_for_failures_with_a_notice(line, tmp_path, monkeypatch):
     monkeypatch.setattr(production, "MOST_PAGES", 11)
     done = calibrated(line / "reference.csv", line / "units", "-o", tmp_path / "out")
     assert "only those that fail get a page" in done.err
@@ -440,7 +440,7 @@ def test_files_are_the_same_whatever_the_number_of_processes(line, tmp_path, mon
     assert contents(tmp_path / "1") == contents(tmp_path / "3")
 
 
-def test_where_there_is_no_terminal_a_batch_says_every_tenth_how_far_it_is(line, tmp_path, monkeypatch):
+def test_batch_without_terminal_reports_progress_every_tenth(line, tmp_path, monkeypatch):
     monkeypatch.setattr("tumble.cli.progress.FEWEST_FOR_LINES", 12)
     done = calibrated(line / "reference.csv", line / "units", "-o", tmp_path / "out")
     said = [each for each in done.err.splitlines() if " of 12 (" in each]
@@ -461,7 +461,7 @@ def test_a_warning_that_all_share_is_one_line(units):
     assert "unit_1: the log was" not in done.text
 
 
-def test_quiet_says_only_what_failed_and_verbose_whom_a_warning_concerns(units):
+def test_quiet_shows_only_failures_and_verbose_the_unit_of_a_warning(units):
     (units / "units/unit_2.csv").write_text("")
     done = run(units, "-q", code=3)
     assert done.out == ""

@@ -92,7 +92,7 @@ def test_a_tipped_pose_is_named_with_its_angle(tmp_path, angle):
     assert "--poses none" in line
 
 
-def test_a_pose_tipped_less_than_the_limit_is_the_table_error_of_that_pose(tmp_path):
+def test_pose_tipped_within_the_limit_is_the_table_error_of_that_pose(tmp_path):
     session = simulate(126, grades=("industrial",), tipped_deg={"Y up": 5.0})
     result = calibrate(session)
     worst = max(result.poses, key=lambda pose: pose.table_error_angle)
@@ -195,7 +195,7 @@ def test_files_of_the_reference_with_names_exchanged_are_refused(folders):
     assert "rename the file" in line
 
 
-def test_up_and_down_exchanged_in_the_reference_are_told_by_the_pose_that_each_file_shows(folders):
+def test_swapped_up_and_down_of_the_reference_are_found_by_pose(folders):
     first, second = folders / "reference/x_up.csv", folders / "reference/x_down.csv"
     content = first.read_bytes()
     first.write_bytes(second.read_bytes())
@@ -207,7 +207,7 @@ def test_up_and_down_exchanged_in_the_reference_are_told_by_the_pose_that_each_f
     assert "sign" not in line
 
 
-def test_a_reference_that_reads_minus_g_in_every_file_has_its_sign_wrong(folders):
+def test_reference_reading_minus_g_in_every_file_has_a_wrong_sign(folders):
     for path in (folders / "reference").iterdir():
         names, *lines = path.read_text().splitlines()
         rows = [line.split(",") for line in lines]
@@ -257,7 +257,7 @@ def test_reference_and_target_in_the_wrong_order_are_noticed(pair, tmp_path):
     assert line.startswith("reference is quieter than the reference target_1")
 
 
-def test_the_reference_among_the_targets_is_noticed_however_it_is_spelt(pair, tmp_path):
+def test_reference_among_the_targets_is_found_however_it_is_spelt(pair, tmp_path):
     (tmp_path / "link").symlink_to(pair.folder)
     done = calibrated(
         *(pair.folder / "reference.csv", pair.folder / "target_1.csv", tmp_path / "link/reference.csv"),
@@ -273,7 +273,7 @@ def test_no_target_at_all_is_refused_in_python():
 
 
 @pytest.mark.parametrize("size", [0.5, 2.0, 30.0])
-def test_a_target_that_moved_during_a_rest_is_named_with_time_and_pose(size):
+def test_target_that_moved_during_a_rest_is_named_with_time_and_pose(size):
     fault = Fault("moved", axis="y", start=9.5, size=size)
     session = simulate(129, grades=("industrial", "tactical"), faults={"target_1": fault})
     result = calibrate(session)
@@ -301,7 +301,7 @@ def test_a_target_that_slipped_far_during_a_turn_is_refused():
         calibrate(session)
 
 
-def test_a_target_that_slipped_a_little_during_a_turn_shows_in_a_warning_and_in_its_sigmas():
+def test_small_slip_in_a_turn_shows_in_a_warning_and_the_sigmas():
     fault = Fault("moved", axis="x", start=19.0, size=0.5)
     session = simulate(131, grades=("industrial",), faults={"target_1": fault})
     found, good = calibrate(session)["target_1"], calibrate(simulate(131, grades=("industrial",)))["target_1"]
@@ -311,7 +311,7 @@ def test_a_target_that_slipped_a_little_during_a_turn_shows_in_a_warning_and_in_
     assert sigmas[0] > 10.0 * sigmas[1]
 
 
-def test_a_slip_that_six_poses_cannot_tell_from_skewed_axes_is_asked_about():
+def test_slip_that_six_poses_confuse_with_skewed_axes_is_queried():
     """About the vertical of Y up, after X up and X down, before Z up and Z down."""
     fault = Fault("moved", axis="y", start=13.0, size=10.0)
     session = simulate(131, grades=("industrial", "consumer"), faults={"target_1": fault})
@@ -333,7 +333,7 @@ def test_recordings_of_different_sessions_share_no_time(tmp_path):
     assert "check that both were recorded together" in line
 
 
-def test_a_log_of_another_time_with_a_clock_said_to_be_shared_is_refused(pair, tmp_path):
+def test_log_of_another_time_with_a_shared_clock_is_refused(pair, tmp_path):
     def later(table):
         table[:, 0] += 1000.0
 
@@ -347,7 +347,7 @@ def test_a_log_of_another_time_with_a_clock_said_to_be_shared_is_refused(pair, t
     calibrated(*command)
 
 
-def test_a_target_that_only_rested_elsewhere_in_time_has_nothing_in_common(session, tmp_path):
+def test_target_that_rests_at_other_times_has_nothing_in_common(session, tmp_path):
     """Rests without turns cannot be laid beside the reference by themselves."""
     late = tumble.Recording.from_arrays(
         "late", session["target_1"].samples.time + 500.0, *split_of(session["target_1"].samples)

@@ -70,7 +70,7 @@ STATED = {
 
 @both
 @pytest.mark.parametrize(("change", "header", "said", "remedy"), STATED.values(), ids=STATED.keys())
-def test_a_log_that_states_a_wrong_unit_is_refused_and_its_option_mends_it(
+def test_log_with_a_wrong_unit_is_refused_and_its_option_helps(
     pair, tmp_path, unit, change, header, said, remedy
 ):
     command = pair.spoilt(tmp_path, unit, change, header)
@@ -87,7 +87,7 @@ def test_g_in_a_log_that_states_no_unit_is_recognised_at_rest(pair, tmp_path, un
 
 
 @both
-def test_deg_per_s_in_a_slow_log_that_states_no_unit_is_refused_and_one_option_mends_it(tmp_path, unit):
+def test_deg_per_s_without_a_unit_is_refused_with_one_option(tmp_path, unit):
     """At 20 deg/s nothing is too fast for rad/s: only gravity tells."""
     slow = simulate(102, grades=("tactical",), turn_rate_dps=20.0, turn_acceleration_dps2=40.0)
     command = Pair.make(slow, tmp_path).spoilt(tmp_path, unit, times(RATE, DEGREES))

@@ -90,7 +90,7 @@ def test_gravity_that_does_not_fit_asks_only_for_what_was_not_given(session, cas
 
 
 @pytest.mark.parametrize("share", [0.83, 1.17])
-def test_an_accelerometer_that_reads_far_from_gravity_is_remarked_upon(session, share):
+def test_accelerometer_that_reads_far_from_gravity_gets_a_remark(session, share):
     def scale(_, force, __):
         force *= share
 
@@ -120,14 +120,14 @@ def same_gyroscope(one, other, name):
     return Recording.from_arrays(name, chunk.time, chunk.accelerometer, theirs.gyroscope)
 
 
-def test_a_target_with_the_gyroscope_of_the_reference_is_said_to_be_the_same_sensor(session):
+def test_target_with_the_reference_gyroscope_is_the_same_sensor(session):
     log = same_gyroscope(session.targets[0], session.reference, "twin")
     result = tumble.turntable(session.reference, [log, session.targets[1]])
     assert any(f"reference and twin {TWINS}" in warning for warning in result["twin"].warnings)
     assert not any(TWINS in warning for warning in result[1].warnings)
 
 
-def test_a_target_with_the_gyroscope_of_an_earlier_one_is_said_to_be_the_same_sensor(session):
+def test_target_with_the_gyroscope_of_another_is_the_same_sensor(session):
     first, second = session.targets
     result = tumble.turntable(session.reference, [first, same_gyroscope(second, first, "twin")])
     assert any(f"target_1 and twin {TWINS}" in warning for warning in result["twin"].warnings)

@@ -49,7 +49,7 @@ def all_figures(result):
     )
 
 
-def test_every_figure_is_well_formed_and_every_reference_in_it_resolves(result):
+def test_every_figure_is_well_formed_and_its_references_resolve(result):
     for svg in all_figures(result):
         root = ElementTree.fromstring(svg)
         found = {element.get("id") for element in root.iter() if element.get("id")}
@@ -87,7 +87,7 @@ def test_figures_drawn_in_threads_are_those_drawn_one_by_one(result):
         assert all(figures == alone for figures in pool.map(lambda _: list(all_figures(result)), range(4)))
 
 
-def test_the_upper_row_shows_readings_and_the_lower_their_deviation_in_a_finer_unit(result):
+def test_lower_row_shows_deviations_in_a_finer_unit_than_the_upper(result):
     reading = replace(
         result["target_1"].axis_readings[0],
         uncompensated=result["target_1"].axis_readings[0].ideal + 0.002,
@@ -125,7 +125,7 @@ def test_a_distribution_holds_each_targets_value_in_its_unit(result):
             assert value == pytest.approx(factor * (parameter.value - 1))
 
 
-def test_a_limit_that_lies_beyond_the_scale_is_said_in_the_distribution(result):
+def test_limit_beyond_the_scale_is_noted_in_the_distribution(result):
     group = next(group for group in strip_groups(records_of(result)) if group.title == "bias")
     largest = max(float(np.abs(strip.values).max()) for strip in group.strips)
     far = replace(group, strips=tuple(replace(strip, limit=100.0 * largest) for strip in group.strips))
@@ -137,7 +137,7 @@ def test_a_limit_that_lies_beyond_the_scale_is_said_in_the_distribution(result):
     assert limits_off_scale(one, 2.0 * largest).endswith("(z)")
 
 
-def test_a_name_for_which_a_figure_has_no_room_is_cut_and_so_never_leaves_its_panel(result):
+def test_long_name_is_cut_to_the_panel_of_the_figure(result):
     name = "left wing, third bay, as delivered"
     target = result["target_1"]
     rests = tuple(replace(rest, pose=name) for rest in target.rests)
@@ -166,7 +166,7 @@ def test_no_overview_is_drawn_without_a_mounting_angle():
         figure_overview(sessions.batch_without_mounting())
 
 
-def test_after_calibration_only_the_error_of_the_table_is_left_in_an_axis(result):
+def test_calibration_leaves_only_the_table_error_in_an_axis(result):
     target = result["target_1"]
     for reading in target.axis_readings:
         left = calibrated_deviation(target, reading, result.reference.mounting)
@@ -176,7 +176,7 @@ def test_after_calibration_only_the_error_of_the_table_is_left_in_an_axis(result
         assert left == pytest.approx(table, abs=2e-3)
 
 
-def test_a_reading_that_belongs_to_no_rest_is_not_calibrated_on_a_guess(result):
+def test_reading_outside_all_rests_is_not_calibrated(result):
     target = result["target_1"]
     foreign = replace(target.axis_readings[0], uncompensated=target.axis_readings[0].uncompensated + 1.0)
     assert calibrated_deviation(target, foreign, result.reference.mounting) is None
@@ -214,7 +214,7 @@ def test_a_ruler_for_next_to_nothing_is_that_for_nothing():
 
 
 @given(st.floats(-5, 5), st.floats(0, 2))
-def test_a_whisker_stays_within_its_picture_and_its_dot_stands_at_the_value(value, half):
+def test_whisker_stays_in_its_picture_with_its_dot_at_the_value(value, half):
     ruler = Ruler(-4.0, 4.0)
     svg = whisker(ruler, value, value - half, value + half, 3.0, alarm=False)
     places = [float(x) for x in re.findall(r'(?:x1|x2|cx)="([-\d.]+)"', svg)]

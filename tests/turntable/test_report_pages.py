@@ -96,7 +96,7 @@ def test_a_page_is_well_formed_and_needs_nothing_from_outside(folder, name):
 
 
 @pytest.mark.parametrize("name", ["turntable", "target_1", "target_2", "target_3", "target_4", "target_5"])
-def test_a_page_is_light_enough_to_mail_and_never_prints_a_number_that_is_none(folder, name):
+def test_page_is_light_and_never_prints_a_nan(folder, name):
     assert (folder / f"{name}.html").stat().st_size < 600_000
     assert not re.search(r"\b(nan|inf|None|True|array)\b", page(folder, f"{name}.html").words)
 
@@ -110,7 +110,7 @@ def test_every_colour_a_page_names_is_defined_for_light_and_for_dark(folder):
 
 
 @pytest.mark.parametrize("name", ["target_1", "target_2", "target_4", "target_5"])
-def test_every_parameter_stands_on_the_page_to_the_digits_of_its_sigma(folder, result, name):
+def test_every_parameter_is_printed_to_the_digits_of_its_sigma(folder, result, name):
     shown = shown_parameters(page(folder, f"{name}.html"))
     target = result[name]
     for index, triad in enumerate((target.accelerometer, target.gyroscope)):
@@ -167,7 +167,7 @@ def test_table_error_clock_noise_and_matrices_stand_on_the_page(folder, result):
         assert f"{abs(entry):.6f}" in found.words
 
 
-def test_each_rest_is_listed_with_its_readings_and_why_it_was_not_used(folder, result):
+def test_each_rest_is_listed_with_readings_and_rejection_reason(folder, result):
     found = page(folder, "target_1.html")
     for number, rest in enumerate(result["target_1"].rests, start=1):
         row = next(row for row in found.rows if len(row) == 11 and row[0] == str(number))
@@ -176,7 +176,7 @@ def test_each_rest_is_listed_with_its_readings_and_why_it_was_not_used(folder, r
         assert row[10] == ("" if rest.used else "not used: moved during the rest")
 
 
-def test_without_a_mounting_angle_the_pages_say_why_and_show_no_compensated_reading(tmp_path):
+def test_pages_without_mounting_angle_give_the_reason(tmp_path):
     result = sessions.batch_without_mounting()
     write_reports(result, tmp_path)
     for name in ("turntable.html", "target_1.html"):
@@ -245,7 +245,7 @@ def test_no_two_pages_share_a_name_whatever_the_targets_are_called(result):
     assert all(re.fullmatch(r"[\w+-][\w.+-]*\.html", name) for name in pages)
 
 
-def test_writing_again_gives_the_same_bytes_also_with_several_processes(result, folder, tmp_path):
+def test_rewriting_gives_the_same_bytes_with_any_processes(result, folder, tmp_path):
     many = replace(result, targets=tuple(replace(result["target_1"], name=f"t{k}") for k in range(9)))
     one = write_reports(many, tmp_path / "one")
     two = write_reports(many, tmp_path / "two", jobs=2)
@@ -319,7 +319,7 @@ def test_limits_stand_beside_their_parameters_and_nowhere_else(folder, result):
     assert "limits" not in found.ids
 
 
-def test_the_calibrated_state_stands_beside_the_readings_without_and_with_compensation(folder, result):
+def test_calibrated_state_is_beside_raw_and_compensated_readings(folder, result):
     number = r"([\d.]+) (m?m/s²)"
     caption = f"as read {number}, mounting compensated {number}, calibrated {number}"
     captions = re.findall(caption, page(folder, "target_1.html").words)

@@ -53,7 +53,7 @@ def test_a_fit_without_degrees_of_freedom_shows_no_p_value(result):
     assert words.fit_in_brief(with_fit(result["target_1"].accelerometer, 0.0, 0)) == "cannot be tested"
 
 
-def test_what_was_not_shown_is_said_with_its_reason_and_without_numbers(result):
+def test_unobservable_value_has_a_reason_and_no_number(result):
     sentences = words.unobserved_sentences(result["target_4"])
     text = " ".join(sentences)
     assert "Gyroscope scale, non-orthogonality and mounting" in text
@@ -82,7 +82,7 @@ def test_a_failure_names_the_worst_parameter_with_value_and_limit():
     assert f"accelerometer bias y is {MINUS}0.610 m/s², its limit 0.5 m/s²" in sentence
 
 
-def test_a_value_that_is_not_known_comes_before_every_other_and_shows_no_number():
+def test_unknown_value_comes_first_and_shows_no_number():
     unknown = LimitCheck(
         "gyroscope scale x", float("nan"), 0.03, "1", passed=False, remark="not shown: no turns"
     )
@@ -105,7 +105,7 @@ def test_clocks_are_described_with_sigma_or_as_one():
     assert not re.search(r"\d", shared)
 
 
-def test_a_mounting_angle_that_was_not_estimated_is_a_reason_and_no_number():
+def test_unestimated_mounting_angle_is_a_reason_and_no_number():
     sentence = words.mounting_sentence(sessions.batch_without_mounting().reference)
     assert "no pose list was given" in sentence
     assert not re.search(r"\d", sentence)

@@ -72,7 +72,7 @@ def test_a_table_of_several_imus_asks_which_one_is_meant(table, tmp_path):
     assert "session.parquet:imu1" in line
 
 
-def test_an_imu_that_a_table_does_not_hold_is_named_with_those_it_does(table, tmp_path):
+def test_unknown_imu_of_a_table_is_refused_with_the_known_ones(table, tmp_path):
     line = refusal(f"{table}:imu1", f"{table}:imu9", "-o", tmp_path / "out")
     assert "'imu9'" in line
     assert "imu1, imu2, imu3" in line
@@ -144,7 +144,7 @@ def test_an_option_for_one_log_that_makes_no_sense_is_one_line(session, tmp_path
     assert part in refusal(*logs[:2], "-o", tmp_path / "out", "--for", text)
 
 
-def test_the_calibration_of_the_reference_takes_its_errors_out_of_every_target(tmp_path):
+def test_calibration_of_the_reference_removes_its_errors_from_targets(tmp_path):
     session = simulate(73, grades=("tactical",), faults={"reference": Fault("scale", axis="y", size=1.01)})
     reference, target = write(session, tmp_path / "logs")
     truth = session.reference_unit
@@ -176,7 +176,7 @@ def test_the_calibration_of_the_reference_takes_its_errors_out_of_every_target(t
     assert_recovered(session, result)
 
 
-def test_a_target_of_the_grade_of_the_reference_inherits_its_errors_and_the_sigmas_say_how_much():
+def test_target_inherits_the_errors_of_the_reference_in_its_sigmas():
     """Accelerometer: what the reference misses of |f| = g shows. Of its gyroscope nothing does."""
     session = simulate(74, grades=("reference",), perfect_reference=False)
     found = calibrate(session)["target_1"]

@@ -18,7 +18,7 @@ def said_of(*records):
     return list(summary.warnings())
 
 
-def test_a_warning_that_a_target_has_at_several_poses_counts_that_target_once():
+def test_warning_at_several_poses_counts_its_target_once():
     knocks = [f"pose {place} was knocked at" for place in range(40)]
     assert said_of(warned("a", *knocks), warned("b", *knocks[:23])) == [
         "2 of 2: such as a: pose 0 was knocked at, and 61 more like it"

@@ -39,7 +39,7 @@ def mounting(to, start):
     return r, to.mean(0) - r @ start.mean(0)
 
 
-def test_the_mounting_angle_is_that_of_the_singular_value_decomposition(random):
+def test_mounting_angle_is_that_of_the_singular_value_decomposition(random):
     ideal = G * FACES
     readings = ideal @ rotation(random.normal(0, 0.1, 3)).T + random.normal(0, 0.5, (6, 3))
     u, _, v_t = np.linalg.svd((readings - readings.mean(0)).T @ (ideal - ideal.mean(0)))
@@ -48,7 +48,7 @@ def test_the_mounting_angle_is_that_of_the_singular_value_decomposition(random):
     assert bias == pytest.approx(readings.mean(0))
 
 
-def test_the_mounting_angle_answers_to_errors_as_its_normal_equations_say(random):
+def test_mounting_angle_follows_errors_as_its_normal_equations_state(random):
     true = rotation(random.normal(0, 0.03, 3))
     directions = random.normal(size=(9, 3))
     ideal = G * directions / np.linalg.norm(directions, axis=1)[:, None]
@@ -61,7 +61,7 @@ def test_the_mounting_angle_answers_to_errors_as_its_normal_equations_say(random
 
 
 @pytest.mark.parametrize("repeats", [1, 2, 5])
-def test_errors_of_the_table_leave_two_degrees_of_freedom_a_pose_less_five(repeats):
+def test_table_errors_leave_two_degrees_of_freedom_a_pose_minus_five(repeats):
     faces = np.tile(FACES, (repeats, 1))
     across = np.kron(np.eye(len(faces)), np.zeros((3, 3)))
     for k, n in enumerate(faces):
@@ -72,7 +72,7 @@ def test_errors_of_the_table_leave_two_degrees_of_freedom_a_pose_less_five(repea
     assert np.trace(left) == pytest.approx(3 * len(faces) - 6)
 
 
-def test_table_errors_tip_each_pair_of_axes_by_as_much_as_one_pose_errs():
+def test_table_errors_tip_each_pair_of_axes_as_one_pose_errs():
     """Section 4: with truth from the list, a non-orthogonality errs by sigma of the table."""
     design = np.hstack([FACES, np.ones((6, 1))])
     solve = np.linalg.pinv(design)
@@ -93,7 +93,7 @@ def draw_to_sphere(reading, bias, covariance, model_variance=0.0):
     return seen - gain * (length - G), gain, direction
 
 
-def test_truth_drawn_to_the_sphere_lies_on_it_and_keeps_no_noise_along_gravity(random):
+def test_sphere_truth_lies_on_it_and_keeps_no_noise_along_gravity(random):
     root = random.normal(0, 1e-4, (3, 3))
     covariance = root @ root.T
     reading = G * np.array([0.48, 0.6, 0.64]) + 1e-4
@@ -106,7 +106,7 @@ def test_truth_drawn_to_the_sphere_lies_on_it_and_keeps_no_noise_along_gravity(r
 
 
 @pytest.mark.parametrize("model_variance", [0.0, 1e-7])
-def test_the_truth_answers_to_the_bias_of_the_reference_as_its_sensitivity_says(random, model_variance):
+def test_truth_follows_the_reference_bias_by_its_sensitivity(random, model_variance):
     root = random.normal(0, 1e-4, (3, 3))
     covariance = root @ root.T
     reading = G * np.array([0.48, 0.6, 0.64])
@@ -115,7 +115,7 @@ def test_the_truth_answers_to_the_bias_of_the_reference_as_its_sensitivity_says(
     assert np.abs(np.outer(gain, direction) - np.eye(3) - found).max() < 1e-6
 
 
-def test_a_bias_found_on_the_sphere_is_blind_to_scale_and_gravity_where_poses_come_in_opposites(random):
+def test_sphere_bias_ignores_scale_and_gravity_for_opposite_poses(random):
     true = random.normal(0, 0.3, 3)
     readings = 1.001 * G * FACES + true
     bias = np.zeros(3)
@@ -127,7 +127,7 @@ def test_a_bias_found_on_the_sphere_is_blind_to_scale_and_gravity_where_poses_co
     assert bias == pytest.approx(true, abs=1e-12)
 
 
-def test_a_turn_relates_integrals_whatever_the_offset_and_bandwidth_of_a_clock(random):
+def test_turn_relates_integrals_for_any_clock_offset_and_bandwidth(random):
     """Equation 14 of turntable.md, by a first-order filter and a delay."""
     rate = 2000.0
     t = np.arange(0, 8, 1 / rate)
@@ -159,7 +159,7 @@ def test_the_centre_of_a_turn_does_not_depend_on_mounting_or_scale(random):
     assert centre(rate @ m.T) == pytest.approx(centre(rate), abs=1e-12)
 
 
-def test_white_and_flicker_noise_move_the_centre_of_a_turn_by_their_shares():
+def test_white_and_flicker_noise_move_the_turn_centre_by_their_shares():
     """Section 6, for a turn of one second through one rad: N^2 / 12 and B^2 / (16 pi)."""
     n = 400
     edges = np.linspace(-0.5, 0.5, n + 1)
@@ -211,7 +211,7 @@ def target(scale, nu):
     return np.diag(1 + scale) @ np.linalg.cholesky(gram)
 
 
-def test_published_compensation_errs_by_mounting_angle_times_what_is_to_be_measured(random):
+def test_published_compensation_errs_by_mounting_times_measurand(random):
     """The error of equation 24 is of third order: with all errors a tenth, it is a thousandth."""
     scale, nu, rho = random.normal(0, 0.01, 3), random.normal(0, 0.01, 3), random.normal(0, 0.02, 3)
 
@@ -229,7 +229,7 @@ def test_published_compensation_errs_by_mounting_angle_times_what_is_to_be_measu
     assert np.all(rest_of_a_tenth < 2e-3 * rest)
 
 
-def test_published_compensation_turns_the_bias_and_leaves_no_trace_in_the_residuals(random):
+def test_published_compensation_turns_the_bias_without_residuals(random):
     m = target(random.normal(0, 0.01, 3), random.normal(0, 0.01, 3)) @ rotation(random.normal(0, 0.02, 3))
     b, rho = random.normal(0, 0.3, 3), random.normal(0, 0.02, 3)
     turn = rotation(rho)
@@ -242,7 +242,7 @@ def test_published_compensation_turns_the_bias_and_leaves_no_trace_in_the_residu
     assert fit[3] - b == pytest.approx(-np.cross(rho, b), abs=np.linalg.norm(rho) ** 2 * np.linalg.norm(b))
 
 
-def test_published_compensation_errs_by_half_a_milliradian_at_one_degree(random):
+def test_published_compensation_errs_by_half_a_mrad_at_one_degree(random):
     """The figure of section 8: mounting 1 deg, scale 1 %, non-orthogonality 0.5 deg."""
     runs, theta, sigma_scale, sigma_nu = 4000, np.radians(1), 0.01, np.radians(0.5)
     squares = 0.0

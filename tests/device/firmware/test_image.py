@@ -42,14 +42,14 @@ def test_a_program_that_can_panic_is_found_by_its_names(image):
     assert b"panic_fmt" in names(FOLDER / "mission", PANIC)
 
 
-def test_no_image_for_another_processor_names_a_function_of_a_panic_or_a_heap(other_processor):
+def test_images_for_other_processors_have_no_panic_and_no_heap(other_processor):
     _, other = other_processor
     assert names(other, PANIC) == names(other, HEAP) == set()
 
 
 @pytest.mark.skipif(not SOAK, reason="compiles all of it again: for make soak")
 @pytest.mark.parametrize("level", ["z", "2", "3"])
-def test_an_image_built_otherwise_reaches_no_panic_either_and_flies_the_same_mission(image, level, tmp_path):
+def test_differently_built_image_has_no_panic_and_flies_the_mission(image, level, tmp_path):
     optimised = build_optimised(level, tmp_path)
     assert names(optimised, PANIC) == set()
     log = tmp_path / "said.txt"

@@ -60,7 +60,7 @@ def test_the_device_says_what_the_host_says_bit_for_bit(said, tmp_path):
     assert "bit for bit" in compared.stdout
 
 
-def test_processors_without_floating_point_unit_say_what_the_host_says_bit_for_bit(other_processor, tmp_path):
+def test_processors_without_fpu_match_the_host_bit_for_bit(other_processor, tmp_path):
     target, image = other_processor
     ran = run(image, ROOT, target)
     assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr
@@ -71,9 +71,7 @@ def test_processors_without_floating_point_unit_say_what_the_host_says_bit_for_b
     assert "bit for bit" in compared.stdout
 
 
-def test_a_processor_without_floating_point_unit_that_lacks_vectors_says_so_and_fails(
-    other_processor, tmp_path
-):
+def test_missing_vectors_without_fpu_are_reported_as_a_failure(other_processor, tmp_path):
     target, image = other_processor
     ran = run(image, tmp_path, target)
     assert ran.returncode == 1
@@ -148,7 +146,7 @@ def test_the_record_adopted_is_that_of_the_vectors(said):
     assert np.all(sigmas(arm, sigma, FLOWN, "lever_arm") < allowed["lever_arm"]["f32"])
 
 
-def test_each_secondary_takes_over_in_turn_and_compensated_is_close_to_the_dead_primary(said):
+def test_secondaries_take_over_in_turn_and_stay_close_to_the_primary(said):
     flown = after(
         said,
         "device: start 2",
@@ -236,7 +234,7 @@ def test_the_stack_is_measured_in_every_phase(said):
     assert stack["Push"] < stack["Fit"]
 
 
-def test_the_stack_of_each_function_is_what_the_image_bounds_it_by_but_for_branches_not_taken(image):
+def test_measured_stack_is_the_image_bound_minus_unused_branches(image):
     _, painted, bounds = footprint.memory()
     assert set(bounds) == {"Restore", "Fit", "Save", "SpinPush", "SpinSolve"}
     for phase, bound in bounds.items():

@@ -69,7 +69,7 @@ def test_the_target_follows_from_processor_and_floats(tmp_path, processor, hard,
     assert f"TUMBLE_RUST_TARGET:STRING={target}\n" in cache
 
 
-def test_floats_are_seen_where_a_project_gives_flags_for_all_its_folders(tmp_path):
+def test_floats_are_found_where_a_project_sets_flags_for_all_folders(tmp_path):
     (tmp_path / "CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.21)\nproject(firmware LANGUAGES C)\n"
         f"add_compile_options(-mcpu=cortex-m7 -mfloat-abi=hard)\nadd_subdirectory({CRATE} tumble)\n"
@@ -95,7 +95,7 @@ def for_processor(processor):
     }
 
 
-def test_on_a_bare_cortex_m4f_a_spin_finds_the_bias_and_flash_keeps_it(tmp_path, cortex_m):
+def test_spin_on_a_bare_cortex_m4f_finds_the_bias_and_flash_keeps_it(tmp_path, cortex_m):
     build(EXAMPLE, tmp_path, CMAKE_TOOLCHAIN_FILE=EXAMPLE / "cortex-m4.cmake", TUMBLE_CARGO=cortex_m)
     said = run(ROOT / "scripts" / "run_in_qemu.sh", tmp_path / "spin.elf")
     thousandths = [[int(word) for word in re.findall(r" (-?\d+)", line)] for line in said.splitlines()]

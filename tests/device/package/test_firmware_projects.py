@@ -105,14 +105,14 @@ def test_an_application_of_zephyr_links_the_module(tmp_path, many_units):
     assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
-def test_an_application_of_zephyr_links_what_kconfig_left_of_the_module(tmp_path):
+def test_zephyr_application_links_what_kconfig_left_of_the_module(tmp_path):
     left_out = {"CONFIG_TUMBLE_SPIN": "", "CONFIG_TUMBLE_REDUNDANCY": ""}
     build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, **left_out))
     assert run(tmp_path / "consumer") == WITHOUT_SETS
 
 
 @pytest.mark.parametrize("configuration", [{}, {"CONFIG_ARCH_POSIX": "y"}, {"CONFIG_64BIT": "y"}])
-def test_zephyr_on_a_processor_that_is_not_known_is_refused_with_a_remedy(tmp_path, configuration):
+def test_unknown_processor_in_zephyr_is_refused_with_a_remedy(tmp_path, configuration):
     options = application_of_zephyr(**configuration)
     refused = try_to_run(*configuring(HERE / "zephyr", tmp_path, **options))
     assert refused.returncode != 0
@@ -151,7 +151,7 @@ def test_a_project_of_platformio_links_the_parts_that_it_wants(tmp_path, python)
     assert run(tmp_path / "consumer") == WITHOUT_SETS
 
 
-def test_a_project_of_platformio_that_leaves_out_what_is_no_part_is_told_so(tmp_path, python):
+def test_platformio_project_that_excludes_an_unknown_part_is_warned(tmp_path, python):
     refused = scons(python, tmp_path, {"custom_tumble_without": "spinning"})
     assert refused.returncode != 0
     assert "tumble: custom_tumble_without names spinning; parts are spin, redundancy," in refused.stdout
@@ -174,7 +174,7 @@ def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python
 
 
 @pytest.mark.parametrize("flags", ["", "-march=rv32imc", "-mcpu=cortex-m23"])
-def test_a_board_of_platformio_that_is_not_known_is_refused_with_a_remedy(tmp_path, python, flags):
+def test_unknown_platformio_board_is_refused_with_a_remedy(tmp_path, python, flags):
     refused = scons(python, tmp_path, {"board": "a-board"}, platform="a-platform", flags=flags)
     assert refused.returncode != 0
     assert "tumble: no Rust target is known for a-board; set custom_tumble_target" in refused.stdout

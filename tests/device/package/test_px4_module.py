@@ -87,7 +87,7 @@ def test_a_module_that_saves_at_once_is_found_out(tmp_path):
     assert (in_a_push, while_armed) == (8, 8)
 
 
-def test_a_unit_that_says_nothing_is_warned_of_once_and_not_waited_for(flight, tmp_path):
+def test_silent_unit_is_reported_once_and_not_waited_for(flight, tmp_path):
     said = run(flight, "2", "1000", folder=tmp_path)
     assert said.count("WARN IMU 2: says nothing") == said.count("says nothing") == 1
     assert said.count("INFO IMU 1: calibrated") == 2
@@ -103,7 +103,7 @@ def test_a_unit_that_comes_late_is_known_again_by_its_records(flight, tmp_path):
     assert_the_vehicle_feels_the_truth(said)
 
 
-def test_a_file_that_cannot_be_written_is_said_once_and_keeps_no_other_waiting(flight, tmp_path):
+def test_unwritable_file_is_reported_once_and_blocks_no_other(flight, tmp_path):
     # A folder lies in the way of the accelerometer's.
     (tmp_path / "tumble_00000065000000c9_0.new").mkdir()
     said = run(flight, folder=tmp_path)
