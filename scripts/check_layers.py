@@ -82,7 +82,7 @@ LAYERS: dict[str, set[str]] = {
     "numbers": set(),
     "units": set(),
     "words": set(),
-    "clock_line": set(),
+    "clock_skew": set(),
     "body_axes": set(),
     "errors": {"words"},
     "folder_lock": {"errors"},
@@ -108,7 +108,7 @@ LAYERS: dict[str, set[str]] = {
     "poses": DATA | {"_core"},
     "to_calibration": DATA | {"result", "calibration"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
-    | {"schemas", "documents", "bounded_yaml", "words", "clock_line", "log_formats", "firmware"}
+    | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
     | {"body_axes", "log_time"},
     "live": {
         "numbers",
@@ -122,7 +122,7 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "bounded_yaml",
     }
-    | {"clock_line"},
+    | {"clock_skew"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA
@@ -137,7 +137,7 @@ LAYERS: dict[str, set[str]] = {
         "live",
         "gravity",
         "acquisition",
-        "clock_line",
+        "clock_skew",
     }
     | {"_core"},
     "report": DATA,

@@ -17,7 +17,7 @@ from exchange_units import calibration, needed, samples
 from target_formulas import FORMULAS, NOISE, READERS, corrected, names_in, noise_of_sample
 from tumble.calibration.document import Calibration
 from tumble.foundation.units import TRIADS
-from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.calibration_parts import sensing_axes
 from tumble.tools.exchange.procedure import export, import_calibrations
 from tumble.tools.exchange.registry import TARGETS
 

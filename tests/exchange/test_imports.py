@@ -12,7 +12,7 @@ from exchange_units import READABLE, calibration, needed
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.units import TRIADS
-from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.calibration_parts import sensing_axes
 from tumble.tools.exchange.procedure import export, import_calibrations
 from tumble.tools.exchange.registry import TARGETS
 

@@ -9,7 +9,7 @@ from exchange_units import calibration, needed
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.units import TRIADS
-from tumble.tools.exchange.parts import TYPICAL, lower_and_rotation, sensing_axes
+from tumble.tools.exchange.calibration_parts import TYPICAL, lower_and_rotation, sensing_axes
 from tumble.tools.exchange.procedure import export
 
 G = 9.80665

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from exchange_units import calibration, needed
-from tumble.tools.exchange.parts import sensing_axes
+from tumble.tools.exchange.calibration_parts import sensing_axes
 from tumble.tools.exchange.procedure import export
 from ulog_fixtures import ULogWriter
 

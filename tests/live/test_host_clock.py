@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from repetitions import repetitions
-from tumble.foundation.clock_line import lower_hull
+from tumble.foundation.clock_skew import lower_hull
 from tumble.live.host_clock import DelayCounts, HostClock
 from tumble.live.least_delay import BLOCKS, MOST_CORNERS, LeastDelay
 

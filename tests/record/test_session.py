@@ -20,7 +20,7 @@ from live_fixtures import resting, text_lines
 from ports import free_port
 from repetitions import SOAK
 from tumble.live import LiveChunk, open_source
-from tumble.live.together import ABREAST
+from tumble.live.multi_source import ABREAST
 from tumble.logs import Facts, ReadOptions, list_imus, open_recording
 from tumble.logs.session import Session, joined_file, parts_folder, unit_files
 from tumble.tools.record import parts

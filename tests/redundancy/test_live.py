@@ -266,7 +266,7 @@ def resting(start, count=30):
 
 
 def test_loss_and_return_of_a_source_are_reported_while_others_run(monkeypatch):
-    monkeypatch.setattr("tumble.live.together.RETRY", 0.05)
+    monkeypatch.setattr("tumble.live.multi_source.RETRY", 0.05)
     lost = iter([Scripted([resting(5.0)], LogError("unplugged")), Scripted([resting(6.0)])])
     nothing = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
     other = Scripted([resting(1.0), *[nothing] * 400, resting(2.0)])

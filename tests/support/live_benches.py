@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 import yaml
 
-from tumble.live import together
+from tumble.live import multi_source
 from tumble.procedures.turntable import live
 from tumble.tools.simulate import LiveSimulation
 from tumble.tools.table import guarded, text
@@ -95,7 +95,7 @@ def waiting_bench(monkeypatch, procedure=live.LiveTurntable, **changes):
 
         patch.setattr(procedure, "_watched", watched_and_allowed)
         patch.setattr(sys.modules[procedure.__module__], "BETWEEN_REPORTS", 0.01)
-        patch.setattr(together, "HostClock", SensorClock)
+        patch.setattr(multi_source, "HostClock", SensorClock)
         patch.setattr(text, "load_profile", patient_profile)
         patch.setattr(guarded, "AT_LEAST", ANSWERS_WITHIN)
         yield bench

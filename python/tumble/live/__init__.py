@@ -26,10 +26,10 @@ can just be iterated will do, and is read by a thread where there are several so
 from __future__ import annotations
 
 from tumble.live.address import Address, parse_address
+from tumble.live.multi_source import LiveSet, SourceEvent, open_set
 from tumble.live.registry import Opener, open_source, schemes
 from tumble.live.shared_line import SharedLines
 from tumble.live.source import FIRST_SAMPLE_WITHIN, HEARTBEAT, LiveChunk, PolledSource, Source, nothing_came
-from tumble.live.together import LiveSet, SourceEvent, open_set
 
 __all__ = [
     "FIRST_SAMPLE_WITHIN",

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median
 
-from tumble.foundation.clock_line import MOST_SKEW, add_corner, lower_hull
+from tumble.foundation.clock_skew import MOST_SKEW, add_corner, lower_hull
 
 BLOCKS = 32
 """Blocks in a window; each keeps its hull."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tumble.foundation.clock_line import MOST_SKEW, lower_hull
+from tumble.foundation.clock_skew import MOST_SKEW, lower_hull
 from tumble.foundation.recording import FloatArray
 from tumble.logs import parquet
 from tumble.logs.track import RawSamples

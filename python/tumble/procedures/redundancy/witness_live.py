@@ -12,10 +12,10 @@ from typing import Literal, TypeAlias
 from tumble.foundation.errors import LogError
 from tumble.live import FIRST_SAMPLE_WITHIN, HEARTBEAT, parse_address
 from tumble.live.labels import LabelledRow, Row
+from tumble.live.multi_source import RETRY
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.registry import text_line
 from tumble.live.shared_line import LineUnit
-from tumble.live.together import RETRY
 from tumble.logs.options import ReadOptions
 from tumble.logs.witness import BODY, HEADING, LEVEL, SCORE, Witness
 from tumble.procedures.redundancy.result import RedundancyEvent

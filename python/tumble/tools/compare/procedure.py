@@ -29,7 +29,7 @@ from tumble.tools.compare.result import CompareResult, History, Pair
 from tumble.tools.compare.source import CalibrationSource, date_of, open_calibration
 from tumble.tools.compare.temperature import drift_differences
 from tumble.tools.compare.unit import UnitModel, unit_model
-from tumble.tools.exchange.parts import TYPICAL
+from tumble.tools.exchange.calibration_parts import TYPICAL
 
 LARGEST_RATE = TYPICAL["gyroscope"]
 """rad/s of the turns that a difference of gyroscopes is stated at."""

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from tumble.foundation.clock_line import add_corner
+from tumble.foundation.clock_skew import add_corner
 from tumble.foundation.recording import FloatArray
 from tumble.tools.convert.result import Arrival
 

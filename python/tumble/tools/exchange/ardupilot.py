@@ -22,8 +22,8 @@ from tumble.foundation.firmware.ardupilot import (
 )
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.calibration_parts import sensing_axes
 from tumble.tools.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
-from tumble.tools.exchange.parts import sensing_axes
 from tumble.tools.exchange.target import Content, Setting, Settings, Target, Written
 
 OFFSET_LIMIT = 3.5

@@ -12,8 +12,8 @@ from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, Part
 from tumble.tools.exchange.parameters import all_powers, c_float
-from tumble.tools.exchange.parts import BIAS, MATRIX, Part
 from tumble.tools.exchange.remark_lines import c_comment
 from tumble.tools.exchange.target import AS_CALIBRATED, Setting, Settings, Target, Written
 

@@ -20,7 +20,7 @@ from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.foundation.units import Triad as TriadName
-from tumble.tools.exchange.parts import BIAS, MATRIX, Part
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, Part
 from tumble.tools.exchange.target import AS_CALIBRATED, Content, Setting, Settings, Target, Written
 
 BYTES = "latin-1"

@@ -16,8 +16,8 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.parameters import c_float
-from tumble.tools.exchange.parts import BIAS, MATRIX
 from tumble.tools.exchange.remark_lines import c_comment
 from tumble.tools.exchange.target import AS_CALIBRATED, Settings, Target, Written
 

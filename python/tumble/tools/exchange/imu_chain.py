@@ -17,7 +17,7 @@ from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, UNITS, Triad
-from tumble.tools.exchange.parts import section_of
+from tumble.tools.exchange.calibration_parts import section_of
 from tumble.tools.exchange.target import Content
 
 KALIBR_MODELS = ("calibrated", "scale-misalignment", "scale-misalignment-size-effect")

@@ -18,7 +18,7 @@ from tumble.foundation.numbers import number_of
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
-from tumble.tools.exchange.parts import BIAS, MATRIX, frame_losses, section_of
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, frame_losses, section_of
 from tumble.tools.exchange.target import OWN_AXES, Content, Read, Settings, Target, Written
 
 _NUMBERS = 9 + 9 + 3

@@ -21,7 +21,7 @@ from tumble.foundation.files import FileKind
 from tumble.foundation.plain import plain, short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import UNITS, Triad
-from tumble.tools.exchange.parts import BIAS, MATRIX
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.target import AS_CALIBRATED, READINGS, Content, Settings, Target, Written
 
 VERSION = "2.0.0"

@@ -19,9 +19,9 @@ from tumble.foundation.files import FileKind
 from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
+from tumble.tools.exchange.calibration_parts import MATRIX, frame_losses, lower_and_rotation
 from tumble.tools.exchange.imu_chain import read_kalibr, read_noise
 from tumble.tools.exchange.parameters import yaml_number
-from tumble.tools.exchange.parts import MATRIX, frame_losses, lower_and_rotation
 from tumble.tools.exchange.remark_lines import comment
 from tumble.tools.exchange.target import ANY_AXES, OWN_AXES, Setting, Settings, Target, Written
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.files import FileKind
+from tumble.tools.exchange.calibration_parts import MATRIX, frame_losses
 from tumble.tools.exchange.imu_chain import read_openvins
 from tumble.tools.exchange.kalibr import (
     NOISE_SETTINGS,
@@ -24,7 +25,6 @@ from tumble.tools.exchange.kalibr import (
     rows,
 )
 from tumble.tools.exchange.parameters import yaml_number
-from tumble.tools.exchange.parts import MATRIX, frame_losses
 from tumble.tools.exchange.target import OWN_AXES, Settings, Target, Written
 
 

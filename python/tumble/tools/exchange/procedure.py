@@ -17,7 +17,7 @@ from tumble.foundation.plain import short
 from tumble.foundation.provenance import date_now, sha256_of
 from tumble.foundation.words import join
 from tumble.logs.formats import firmware_parameters
-from tumble.tools.exchange.parts import BIAS, MATRIX
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.registry import TARGETS, target
 from tumble.tools.exchange.target import READINGS, Content, Exported, Target
 

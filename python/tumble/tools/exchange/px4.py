@@ -17,8 +17,8 @@ from tumble.foundation.files import FileKind
 from tumble.foundation.firmware.px4 import IGNORED, LETTER, MOST, prefix, stored
 from tumble.foundation.units import TRIADS
 from tumble.foundation.units import Triad as TriadName
+from tumble.tools.exchange.calibration_parts import TYPICAL, Loss, sensing_axes
 from tumble.tools.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
-from tumble.tools.exchange.parts import TYPICAL, Loss, sensing_axes
 from tumble.tools.exchange.target import Content, Setting, Settings, Target, Written
 
 INT32, FLOAT = 6, 9

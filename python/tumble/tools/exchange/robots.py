@@ -13,10 +13,10 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
 from tumble.tools.exchange.imu_chain import read_autoware, read_ros2
 from tumble.tools.exchange.kalibr import NOISE_SETTINGS, noise_figures
 from tumble.tools.exchange.parameters import yaml_number
-from tumble.tools.exchange.parts import BIAS, MATRIX
 from tumble.tools.exchange.remark_lines import comment
 from tumble.tools.exchange.target import Setting, Settings, Target, Written
 

@@ -17,7 +17,7 @@ from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import join
 from tumble.tools.exchange import axes
 from tumble.tools.exchange.c_names import is_reserved
-from tumble.tools.exchange.parts import Loss, Part, losses
+from tumble.tools.exchange.calibration_parts import Loss, Part, losses
 from tumble.tools.exchange.remark_lines import with_remarks
 
 

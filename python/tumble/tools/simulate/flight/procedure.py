@@ -10,7 +10,7 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.recording import FloatArray
 from tumble.logs.witness import Witness
-from tumble.tools.simulate import native
+from tumble.tools.simulate import scenario_json
 from tumble.tools.simulate.fault import Fault
 from tumble.tools.simulate.flight.scenario import PRIMARY, FlightScenario, FlightUnit
 from tumble.tools.simulate.scenario import ScenarioError
@@ -153,7 +153,7 @@ def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> S
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or FlightScenario(), **changes)
-    played = native.play(_core.simulate_flight, _native(scenario), "flight")
+    played = scenario_json.play(_core.simulate_flight, _native(scenario), "flight")
     units = zip(scenario.names, scenario.units, played["units"], strict=True)
     return SimulatedFlight(
         scenario=scenario,
@@ -169,7 +169,7 @@ def _native(scenario: FlightScenario) -> dict[str, Any]:
     """Put together the scenario of `flight.rs`."""
     vibration = scenario.shaking
     return {
-        "conditions": native.conditions(
+        "conditions": scenario_json.conditions(
             seed=scenario.seed,
             temperature_celsius=scenario.temperature_celsius,
             warm_up_kelvin=scenario.warm_up_kelvin,
@@ -188,7 +188,7 @@ def _native(scenario: FlightScenario) -> dict[str, Any]:
             "intensity": scenario.intensity,
             "sway": scenario.sway,
             "turning": scenario.turning,
-            "ground": native.floor(scenario.ground_tilt_deg, scenario.uphill_deg),
+            "ground": scenario_json.floor(scenario.ground_tilt_deg, scenario.uphill_deg),
             "gravity": scenario.gravity,
         },
         "vibration": {
@@ -199,8 +199,8 @@ def _native(scenario: FlightScenario) -> dict[str, Any]:
         },
         "vibration_at_rest": vibration.at_rest,
         "flexing": vibration.flexing,
-        "mounting": native.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
-        "latitude": native.in_radians_or_none(scenario.latitude_deg),
+        "mounting": scenario_json.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
+        "latitude": scenario_json.in_radians_or_none(scenario.latitude_deg),
         "units": [
             {"unit": _native_unit(scenario, name, unit), "averaging": unit.averaging_seconds}
             for name, unit in zip(scenario.names, scenario.units, strict=True)
@@ -210,11 +210,11 @@ def _native(scenario: FlightScenario) -> dict[str, Any]:
 
 def _native_unit(scenario: FlightScenario, name: str, unit: FlightUnit) -> dict[str, Any]:
     aged = (unit.accelerometer_ageing, unit.gyroscope_ageing)
-    return native.unit(
+    return scenario_json.unit(
         unit.grade_figures,
         perfect=unit.perfect,
         rate=unit.rate_hz,
-        mounting=native.in_radians(unit.mounting_deg),
+        mounting=scenario_json.in_radians(unit.mounting_deg),
         ageing=[unit.ageing if given is None else given for given in aged],
         lever_arm=unit.lever_arm_m,
         clock=_native_clock(unit, is_primary=name == PRIMARY),
@@ -227,12 +227,12 @@ def _native_clock(unit: FlightUnit, *, is_primary: bool) -> dict[str, Any]:
     offset, skew = unit.clock_offset_seconds, unit.clock_skew_ppm * PPM
     if unit.phase is None and not is_primary:
         return {"unphased": {"offset": offset, "skew": skew}}
-    return native.given_clock(offset, skew, unit.phase or 0.0)
+    return scenario_json.given_clock(offset, skew, unit.phase or 0.0)
 
 
 def _fault(scenario: FlightScenario, fault: Fault) -> dict[str, Any]:
     largest = scenario.gravity if fault.triad == "accelerometer" else LARGEST_RATE
-    return native.injected_fault(fault, scenario.rest_seconds / 2, largest)
+    return scenario_json.injected_fault(fault, scenario.rest_seconds / 2, largest)
 
 
 def _own_clock(unit: FlightUnit) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.foundation.recording import Chunk, FloatArray, Recording
-from tumble.tools.simulate import native
+from tumble.tools.simulate import scenario_json
 from tumble.tools.simulate.fault import AXES
 from tumble.tools.simulate.grade import Grade, TriadGrade
 from tumble.tools.simulate.scenario import ScenarioError
@@ -72,7 +72,7 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or SpinScenario(), **changes)
-    played = native.play(_core.simulate_spin, _native(scenario), "spin")
+    played = scenario_json.play(_core.simulate_spin, _native(scenario), "spin")
     unit = played["unit"]
     samples = Chunk(unit["time"], unit["accelerometer"], unit["gyroscope"], unit["temperature"])
     _refuse_unrecorded(scenario, samples)
@@ -116,7 +116,7 @@ def _refuse_unrecorded(scenario: SpinScenario, samples: Chunk) -> None:
 def _native(scenario: SpinScenario) -> dict[str, Any]:
     """Put together the scenario of `spin.rs`."""
     return {
-        "conditions": native.conditions(
+        "conditions": scenario_json.conditions(
             seed=scenario.seed,
             temperature_celsius=scenario.temperature_celsius,
             bias_instability=scenario.bias_instability,
@@ -124,14 +124,14 @@ def _native(scenario: SpinScenario) -> dict[str, Any]:
             g_sensitivity=False,
         ),
         "plan": _native_plan(scenario),
-        "unit": native.unit(
+        "unit": scenario_json.unit(
             _grade(scenario),
             perfect=scenario.matrix_errors == 0.0,
             rate=scenario.rate_hz,
             mounting=[0.0, 0.0, 0.0],
             biases=[scenario.accelerometer_bias, scenario.gyroscope_bias],
             lever_arm=scenario.lever_arm_m,
-            clock=native.given_clock(),
+            clock=scenario_json.given_clock(),
             faults=[*_scale_errors(scenario.gyroscope_scale), *_faults(scenario)],
         ),
     }
@@ -140,7 +140,7 @@ def _native(scenario: SpinScenario) -> dict[str, Any]:
 def _native_plan(scenario: SpinScenario) -> dict[str, Any]:
     return {
         "steps": list(_steps(scenario)),
-        "floor": native.floor(scenario.floor_tilt_deg, scenario.uphill_deg),
+        "floor": scenario_json.floor(scenario.floor_tilt_deg, scenario.uphill_deg),
         "acceleration": scenario.turn_acceleration,
         "unevenness": (scenario.unevenness, scenario.unevenness_hz),
         "slips": scenario.slips,
@@ -149,9 +149,9 @@ def _native_plan(scenario: SpinScenario) -> dict[str, Any]:
             {"start": d.start, "duration": d.seconds, "tilt": radians(d.tilt_deg), "lift": d.lift_m}
             for d in scenario.disturbances
         ],
-        "mounting": native.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
+        "mounting": scenario_json.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
         "gravity": scenario.gravity,
-        "latitude": native.in_radians_or_none(scenario.latitude_deg),
+        "latitude": scenario_json.in_radians_or_none(scenario.latitude_deg),
     }
 
 
@@ -169,7 +169,7 @@ def _steps(scenario: SpinScenario) -> Iterator[dict[str, Any]]:
                 yield {"turn": {"angle": angle, "rate": scenario.turn_rate}}
                 slow_turn = 0.0
             case "drive":
-                floor = native.floor(tilt_deg, uphill_deg)
+                floor = scenario_json.floor(tilt_deg, uphill_deg)
                 drive = {"duration": step.seconds, "speed": scenario.drive_speed, "bend": angle}
                 yield {"drive": drive | {"floor": floor}}
 
@@ -203,4 +203,4 @@ def _scale_errors(error: float) -> list[dict[str, Any]]:
 def _faults(scenario: SpinScenario) -> list[dict[str, Any]]:
     largest = {"accelerometer": scenario.gravity, "gyroscope": scenario.turn_rate}
     middle = scenario.plan[0].seconds / 2
-    return [native.injected_fault(fault, middle, largest[fault.triad]) for fault in scenario.faults]
+    return [scenario_json.injected_fault(fault, middle, largest[fault.triad]) for fault in scenario.faults]

@@ -9,7 +9,7 @@ from typing import Any
 
 from tumble import _core
 from tumble.foundation.recording import FloatArray, Recording
-from tumble.tools.simulate import native
+from tumble.tools.simulate import scenario_json
 from tumble.tools.simulate.turntable.scenario import REFERENCE, TurntableScenario
 from tumble.tools.simulate.unit import PPM, SimulatedUnit, simulated_unit
 
@@ -78,7 +78,7 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or TurntableScenario(), **changes)
-    played = native.play(_core.simulate_turntable, _native(scenario), "session")
+    played = scenario_json.play(_core.simulate_turntable, _native(scenario), "session")
     reference, *targets = (
         _unit(scenario, name, figures)
         for name, figures in zip(scenario.unit_names, [played["reference"], *played["targets"]], strict=True)
@@ -98,7 +98,7 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
 def _native(scenario: TurntableScenario) -> dict[str, Any]:
     """Put together the scenario of `turntable.rs`."""
     return {
-        "conditions": native.conditions(
+        "conditions": scenario_json.conditions(
             seed=scenario.seed,
             temperature_celsius=scenario.temperature_celsius,
             warm_up_kelvin=scenario.warm_up_kelvin,
@@ -108,7 +108,7 @@ def _native(scenario: TurntableScenario) -> dict[str, Any]:
             g_sensitivity=scenario.g_sensitivity,
         ),
         "table": _native_table(scenario),
-        "mounting": native.in_radians(scenario.mounting_angle_deg),
+        "mounting": scenario_json.in_radians(scenario.mounting_angle_deg),
         "reference": _native_unit(scenario, REFERENCE),
         "targets": [_native_unit(scenario, name) for name in scenario.target_names],
     }
@@ -132,7 +132,7 @@ def _native_table(scenario: TurntableScenario) -> dict[str, Any]:
         "rate_duration": scenario.seconds_per_rate,
         "error": radians(scenario.table_error_deg),
         "gravity": scenario.gravity,
-        "latitude": native.in_radians_or_none(scenario.latitude_deg),
+        "latitude": scenario_json.in_radians_or_none(scenario.latitude_deg),
     }
 
 
@@ -141,13 +141,13 @@ def _native_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
     offset, skew = scenario.clock_offset_seconds, scenario.clock_skew_ppm * PPM
     # The clock of the reference is that of the session.
     apart = scenario.clocks == "apart" and not is_reference
-    return native.unit(
+    return scenario_json.unit(
         scenario.grade_of(name),
         perfect=is_reference and scenario.perfect_reference,
         rate=scenario.rate_of(name),
-        mounting=native.in_radians(scenario.mounting_of(name)),
+        mounting=scenario_json.in_radians(scenario.mounting_of(name)),
         lever_arm=scenario.lever_arm_m.get(name, CENTRE),
-        clock={"drawn": {"offset": offset, "skew": skew}} if apart else native.given_clock(),
+        clock={"drawn": {"offset": offset, "skew": skew}} if apart else scenario_json.given_clock(),
         faults=_native_faults(scenario, name),
     )
 
@@ -155,7 +155,7 @@ def _native_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
 def _native_faults(scenario: TurntableScenario, name: str) -> list[dict[str, Any]]:
     largest = {"accelerometer": scenario.gravity, "gyroscope": radians(scenario.turn_rate_dps)}
     return [
-        native.injected_fault(fault, scenario.rest_seconds / 2, largest[fault.triad])
+        scenario_json.injected_fault(fault, scenario.rest_seconds / 2, largest[fault.triad])
         for fault in scenario.faults_of(name)
     ]
 

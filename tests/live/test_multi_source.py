@@ -14,7 +14,7 @@ from live_fixtures import resting, serial_device, text_lines
 from ports import free_port, free_ports
 from tumble.foundation.errors import LogError
 from tumble.live import HEARTBEAT, LiveChunk, LiveSet, open_set, open_source
-from tumble.live.together import ABREAST
+from tumble.live.multi_source import ABREAST
 
 TABLE = resting(60)
 
@@ -181,7 +181,7 @@ def test_a_source_that_is_lost_ends_the_set_with_the_name_of_its_unit():
 
 
 def test_with_keep_going_others_go_on_and_a_lost_source_returns(tmp_path, monkeypatch):
-    monkeypatch.setattr("tumble.live.together.RETRY", 0.05)
+    monkeypatch.setattr("tumble.live.multi_source.RETRY", 0.05)
     line = tmp_path / "line"
     events = []
     with serial_device() as first, serial_device() as second, Senders(["b"]) as senders:

@@ -8,7 +8,7 @@ import pytest
 
 from tumble import _core
 from tumble.tools.simulate import Grade, grade_names, simulate_turntable
-from tumble.tools.simulate.native import as_json
+from tumble.tools.simulate.scenario_json import as_json
 from tumble.tools.simulate.turntable.procedure import _native
 from tumble.tools.simulate.turntable.scenario import TurntableScenario
 
