@@ -46,7 +46,7 @@ class Sample:
 
     @classmethod
     def of(cls, outcomes: Sequence[Outcome]) -> Sample:
-        """Stack outcomes."""
+        """Stacks outcomes."""
         return cls(*(np.array([getattr(o, field.name) for o in outcomes]) for field in fields(cls)))
 
     def figures(self, columns: slice) -> Content:
@@ -97,7 +97,7 @@ def _batch(cell: Cell, sessions: range) -> dict[str, Sample]:
 def measure(
     chosen: Sequence[Cell], sessions: int, console: Console
 ) -> Iterator[tuple[Cell, dict[str, Sample]]]:
-    """Run all sessions; a cell is given as soon as it is done."""
+    """Runs all sessions; a cell is given as soon as it is done."""
     batches = [range(start, min(start + BATCH, sessions)) for start in range(0, sessions, BATCH)]
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         work = {pool.submit(_batch, cell, batch): (cell, batch) for cell in chosen for batch in batches}
@@ -158,7 +158,7 @@ def _marked(text: str, good: bool) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=1000, help="simulated sessions a cell")
     parser.add_argument(

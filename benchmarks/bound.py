@@ -85,7 +85,7 @@ def _solve(
     matrix: FloatArray,
     bias: FloatArray,
 ) -> Bound:
-    """Invert the information; `prior` is the information on each unknown beforehand, M and b come first."""
+    """Inverts the information; `prior` is the information on each unknown beforehand, M and b come first."""
     precision = block_diag(
         np.kron(np.linalg.inv(covariance.reference), np.eye(3)),
         np.kron(np.linalg.inv(covariance.target), np.eye(3)),

@@ -45,12 +45,12 @@ _QUIET: dict[str, Any] = {
 
 
 def session(seed: int) -> SimulatedMultipose:
-    """Play a session with white noise alone, on an Earth that turns, as sigmas of multi-pose allow for."""
+    """Plays a session with white noise alone, on an Earth that turns, as sigmas of multi-pose allow for."""
     return tumble.simulate_multipose(seed=seed, **_QUIET)
 
 
 def session_of(unit: SimulatedMultipose, seed: int, shift: FloatArray | None = None) -> Recording:
-    """Give what a unit would have recorded in another session, its bias moved by `shift` (3,), m/s^2."""
+    """Returns what a unit would have recorded in another session, its bias moved by `shift` (3,), m/s^2."""
     other = session(seed)
     chunk, read = other.unit.samples, []
     for triad in ("accelerometer", "gyroscope"):
@@ -63,12 +63,12 @@ def session_of(unit: SimulatedMultipose, seed: int, shift: FloatArray | None = N
 
 
 def calibrated(recording: Recording) -> Calibration:
-    """Calibrate a session."""
+    """Calibrates a session."""
     return tumble.multipose(recording).calibration
 
 
 def trial(seed: int) -> list[tuple[float, float, int, str]]:
-    """Give, for each change: probability, statistic, its degrees of freedom, and what differs most."""
+    """Returns, for each change: probability, statistic, its degrees of freedom, and what differs most."""
     unit = session(seed)
     first = calibrated(unit.recording)
     assert first.accelerometer is not None
@@ -111,7 +111,7 @@ def statistics(pairs: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=400, help="simulated pairs of sessions")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -23,7 +23,7 @@ SEED = 7
 
 
 def main() -> None:
-    """Simulate, calibrate, compare and draw."""
+    """Simulates, calibrates, compares and draws."""
     unit = session(SEED)
     first = np.datetime64(DATES[0])
     calibrations = []

@@ -72,7 +72,7 @@ def foretold(unit: Unit, M: FloatArray, b: FloatArray) -> float:
 
 
 def trial(plan: dict[str, Any], seed: int) -> Content:
-    """Play a session: errors over the bound and their sigmas, at 60 deg/s beside plain least squares."""
+    """Plays a session: errors over the bound and their sigmas, at 60 deg/s beside plain least squares."""
     random = np.random.default_rng(seed)
     session, unit = Session(**plan), usual(random)
     best = Unit(b=random.normal(0.0, 1e-4, 3), force_b=random.normal(0.0, 0.01, 3))
@@ -91,7 +91,7 @@ def trial(plan: dict[str, Any], seed: int) -> Content:
 
 
 def statistics(name: str, sessions: int) -> Content:
-    """Give the figures of one plan."""
+    """Returns the figures of one plan."""
     trials = [trial(PLAN[name], BASE_SEED + seed) for seed in range(sessions)]
     return {
         "plan": name,
@@ -104,7 +104,7 @@ def statistics(name: str, sessions: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=24, help="simulated sessions of each plan")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -56,7 +56,7 @@ FEW = 2
 
 
 def build() -> None:
-    """Build all images."""
+    """Builds all images."""
     subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
     options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
     folder = ("--target-dir", str(ROOT / "target"))
@@ -79,12 +79,12 @@ def symbols(image: str) -> list[tuple[int, str]]:
 
 
 def count() -> Content:
-    """Run the mission and count instructions, by what was done."""
+    """Runs the mission and counts instructions, by phase."""
     return understood(_emulated(IMAGES / "instructions", "-icount", f"shift={SHIFT}"))
 
 
 def memory() -> tuple[Content, Content, Content]:
-    """Fly the platform; bytes of its states, and of stack by what was done: of this flight, and of any."""
+    """Flies the platform; bytes of its states, and of stack by what was done: of this flight, and of any."""
     states, stack, functions_ = remembered(_emulated(PLATFORM))
     # The lowest bit says that a function is in Thumb code.
     bounds = StackBounds(functions(PLATFORM), BY_REGISTER)
@@ -125,7 +125,7 @@ def understood(said: str) -> Content:
 
 
 def _statistics(each: list[float]) -> Content:
-    """Sum, mean, middle and largest."""
+    """Sums, mean, middle and largest."""
     return {
         "times": len(each),
         "each": each if len(each) <= FEW else None,
@@ -137,7 +137,7 @@ def _statistics(each: list[float]) -> Content:
 
 
 def measure() -> Content:
-    """Measure all images, which are built."""
+    """Measures all images, which are built."""
     empty = flash(BASELINE)
     states, stack, bounds = memory()
     return {
@@ -213,7 +213,7 @@ def largest(instructions: Content) -> float:
 
 
 def rows(content: Content) -> Iterator[tuple[str, str, str]]:
-    """Name, size and goal of each row, as text."""
+    """Names, size and goal of each row, as text."""
     states, instructions = content["bytes"], content["instructions"]
     for part, name in FLASH_NAMES.items():
         allowed = FLASH_GOALS.get(part)
@@ -269,7 +269,7 @@ def _said(*command: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--symbols", choices=(BASELINE, *PARTS), help="list what is largest in an image")
     parser.add_argument("--no-save", action="store_true", help="print only")

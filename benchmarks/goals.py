@@ -77,7 +77,7 @@ class Goal:
 
 
 def all_goals(results: Mapping[str, Content]) -> list[Goal]:
-    """Give the goals of all benchmarks that were run."""
+    """Returns the goals of all benchmarks that were run."""
     measured = ((goals, results[name]) for name, goals in GOALS_OF.items() if name in results)
     return list(chain.from_iterable(goals(content) for goals, content in measured))
 

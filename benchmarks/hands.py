@@ -18,7 +18,7 @@ Span = tuple[float, float]
 
 
 def session(seed: int, orientations: int = 18) -> tuple[SimulatedMultipose, list[Span]]:
-    """Simulate a session of white noise alone; give it with (start, end), s, of each rest that is used."""
+    """Simulates a session of white noise alone; returns it with (start, end), s, of each used rest."""
     hand = simulate_multipose(
         seed=seed, orientations=orientations, bias_instability=False, g_sensitivity=False, latitude_deg=None
     )
@@ -47,7 +47,7 @@ def trembling(
     lever_arm: Sequence[float] = (0.1, 0.05, 0.03),
     seed: int = 0,
 ) -> Recording:
-    """Give the recording of a simulated session in which the rests `shaken`, (start, end) s, tremble.
+    """Returns the recording of a simulated session in which the rests `shaken`, (start, end) s, tremble.
 
     Amplitude in rad about each axis; the turning centre is `lever_arm` m away.
     """

@@ -122,7 +122,7 @@ def responses(sessions: int) -> Iterator[Content]:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=60, help="simulated sessions a case")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -42,7 +42,7 @@ LARGEST_GROWTH = 1.05
 
 
 def run(over: str, units: int, rate: float, seconds: float) -> Content:
-    """Receive from senders in a process of their own."""
+    """Receives from senders in a process of their own."""
     asked = {"over": over, "units": units, "rate": rate, "seconds": seconds}
     sender = subprocess.Popen(
         [sys.executable, "-m", "benchmarks.live_senders", json.dumps(asked)],
@@ -140,7 +140,7 @@ class Flood(PolledSource):
 
 
 def flood(hours: float, rate: float) -> Content:
-    """Put so much stream time through a set, as fast as it goes; tell what memory became of."""
+    """Puts so much stream time through a set, as fast as it goes; tells what memory became of."""
     samples = int(3600.0 * hours * rate)
     done, memory, began = 0, [], time.monotonic()
     look_at = 0
@@ -175,7 +175,7 @@ def misses(way: Content) -> list[str]:
 
 
 def table_of(content: Content) -> Table:
-    """Show what was measured against what is wanted."""
+    """Shows what was measured against what is wanted."""
     table = Table(
         "over", "sent", "lost", "cores", "p50 ms", "p99 ms", "p99.9 ms", "largest ms", "memory", "missed"
     )
@@ -195,7 +195,7 @@ def table_of(content: Content) -> Table:
 
 
 def main() -> None:
-    """Measure and save."""
+    """Measures and saves."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--units", type=int, default=UNITS)

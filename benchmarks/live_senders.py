@@ -28,7 +28,7 @@ NAMES_EVERY = 1000
 
 
 def serve(over: str, units: int, rate: float, seconds: float) -> None:
-    """Send `units` streams at `rate`, Hz, for `seconds`, over `udp` or `pty`."""
+    """Sends `units` streams at `rate`, Hz, for `seconds`, over `udp` or `pty`."""
     addresses, sends = zip(*(_udp if over == "udp" else _pty)(units), strict=True)
     print(json.dumps(addresses), flush=True)
     sys.stdin.readline()

@@ -64,7 +64,7 @@ SHORTEST_REST = 0.5
 
 
 def scenario(number: int) -> LiveScenario:
-    """Give the units of a session: white noise, no steps, clocks that agree, all as `benchmarks.settings`."""
+    """Units of a session: white noise, no steps, clocks that agree, all as `benchmarks.settings`."""
     grades = [_plain(grade) for grade in (reference_grade(), *[target_grade()] * TARGETS)]
     return LiveScenario(
         seed=BASE_SEED + number,
@@ -144,7 +144,7 @@ class FeedSource(PolledSource):
 
 
 def without_sockets(number: int) -> Session:
-    """Run the loop as fast as it goes."""
+    """Runs the loop as fast as it goes."""
     made, clock = scenario(number), Clock()
     profile = load_profile(made.table_profile)
     axes = tuple(axis.axis(profile.units) for axis in profile.axes)
@@ -166,7 +166,7 @@ def without_sockets(number: int) -> Session:
 
 
 def over_sockets(number: int) -> Session:
-    """Run the loop over UDP and TCP at the pace of life."""
+    """Runs the loop over UDP and TCP at the pace of life."""
     with LiveSimulation(scenario(number)) as simulation, tempfile.TemporaryDirectory() as folder:
         assert simulation.table is not None
         assert simulation.table_address is not None
@@ -196,7 +196,7 @@ def _live(
 
 
 def judged(bench: Bench, live: LiveTurntable, plan: PosePlan, poses: PoseList) -> Session:
-    """Run a session to its end, calibrate its recording, and hold that against the truth."""
+    """Runs a session to its end, calibrates its recording, and holds that against the truth."""
     for _ in live.steps():
         pass
     if not live.is_complete:
@@ -221,7 +221,7 @@ def judged(bench: Bench, live: LiveTurntable, plan: PosePlan, poses: PoseList) -
 
 
 def rests_between(table: SimulatedTable, begin: float, end: float) -> FloatArray:
-    """Give true rests (k, 2), s of the bench's clock."""
+    """Returns true rests (k, 2), s of the bench's clock."""
     times = np.arange(begin, end, GRID)
     still = (table.states(times)[1] == 0.0).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
@@ -230,7 +230,7 @@ def rests_between(table: SimulatedTable, begin: float, end: float) -> FloatArray
 
 
 def _readings(session: Path, name: str, uptime: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give times on the bench's clock (n,), specific forces and angular rates (n, 3)."""
+    """Returns times on the bench's clock (n,), specific forces and angular rates (n, 3)."""
     import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
     recorded = pq.read_table(session / f"{name}.parquet", columns=["sensor_time"])
@@ -272,7 +272,7 @@ def _outcome(
 
 
 def shortest_motion(plan: PosePlan) -> float:
-    """Give the least time of all motions, s, that shows the poses and the turns of a plan: in any order."""
+    """Least time of all motions, s, that shows the poses and the turns of a plan: in any order."""
     start, *_ = plan.start[np.newaxis]
     stops = [start, *plan.angles]
     between = [[_travel(plan, one, other) for other in stops] for one in stops]
@@ -292,7 +292,7 @@ def _travel(plan: PosePlan, one: FloatArray, other: FloatArray) -> float:
 
 
 def times_of(sessions: Sequence[Session]) -> Content:
-    """Give how long the table took, beside the shortest time."""
+    """Returns how long the table took, beside the shortest time."""
     plan = sessions[0].plan
     motion = shortest_motion(plan)
     rest = POSE_SECONDS * len(plan.route)
@@ -305,7 +305,7 @@ def times_of(sessions: Sequence[Session]) -> Content:
 
 
 def figures_of(sessions: Sequence[Session]) -> Content:
-    """Give errors over the bound by triad and group."""
+    """Returns errors over the bound by triad and group."""
     samples = {
         triad: Sample.of([each for session in sessions for each in session.outcomes[triad]])
         for triad in TRIADS
@@ -314,19 +314,19 @@ def figures_of(sessions: Sequence[Session]) -> Content:
 
 
 def largest_ratio(figures: Content) -> float:
-    """Give the largest ratio of error to bound of any group, corrected for the luck of the draw."""
+    """Returns the largest ratio of error to bound of any group, corrected for the luck of the draw."""
     groups = (group for triad in TRIADS for group in figures[triad]["groups"].values())
     return max(float(group["ratio_without_luck"]) for group in groups)
 
 
 def largest_time(times: Content, what: str) -> float:
-    """Give the longest time of a session over the shortest possible; `what` is `motion` or `all`."""
+    """Returns the longest time of a session over the shortest possible; `what` is `motion` or `all`."""
     shortest = times["shortest_motion" if what == "motion" else "shortest"]
     return max(float(took) / float(shortest) for took in times[what])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=SESSIONS, help="without sockets, for statistics")
     parser.add_argument("--over-sockets", type=int, default=OVER_SOCKETS, help="at the pace of life")

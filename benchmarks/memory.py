@@ -65,7 +65,7 @@ def peak_here() -> int:
 
 
 def measure(tours: int, longer: int, console: Console) -> Content:
-    """Write, acquire and delete one recording after the other."""
+    """Writes, acquire and deletes one recording after the other."""
     from benchmarks.recordings import FORMATS, tours_of
     from tumble.foundation.recording import Chunk
 
@@ -108,7 +108,7 @@ def table(content: Content) -> Table:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tiny", action="store_true", help="only see that it runs")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -64,7 +64,7 @@ MPU_9150: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
 
 
 def session(seed: int, unstable: bool = False) -> SimulatedMultipose:
-    """Play one session: white noise alone, so that the bound is exact, or bias instability too."""
+    """Plays one session: white noise alone, so that the bound is exact, or bias instability too."""
     return simulate_multipose(
         seed=seed, bias_instability=unstable, quantisation=False, g_sensitivity=False, latitude_deg=48.0
     )
@@ -147,7 +147,7 @@ def statistics(sessions: int, unstable: bool) -> Content:
 
 
 def recordings() -> Iterator[tuple[str, RecordingSource, Options]]:
-    """Give every recording that is at hand by name, with the options it is calibrated with."""
+    """Returns every recording that is at hand by name, with the options it is calibrated with."""
     yield "xsens", DATA / "xsens" / "xsens_acc.mat", {"raw": True, "gravity": XSENS_GRAVITY}
     yield (
         "xsens, g-sensitivity",
@@ -179,12 +179,12 @@ def recordings() -> Iterator[tuple[str, RecordingSource, Options]]:
 
 
 def from_columns(name: str, columns: FloatArray, rate: float) -> Recording:
-    """Wrap six columns, m/s^2 and rad/s, without time."""
+    """Wraps six columns, m/s^2 and rad/s, without time."""
     return Recording.from_arrays(name, np.arange(len(columns)) / rate, columns[:, :3], columns[:, 3:])
 
 
 def split_halves() -> Content:
-    """Calibrate every second rest of the recording of imu_tk, and the others: by how many sigmas they differ.
+    """Calibrates every second rest of the recording of imu_tk and the others: their difference in sigmas.
 
     Rests are labelled as a calibration of the whole finds them.
     """
@@ -208,12 +208,12 @@ def split_halves() -> Content:
 
 
 def recorded() -> Content:
-    """Calibrate every recording, or say why not."""
+    """Calibrates every recording, or says why not."""
     return {name: outcome(source, options) for name, source, options in recordings()}
 
 
 def outcome(source: RecordingSource, options: Options) -> Content:
-    """Give the figures of a calibration, or the refusal."""
+    """Returns the figures of a calibration, or the refusal."""
     begun = time.perf_counter()
     try:
         found = tumble.multipose(source, **options)
@@ -235,7 +235,7 @@ def outcome(source: RecordingSource, options: Options) -> Content:
 
 
 def main() -> None:
-    """Run, print and save."""
+    """Runs, prints and saves."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=1000)
     parser.add_argument("--no-save", action="store_true")

@@ -47,7 +47,7 @@ class Problem:
 
 
 def problem_of(played: SimulatedMultipose) -> Problem:
-    """Cut a session at its true rests."""
+    """Cuts a session at its true rests."""
     samples, rests, unit = played.unit.samples, played.session.rests, played.unit
     spans = [tuple(np.searchsorted(samples.time, (rest.start, rest.end))) for rest in rests]
     duration = np.array([rest.end - rest.start for rest in rests])
@@ -71,7 +71,7 @@ def problem_of(played: SimulatedMultipose) -> Problem:
 
 
 def fit(problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """Fit both sensors with SciPy; give M of each."""
+    """Fits both sensors with SciPy; returns M of each."""
     force = least_squares(
         force_residuals, [1, 0, 1, 0, 0, 1, 0, 0, 0], force_jacobian, method="lm", args=(problem,)
     ).x

@@ -33,7 +33,7 @@ WITHIN = 0.3
 
 
 def all_recordings() -> Iterator[tuple[str, RecordingSource, dict[str, Any]]]:
-    """Give every recording there is by name, with the options of `tumble.multipose` that it needs."""
+    """Returns every recording there is by name, with the options of `tumble.multipose` that it needs."""
     yield from recordings()
     counts = ReadOptions(
         rate=204.8,
@@ -48,7 +48,7 @@ def all_recordings() -> Iterator[tuple[str, RecordingSource, dict[str, Any]]]:
 
 
 def multipose(source: RecordingSource, options: dict[str, Any]) -> Content:
-    """Calibrate without equipment."""
+    """Calibrates without equipment."""
     found = tumble.multipose(source, **options)
     return {
         "verdict": found.verdict,
@@ -63,14 +63,14 @@ def multipose(source: RecordingSource, options: dict[str, Any]) -> Content:
 
 
 def noise(source: RecordingSource, options: dict[str, Any]) -> Content:
-    """Measure noise."""
+    """Measures noise."""
     found = tumble.noise(source, read=_reading(options))
     terms = {triad: finite(found.term(triad, "white noise")) for triad in found.triads}
     return {"verdict": found.verdict, "seconds_still": found.still.duration, "density": terms}
 
 
 def thermal(source: RecordingSource, options: dict[str, Any]) -> Content:
-    """Find what temperature does."""
+    """Finds what temperature does."""
     found = tumble.thermal(source, read=_reading(options))
     return {"verdict": found.verdict, "range": list(found.range)}
 
@@ -88,7 +88,7 @@ def _reading(options: dict[str, Any]) -> ReadOptions | None:
 
 
 def outcome(procedure: str, source: RecordingSource, options: dict[str, Any]) -> Content:
-    """Give what a procedure makes of a recording: its figures, or its refusal."""
+    """Returns what a procedure makes of a recording: its figures, or its refusal."""
     try:
         return RUN[procedure](source, options)
     except tumble.TumbleError as error:
@@ -118,7 +118,7 @@ def contradictions(name: str, found: dict[str, Content]) -> Iterator[str]:
 
 
 def main() -> int:
-    """Run, print and save; 1 where a result contradicts what is known."""
+    """Runs, prints and saves; 1 where a result contradicts what is known."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-save", action="store_true")
     arguments = parser.parse_args()

@@ -16,7 +16,7 @@ CHART = Path(__file__).parent.parent / "docs" / "images" / "noise.svg"
 
 
 def main() -> None:
-    """Simulate, measure and draw."""
+    """Simulates, measures and draws."""
     static = tumble.simulate_static(
         seed=5,
         duration=10_800.0,

@@ -115,7 +115,7 @@ def watched(time: FloatArray, values: FloatArray) -> list[list[_core.Disturbance
 
 
 def false_alarms(name: str, records: int) -> Content:
-    """Count disturbances that clean hours are given."""
+    """Counts disturbances that clean hours are given."""
     found = [
         each
         for k in range(records)
@@ -141,7 +141,7 @@ def detection(size: float, records: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--records", type=int, default=4, help="simulated hours of each kind")
     parser.add_argument("--no-save", action="store_true", help="print only")

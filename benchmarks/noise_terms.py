@@ -62,7 +62,7 @@ def _sessions(task: tuple[str, int]) -> list[list[tuple[bool, bool]]]:
 
 
 def intervals(records: int) -> list[Content]:
-    """Give the share of intervals that hold the truth, for each truth and term."""
+    """Returns the share of intervals that hold the truth, for each truth and term."""
     sessions = -(-records // CHANNELS)
     rows = []
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
@@ -133,7 +133,7 @@ def _peer(
 
 
 def memory() -> Content:
-    """Measure how much a record ten times as long takes more, MiB, besides its samples."""
+    """Measures how much a record ten times as long takes more, MiB, besides its samples."""
     grown = []
     record = _core.NoiseRecord(CHANNELS)
     chunk = np.random.default_rng(1).normal(size=(65_536, CHANNELS))
@@ -145,7 +145,7 @@ def memory() -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--records", type=int, default=204, help="simulated records of each truth")
     parser.add_argument("--hours", type=float, default=3.0, help="length of the record that is timed")

@@ -30,7 +30,7 @@ def oven(
     gyroscope: float = 0.05,
     jump: float = 0.0,
 ) -> Recording:
-    """Simulate a unit that warms from -10 to 60 degC and cools again at an even pace.
+    """Simulates a unit that warms from -10 to 60 degC and cools again at an even pace.
 
     `loop` is that of accelerometer z, `lag` the time constant of the thermometer, s. `bias` is the drift of
     the accelerometer over half the range, m/s^2, and `jump` a step of it; the gyroscope drifts `gyroscope`

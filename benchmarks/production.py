@@ -45,7 +45,7 @@ TINY = Size(batch=3, memory=(1, 4))
 
 
 def write_line(folder: Path, targets: int) -> tuple[Path, Path]:
-    """Write the log of a reference and a folder with those of the targets; give the places of both."""
+    """Writes the log of a reference and a folder with those of the targets; returns the places of both."""
     session = simulate_turntable(
         seed=SEED,
         grades=("consumer",) * DISTINCT,
@@ -77,7 +77,7 @@ class Use:
 
 
 def calibrated(reference: Path, targets: Sequence[Path], pages: str, out: Path) -> Use:
-    """Run the command in a process of its own."""
+    """Runs the command in a process of its own."""
     code = "from tumble.cli.main import main\nif __name__ == '__main__': main()"
     arguments = ["turntable", reference, *targets, "--pages", pages, "-q", "-o", out, "--g-sensitivity"]
     begun = time.perf_counter()
@@ -89,7 +89,7 @@ def calibrated(reference: Path, targets: Sequence[Path], pages: str, out: Path) 
 
 
 def read_by_arrow(units: Sequence[Path]) -> Use:
-    """Read the same logs one after the other with pyarrow, in this process."""
+    """Reads the same logs one after the other with pyarrow, in this process."""
     begun, used = time.perf_counter(), time.process_time()
     for path in units:
         pyarrow.csv.read_csv(path)
@@ -97,7 +97,7 @@ def read_by_arrow(units: Sequence[Path]) -> Use:
 
 
 def measure(size: Size, console: Console) -> Content:
-    """Calibrate batches with and without pages, then batches of several sizes."""
+    """Calibrates batches with and without pages, then batches of several sizes."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         reference, units = write_line(folder, max(size.batch, *size.memory))
@@ -138,7 +138,7 @@ def table(content: Content) -> Table:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tiny", action="store_true", help="only see that it runs")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -33,7 +33,7 @@ class Unit:
 
 
 def usual(random: np.random.Generator) -> Unit:
-    """Draw a target of consumer grade."""
+    """Draws a target of consumer grade."""
 
     def matrix() -> FloatArray:
         return np.eye(3) + random.normal(0.0, 0.008, (3, 3))
@@ -69,7 +69,7 @@ def _profile(rates: Sequence[float | None], hold: float, ramp: float, rest: floa
 
 
 def _smooth(knots: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rate and angle (n,) at times: between knots the rate is a cubic that begins and ends level."""
+    """Rates and angle (n,) at times: between knots the rate is a cubic that begins and ends level."""
     start, value = knots[:-1, 0], knots[:-1, 1]
     length, change = np.diff(knots[:, 0]), np.diff(knots[:, 1])
     whole = np.concatenate([[0.0], np.cumsum(length * (value + 0.5 * change))])

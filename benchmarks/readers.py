@@ -116,7 +116,7 @@ def _xsens(folder: Path, chunk: Chunk) -> Path:
 
 
 def _vectornav(folder: Path, chunk: Chunk) -> Path:
-    """Write some thousand sentences again and again, as they hold no time."""
+    """Writes some thousand sentences again and again, as they hold no time."""
     lines = []
     for force, rate in zip(chunk.accelerometer[:5000].tolist(), chunk.gyroscope[:5000].tolist(), strict=True):
         values = [*(f"{value:+07.3f}" for value in force), *(f"{value:+09.6f}" for value in rate)]
@@ -208,7 +208,7 @@ def _dataflash(folder: Path, chunk: Chunk) -> Path:
 
 
 def _tlog(folder: Path, chunk: Chunk) -> Path:
-    """Log what a ground station hears of HIGHRES_IMU."""
+    """Logs what a ground station hears of HIGHRES_IMU."""
     sender = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     path = folder / "flight.tlog"
     with path.open("wb") as file:
@@ -238,7 +238,7 @@ def _csv(path: Path, *, lines: int = 0, delimiter: str = ",") -> object:
 
 
 def _labelled(folder: Path, chunk: Chunk) -> Path:
-    """Print as a sketch does for the plotter of the Arduino IDE."""
+    """Prints as a sketch does for the plotter of the Arduino IDE."""
     names = [f"{triad}{axis.upper()}" for triad in ("Acc", "Gyr") for axis in _AXES]
     path = folder / "monitor.txt"
     with path.open("w") as file:
@@ -263,7 +263,7 @@ def _picoquake(folder: Path, chunk: Chunk) -> Path:
 
 
 def _metawear(folder: Path, chunk: Chunk) -> Path:
-    """Write both files at one rate, as reading at two is bound by interpolation."""
+    """Writes both files at one rate, as reading at two is bound by interpolation."""
     stamps = np.asarray(_stamps(chunk)) // 1_000_000
     for sensor, unit, triad in (("Gyroscope", "deg/s", "g"), ("Accelerometer", "g", "a")):
         head = f"epoch (ms),{','.join(f'{axis}-axis ({unit})' for axis in _AXES)}\n"
@@ -307,7 +307,7 @@ READERS = {
 
 
 def read_all(path: Path, *, timeless: bool) -> int:
-    """Pass over all samples, checked and in SI units."""
+    """Passes over all samples, checked and in SI units."""
     options = tumble.ReadOptions(rate=RATE if timeless else None)
     return sum(len(chunk) for chunk in tumble.open_recording(path, options).chunks())
 
@@ -370,7 +370,7 @@ def table(content: Content) -> Table:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tiny", action="store_true", help="only see that it runs")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -30,7 +30,7 @@ def _arrays(chunk: Chunk) -> dict[str, FloatArray]:
 
 
 def numpy_archive(*, packed: bool = False) -> Write:
-    """Give what writes `.npz`."""
+    """Returns what writes `.npz`."""
 
     def write(folder: Path, chunk: Chunk) -> Path:
         save = np.savez_compressed if packed else np.savez
@@ -41,19 +41,19 @@ def numpy_archive(*, packed: bool = False) -> Write:
 
 
 def read_archive(path: Path) -> object:
-    """Load all of `.npz`."""
+    """Loads all of `.npz`."""
     with np.load(path) as file:
         return {name: file[name] for name in file}
 
 
 def numpy_array(folder: Path, chunk: Chunk) -> Path:
-    """Write `.npy` with seven columns."""
+    """Writes `.npy` with seven columns."""
     np.save(folder / "log.npy", np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope]))
     return folder / "log.npy"
 
 
 def matlab(*, packed: bool = False) -> Write:
-    """Give what writes `.mat` of version 5."""
+    """Returns what writes `.mat` of version 5."""
 
     def write(folder: Path, chunk: Chunk) -> Path:
         scipy.io.savemat(folder / "log.mat", _arrays(chunk), do_compression=packed)
@@ -63,7 +63,7 @@ def matlab(*, packed: bool = False) -> Write:
 
 
 def hdf5(*, packed: bool = False) -> Write:
-    """Give what writes HDF5, packed in chunks of a fixed length."""
+    """Returns what writes HDF5, packed in chunks of a fixed length."""
     options = {"chunks": True, "compression": "gzip"} if packed else {}
 
     def write(folder: Path, chunk: Chunk) -> Path:
@@ -76,13 +76,13 @@ def hdf5(*, packed: bool = False) -> Write:
 
 
 def read_hdf5(path: Path) -> object:
-    """Load all of HDF5."""
+    """Loads all of HDF5."""
     with h5py.File(path) as file:
         return {name: file[name][()] for name in file}
 
 
 def feather(folder: Path, chunk: Chunk) -> Path:
-    """Write Feather as pandas does."""
+    """Writes Feather as pandas does."""
     triads = {"a": chunk.accelerometer, "g": chunk.gyroscope}
     columns = {
         f"{triad}{axis}": of[:, number] for triad, of in triads.items() for number, axis in enumerate("xyz")
@@ -92,7 +92,7 @@ def feather(folder: Path, chunk: Chunk) -> Path:
 
 
 def json_messages(folder: Path, chunk: Chunk) -> Path:
-    """Write MCAP with a message of JSON a sample."""
+    """Writes MCAP with a message of JSON a sample."""
     path = folder / "log.mcap"
     stamps = np.rint(chunk.time * 1e9).astype(np.int64).tolist()
     triads = zip(stamps, chunk.accelerometer.tolist(), chunk.gyroscope.tolist(), strict=True)
@@ -112,13 +112,13 @@ def json_messages(folder: Path, chunk: Chunk) -> Path:
 
 
 def read_json(path: Path) -> object:
-    """Read all messages of JSON."""
+    """Reads all messages of JSON."""
     with path.open("rb") as file:
         return [json.loads(message.data) for _, _, message in make_reader(file).iter_messages()]
 
 
 def _imu_file() -> descriptor_pb2.FileDescriptorProto:
-    """Describe a message of a stamp, ns, and two vectors."""
+    """Describes a message of a stamp, ns, and two vectors."""
     file = descriptor_pb2.FileDescriptorProto(name="imu.proto", package="demo", syntax="proto3")
     vector, imu = file.message_type.add(name="Vector3"), file.message_type.add(name="Imu")
     for number, name in enumerate("xyz", start=1):
@@ -130,7 +130,7 @@ def _imu_file() -> descriptor_pb2.FileDescriptorProto:
 
 
 def protobuf_messages(folder: Path, chunk: Chunk) -> Path:
-    """Write MCAP with a message of protocol buffers a sample."""
+    """Writes MCAP with a message of protocol buffers a sample."""
     path, file = folder / "log.mcap", _imu_file()
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
@@ -155,7 +155,7 @@ def protobuf_messages(folder: Path, chunk: Chunk) -> Path:
 
 
 def read_protobuf(path: Path) -> object:
-    """Read all messages of protocol buffers."""
+    """Reads all messages of protocol buffers."""
     with path.open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         return [message for *_, message in reader.iter_decoded_messages()]

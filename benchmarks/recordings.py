@@ -26,7 +26,7 @@ TOUR_SECONDS = 6 * 15.0
 
 
 def tours_of(tours: int, seed: int) -> Chunk:
-    """Simulate a session that visits the six poses again and again, 18 000 samples a tour."""
+    """Simulates a session that visits the six poses again and again, 18 000 samples a tour."""
     base = design_scenario()
     scenario = replace(base, seed=seed, visits=ORDER * tours, mounting_angle_deg=1.0)
     samples = simulate_turntable(scenario).target_units[0].samples
@@ -34,7 +34,7 @@ def tours_of(tours: int, seed: int) -> Chunk:
 
 
 def pieces(chunk: Chunk) -> Iterator[Chunk]:
-    """Cut a recording into the portions it is written in."""
+    """Cuts a recording into the portions it is written in."""
     for start in range(0, len(chunk), PIECE):
         rows = slice(start, start + PIECE)
         yield Chunk(chunk.time[rows], chunk.accelerometer[rows], chunk.gyroscope[rows])

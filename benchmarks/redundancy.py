@@ -42,7 +42,7 @@ MOST_SECONDARIES = 7
 
 
 def ladder(runs: int, console: Console) -> dict[str, Content]:
-    """Give the root mean square error of each rung at each distance, and the design's."""
+    """Returns the root mean square error of each rung at each distance, and the design's."""
     found: dict[str, Content] = {}
     for number, (distance, design) in enumerate(DESIGN.items()):
         errors: dict[str, list[float]] = {rung: [] for rung in RUNGS}
@@ -60,7 +60,7 @@ def ladder(runs: int, console: Console) -> dict[str, Content]:
 
 
 def honesty(runs: int, console: Console) -> Content:
-    """Give errors over stated sigmas, how often 95 % hold, and single precision, at the top rung."""
+    """Returns errors over stated sigmas, how often 95 % hold, and single precision, at the top rung."""
     errors: dict[str, list[float]] = {"bias": [], "matrix": [], "lever arm": []}
     apart: dict[str, list[float]] = {name: [] for name in errors}
     for run in track(range(runs), "sigmas", console=console):
@@ -98,7 +98,7 @@ def _rms(values: Sequence[float]) -> float | None:
 
 
 def push_cost() -> list[Content]:
-    """Run `push_cost.rs`: ns of a push and of a copy of its sample, for each number of secondaries."""
+    """Runs `push_cost.rs`: ns of a push and of a copy of its sample, for each number of secondaries."""
     command = ["cargo", "run", "--quiet", "--release", "--locked", "--package", "tumble-core"]
     done = subprocess.run(
         [*command, "--example", "push_cost"], cwd=ROOT, check=True, capture_output=True, text=True
@@ -107,7 +107,7 @@ def push_cost() -> list[Content]:
 
 
 def state_bytes() -> dict[str, list[int]]:
-    """Give the bytes of a monitor's state with one to seven secondaries."""
+    """Returns the bytes of a monitor's state with one to seven secondaries."""
     counts = range(1, MOST_SECONDARIES + 1)
     return {
         precision: [_core.RedundancyMonitor.state_bytes(count, precision) for count in counts]
@@ -116,7 +116,7 @@ def state_bytes() -> dict[str, list[int]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, show and save."""
+    """Measures, shows and saves."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument(

@@ -54,7 +54,7 @@ def flown(seed: int) -> dict[str, Any]:
 
 
 def campaign(seeds: Sequence[int], cores: int, console: Console) -> list[dict[str, Any]]:
-    """Fly all missions, in order of their seeds."""
+    """Flies all missions, in order of their seeds."""
     if cores == 1:
         return [flown(seed) for seed in track(seeds, "missions", console=console)]
     with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
@@ -63,7 +63,7 @@ def campaign(seeds: Sequence[int], cores: int, console: Console) -> list[dict[st
 
 
 def summary(verdicts: Sequence[dict[str, Any]]) -> Content:
-    """Put the figures of all missions together."""
+    """Puts the figures of all missions together."""
     counts: Counter[str] = Counter(dict.fromkeys(FAILURES, 0))
     for verdict in verdicts:
         counts.update(verdict["counts"])
@@ -82,7 +82,7 @@ def summary(verdicts: Sequence[dict[str, Any]]) -> Content:
 
 
 def _adoptions(verdicts: Sequence[dict[str, Any]], name: str) -> Content:
-    """Give what adopted errors leave as a share of what was left before."""
+    """Returns what adopted errors leave as a share of what was left before."""
     adopted = [a for verdict in verdicts for a in verdict["adoptions"] if a["sensor"] == name]
     first = [a for a in adopted if not a["misled"]]
     rungs: dict[str, list[float]] = defaultdict(list)
@@ -107,7 +107,7 @@ def _percentiles(values: Iterable[float]) -> Content:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
+    """Prints the tables."""
     counts = figures["counts"]
     table = Table("what", "count", title=f"{figures['missions']} missions, {figures['hours']:.1f} h")
     for name, count in counts.items():
@@ -128,7 +128,7 @@ def _three(percentiles: Content) -> list[str]:
 
 
 def show_one(seed: int, console: Console) -> int:
-    """Fly one mission and print all of it."""
+    """Flies one mission and prints all of it."""
     mission = draw(seed)
     console.print(mission)
     for time, unit, what, figures in replayed(mission).events:
@@ -139,7 +139,7 @@ def show_one(seed: int, console: Console) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fly all missions; 1 if anything went wrong whose goal is none."""
+    """Flies all missions; 1 if anything went wrong whose goal is none."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")

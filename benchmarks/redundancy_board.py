@@ -42,29 +42,29 @@ def is_here() -> bool:
 
 
 def turn(number: int) -> FloatArray:
-    """Give the case from the sensor (3, 3) of a unit."""
+    """Returns the case from the sensor (3, 3) of a unit."""
     return np.eye(3) if number % 2 else FACING_DOWN
 
 
 def places() -> FloatArray:
-    """Give where the units are (8, 3) m, in the case frame."""
+    """Returns where the units are (8, 3) m, in the case frame."""
     table = np.loadtxt(FOLDER / "IMU_positions.csv", delimiter=",", skiprows=1, usecols=range(1, 9))
     return np.asarray(table.T)
 
 
 def sensor_from_primary(number: int, primary: int) -> FloatArray:
-    """Give the rotation (3, 3) to a unit from a primary."""
+    """Returns the rotation (3, 3) to a unit from a primary."""
     return np.asarray(turn(number).T @ turn(primary))
 
 
 def lever_arm(number: int, primary: int) -> FloatArray:
-    """Give where a unit is (3,) m, seen from a primary."""
+    """Returns where a unit is (3,) m, seen from a primary."""
     at = places()
     return np.asarray(turn(primary).T @ (at[number - 1] - at[primary - 1]))
 
 
 def told(numbers: Sequence[int]) -> list[_core.RedundancyUnit]:
-    """Describe a set of these units, the first the primary, as a monitor is told of it."""
+    """Describes a set of these units, the first the primary, as a monitor is told of it."""
     primary = numbers[0]
     return [
         _core.RedundancyUnit(
@@ -79,7 +79,7 @@ def told(numbers: Sequence[int]) -> list[_core.RedundancyUnit]:
 
 
 def recorded() -> dict[int, Samples]:
-    """Read what each unit says; all have one clock."""
+    """Reads what each unit says; all have one clock."""
     table = pq.read_table(LOG)
     column = {name: np.asarray(table[name], dtype=float) for name in table.column_names}
     time = column["time"]

@@ -49,7 +49,7 @@ CUT = ("dead", "late", "not a number")
 
 
 def judged(seed: int, *, with_witness: bool = False) -> dict[str, Any]:
-    """Fly a mission and count what came of it."""
+    """Flies a mission and counts what came of it."""
     mission = draw(seed)
     return counted(mission, *flown(mission, with_witness=with_witness))
 
@@ -57,7 +57,7 @@ def judged(seed: int, *, with_witness: bool = False) -> dict[str, Any]:
 def counted(
     mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], replayed: Replay
 ) -> dict[str, Any]:
-    """Count what came of a mission."""
+    """Counts what came of a mission."""
     fault = mission.fault
     judgement = judge(
         replayed.events, None if fault is None else mission.faulty, mission.onset, mission.duration
@@ -98,7 +98,7 @@ def _gathered(
 
 
 def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay) -> Content:
-    """Count what was adopted and refused while all were sound, and who was misled since."""
+    """Counts what was adopted and refused while all were sound, and who was misled since."""
     found = {"adopted": 0, "wrongly adopted": 0, "refused that were right": 0, "misled": 0}
     start = mission.onset if mission.fault is None else mission.fault.start
     misled = set()
@@ -129,7 +129,7 @@ def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay)
 
 
 def chosen(missions: int, first: int, wanted: Collection[str], units: Collection[int]) -> list[int]:
-    """Give the seeds, from the first on, of so many missions of these kinds and numbers of units."""
+    """Returns the seeds, from the first on, of so many missions of these kinds and numbers of units."""
     drawn = map(draw, count(first))
     fitting = (each.seed for each in drawn if each.kind in wanted and each.units in units)
     return list(islice(fitting, missions))
@@ -138,7 +138,7 @@ def chosen(missions: int, first: int, wanted: Collection[str], units: Collection
 def campaign(
     seeds: Sequence[int], jobs: int, console: Console, fly: Callable[[int], dict[str, Any]] = judged
 ) -> list[dict[str, Any]]:
-    """Fly all missions, in order of their seeds."""
+    """Flies all missions, in order of their seeds."""
     if jobs == 1:
         return [fly(seed) for seed in track(seeds, "missions", console=console)]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
@@ -147,7 +147,7 @@ def campaign(
 
 
 def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Put the figures of all missions together, by number of units and kind."""
+    """Puts the figures of all missions together, by number of units and kind."""
     sets = {}
     for title, units in SETS.items():
         those = [each for each in missions if each["units"] in units]
@@ -160,7 +160,7 @@ def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
 
 
 def seeds_of(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Give the seeds of what did not come out right, for whoever flies them again."""
+    """Returns the seeds of what did not come out right, for whoever flies them again."""
     found: dict[str, list[str]] = defaultdict(list)
     for each in missions:
         if each["outcome"] not in (None, "right"):
@@ -171,7 +171,7 @@ def seeds_of(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def show_one(seed: int, console: Console, *, with_witness: bool) -> None:
-    """Fly one mission and print all of it."""
+    """Flies one mission and prints all of it."""
     mission = draw(seed)
     console.print(mission)
     simulated, said, replayed = flown(mission, with_witness=with_witness)
@@ -181,7 +181,7 @@ def show_one(seed: int, console: Console, *, with_witness: bool) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fly the campaign."""
+    """Flies the campaign."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")
@@ -211,7 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _some_of(known: tuple[str, ...]) -> Callable[[str], tuple[str, ...]]:
-    """Read words with commas between them."""
+    """Reads words with commas between them."""
 
     def read(text: str) -> tuple[str, ...]:
         words = tuple(each.strip() for each in text.split(","))

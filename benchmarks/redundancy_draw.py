@@ -47,7 +47,7 @@ class DrawnMission:
 
     @property
     def onset(self) -> float:
-        """Give when the fault shows at first, s: a gyroscope whose sign is wrong, when it moves."""
+        """Returns when the fault shows at first, s: a gyroscope whose sign is wrong, when it moves."""
         if self.fault is None:
             return self.duration
         if self.fault.kind == "wrong sign" and self.fault.sensor == "gyroscope":
@@ -55,13 +55,13 @@ class DrawnMission:
         return self.fault.start
 
     def fly(self) -> SimulatedSet:
-        """Simulate all units, without the fault."""
+        """Simulates all units, without the fault."""
         random = np.random.default_rng([self.seed, 1])
         return simulate_set(random, self.units, self.spans, self.duration, self.vibration)
 
 
 def draw(seed: int) -> DrawnMission:
-    """Draw a mission; the same for the same seed."""
+    """Draws a mission; the same for the same seed."""
     random = np.random.default_rng([seed, 0])
     kind = CYCLE[seed % len(CYCLE)]
     units = int(random.choice(UNITS))
@@ -91,5 +91,5 @@ def _spans(random: np.random.Generator, duration: float) -> FloatArray:
 
 
 def kinds() -> tuple[str, ...]:
-    """Give all kinds that are drawn."""
+    """Returns all kinds that are drawn."""
     return ("none", *(kind for kind in get_args(Kind) if kind in CYCLE))

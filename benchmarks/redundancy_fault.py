@@ -61,7 +61,7 @@ class InjectedFault:
     seed: int
 
     def inject(self, samples: Samples) -> Samples:
-        """Give what the unit says from then on, and before."""
+        """Returns what the unit says from then on, and before."""
         after = samples.arrival >= self.start
         if self.kind == "dead":
             kept = ~after
@@ -86,7 +86,7 @@ class InjectedFault:
         return replace(samples, **{channel: readings})
 
     def _spoilt(self, since: FloatArray, readings: FloatArray) -> FloatArray:
-        """Give readings (n, 3) that are wrong; (n,) s since the start."""
+        """Returns readings (n, 3) that are wrong; (n,) s since the start."""
         random = np.random.default_rng(self.seed)
         if self.kind == "jump":
             return readings + self.size * self.direction
@@ -113,7 +113,7 @@ class InjectedFault:
 
 
 def _duplicated(samples: Samples, first: int) -> Samples:
-    """Give every second sample, from one on, with the readings of the one before it."""
+    """Returns every second sample, from one on, with the readings of the one before it."""
     force, rate = samples.specific_force.copy(), samples.angular_rate.copy()
     for readings in (force, rate):
         copies = readings[first + 1 :: 2]
@@ -122,7 +122,7 @@ def _duplicated(samples: Samples, first: int) -> Samples:
 
 
 def draw_fault(random: np.random.Generator, kind: Kind, start: float, least: float = 0.0) -> InjectedFault:
-    """Draw a fault of a kind; `least` m/s^2, a tenth of it in rad/s, bounds the size of a jump or a ramp."""
+    """Draws a fault of a kind; `least` m/s^2, a tenth of it in rad/s, bounds the size of a jump or a ramp."""
     index = int(random.integers(2))
     size = 0.0
     if kind in SIZES:

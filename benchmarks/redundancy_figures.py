@@ -31,13 +31,13 @@ LONG = 90.0
 
 
 def wide_console() -> Console:
-    """Give a console on which the tables have room."""
+    """Returns a console on which the tables have room."""
     console = Console()
     return Console(width=max(console.width, WIDTH))
 
 
 def by_kind(missions: Sequence[Mapping[str, Any]], groups: Mapping[str, Sequence[Kind]] = GROUPS) -> Content:
-    """Give the figures of each kind of fault, and of each group of them."""
+    """Returns the figures of each kind of fault, and of each group of them."""
     return {
         "kinds": {kind: of_kind(_of(missions, (kind,))) for kind in get_args(Kind)},
         "groups": {name: of_kind(_of(missions, group)) for name, group in groups.items()},
@@ -45,7 +45,7 @@ def by_kind(missions: Sequence[Mapping[str, Any]], groups: Mapping[str, Sequence
 
 
 def flown(kinds: Mapping[str, Content]) -> dict[str, Content]:
-    """Give the kinds of which there were missions."""
+    """Returns the kinds of which there were missions."""
     return {kind: of for kind, of in kinds.items() if of["missions"]}
 
 
@@ -54,7 +54,7 @@ def _of(missions: Sequence[Mapping[str, Any]], kinds: Sequence[str]) -> list[Map
 
 
 def of_kind(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Give the figures of missions with a fault."""
+    """Returns the figures of missions with a fault."""
     primary = [each for each in missions if each["faulty"] == 0]
     return {
         "missions": len(missions),
@@ -89,7 +89,7 @@ IN_HEALTH = {
 
 
 def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Give what was told while all units were sound."""
+    """Returns what was told while all units were sound."""
     hours = sum(each["health"] for each in missions) / 3600.0
     return {"hours": hours, **{name: sum(each[name] for each in missions) for name in IN_HEALTH.values()}}
 
@@ -104,7 +104,7 @@ def percentiles(values: Iterable[float | None]) -> Content:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
+    """Prints the tables."""
     for title, of in figures["sets"].items():
         table = Table(*header(), title=title)
         for kind, each in flown({**of["kinds"], "not calibrated": of["not calibrated"]}).items():
@@ -114,7 +114,7 @@ def show(figures: Content, console: Console) -> None:
 
 
 def header() -> tuple[str, ...]:
-    """Give the titles of the columns of `cells`."""
+    """Returns the titles of the columns of `cells`."""
     return (
         *("fault", "n", *OUTCOMES, "also", "isolated, s", "95 %", "seen", "s", "95 %"),
         *("m/s", "deg", "misled", "changes", "none, s"),
@@ -122,7 +122,7 @@ def header() -> tuple[str, ...]:
 
 
 def cells(kind: str, of: Content) -> Iterator[str]:
-    """Give a row of the table."""
+    """Returns a row of the table."""
     yield from (kind, str(of["missions"]))
     yield from (str(of["outcomes"][name]) for name in OUTCOMES)
     yield str(of["also a sound unit"])

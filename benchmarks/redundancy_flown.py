@@ -45,22 +45,22 @@ class Flown:
 
     @property
     def window(self) -> float:
-        """Give the length of the monitor's windows, s."""
+        """Returns the length of the monitor's windows, s."""
         return float(str(self.mission.settings["window"]))
 
     def joined(self, name: str) -> FloatArray:
-        """Put the pieces of an array together."""
+        """Puts the pieces of an array together."""
         each = [piece[name] for piece in self.pieces]  # type: ignore[literal-required]
         return np.concatenate(each)
 
     def of_units(self, name: str) -> list[FloatArray]:
-        """Put the pieces of an array of each unit together."""
+        """Puts the pieces of an array of each unit together."""
         each = [piece[name] for piece in self.pieces]  # type: ignore[literal-required]
         return [np.concatenate(unit) for unit in zip(*each, strict=True)]
 
 
 def replayed(mission: Mission) -> Flown:
-    """Fly a mission and put it through the monitor, piece by piece."""
+    """Flies a mission and puts it through the monitor, piece by piece."""
     flight = mission.fly()
     flown = Flown(mission, flight)
     monitor = _core.RedundancyMonitor(mission.told(flight), mission.settings, mission.precision)
@@ -83,7 +83,7 @@ def replayed(mission: Mission) -> Flown:
 
 
 def _edges(flight: SimulatedFlight) -> FloatArray:
-    """Give the times of arrival, s, between which samples are replayed at a time."""
+    """Returns the times of arrival, s, between which samples are replayed at a time."""
     end = max(float(unit.arrival[-1]) for unit in flight.units if len(unit.arrival)) + PIECE
     edges = [np.arange(PIECE, end, PIECE), np.array([-1.0, end])]
     for fault in (each for unit in flight.units for each in unit.faults if each.kind in CLOCK_FAULTS):

@@ -43,7 +43,7 @@ SHORTEST = 5.0
 
 
 def judged(seed: int) -> Verdict:
-    """Draw, fly, replay and judge one mission."""
+    """Draws, flies, replays and judges one mission."""
     flown = replayed(draw(seed))
     verdict = Verdict(seed, flown.flight.duration, len(flown.flight.units))
     verdict.replay_rate = flown.flight.duration / max(flown.seconds, 1e-9)

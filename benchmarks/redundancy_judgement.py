@@ -46,7 +46,7 @@ class Judgement:
 
 
 def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float) -> Judgement:
-    """Count; `faulty` is the unit whose fault begins at `onset` s, none where all are sound to the `end`."""
+    """Counts; `faulty` is the unit whose fault begins at `onset` s, none where all are sound to the `end`."""
     if faulty is None:
         onset = end
     told = [event for event in events if event[0] < end - END]
@@ -92,7 +92,7 @@ def _outcome(early: bool, guilty: float | None, other: float | None, seen: float
 
 
 def source_spans(events: Iterable[Event], end: float) -> list[tuple[float, float, int | None]]:
-    """Give from when to when, s, each unit was the source; no unit where none was fit."""
+    """Returns from when to when, s, each unit was the source; no unit where none was fit."""
     selected = [
         (time, None if figures["reason"] == "none fit" else unit)
         for time, unit, what, figures in events
@@ -103,6 +103,6 @@ def source_spans(events: Iterable[Event], end: float) -> list[tuple[float, float
 
 
 def without_source(events: Iterable[Event], start: float, end: float) -> float:
-    """Give for how many s between two times no unit was the source; before the first is, nothing is said."""
+    """For how many s between two times no unit was the source; before the first is, nothing is said."""
     none = [(first, last) for first, last, unit in source_spans(events, end) if unit is None]
     return sum((max(0.0, min(last, end) - max(first, start)) for first, last in none), 0.0)

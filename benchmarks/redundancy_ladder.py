@@ -58,7 +58,7 @@ class Pair:
     arm: FloatArray
 
     def left(self, matrix: FloatArray, bias: FloatArray, arm: FloatArray) -> float:
-        """Give the root mean square over the motion of the norm of what an error found leaves."""
+        """Returns the root mean square over the motion of the norm of what an error found leaves."""
         true = _elsewhere(self.force, self.rate, self.angular_acceleration, self.arm)
         said = np.linalg.solve(matrix, (true @ self.matrix.T + self.bias - bias).T).T
         moved = _elsewhere(self.force, self.rate, self.angular_acceleration, arm)
@@ -67,7 +67,7 @@ class Pair:
 
 
 def draw_pair(random: np.random.Generator, distance: float) -> Pair:
-    """Draw motion, errors and noise of two units that far apart, m."""
+    """Draws motion, errors and noise of two units that far apart, m."""
     time = np.arange(round((REST_SECONDS + MOTION_SECONDS) * RATE_HZ)) / RATE_HZ
     since = np.maximum(time - REST_SECONDS, 0.0)
     share = np.minimum(since / RAMP_SECONDS, 1.0)
@@ -96,7 +96,7 @@ def draw_pair(random: np.random.Generator, distance: float) -> Pair:
 
 
 def calibrate(pair: Pair, highest_rung: str, precision: str = "f64") -> dict[str, object] | None:
-    """Give the record of the accelerometer that the monitor adopts, or `None`."""
+    """Returns the record of the accelerometer that the monitor adopts, or `None`."""
     units = [_core.RedundancyUnit(1), _core.RedundancyUnit(2)]
     monitor = _core.RedundancyMonitor(units, {**SETTINGS, "highest_rung": highest_rung}, precision)
     monitor.replay([pair.time] * 2, list(pair.specific_forces), list(pair.angular_rates))

@@ -68,19 +68,19 @@ class Mission:
 
     @property
     def faults(self) -> list[tuple[int, Fault]]:
-        """Give every fault with the number of its unit."""
+        """Returns every fault with the number of its unit."""
         return [(number, each) for number, unit in enumerate(self.scenario.units) for each in unit.faults]
 
     def fly(self) -> SimulatedFlight:
-        """Simulate it."""
+        """Simulates it."""
         return simulate_flight(self.scenario)
 
     def told(self, flight: SimulatedFlight) -> list[_core.RedundancyUnit]:
-        """Give the units as the builder of the set describes them."""
+        """Returns the units as the builder of the set describes them."""
         return [self._told(flight, number) for number in range(len(flight.units))]
 
     def calibration(self, flight: SimulatedFlight) -> dict[TriadName, tuple[FloatArray, FloatArray]] | None:
-        """Give the primary's own: M and b of each sensor, wrong by what a calibration leaves."""
+        """Returns the primary's own: M and b of each sensor, wrong by what a calibration leaves."""
         if not self.calibrated:
             return None
         random = np.random.default_rng([self.seed, 1])
@@ -114,7 +114,7 @@ class Mission:
 
 
 def draw(seed: int) -> Mission:
-    """Draw a mission; the same for the same seed."""
+    """Draws a mission; the same for the same seed."""
     random = np.random.default_rng([seed, 0])
     scenario = _scenario(random, int(random.integers(2**63)))
     count = len(scenario.units)
@@ -195,7 +195,7 @@ def _secondary(random: np.random.Generator, best: int) -> FlightUnit:
 
 
 def _with_faults(random: np.random.Generator, scenario: FlightScenario) -> FlightScenario:
-    """Put up to two faults on board, half of them in the primary; none in a fifth of the missions."""
+    """Puts up to two faults on board, half of them in the primary; none in a fifth of the missions."""
     units = list(scenario.units)
     for _ in range(int(random.choice([0, 1, 1, 1, 2]))):
         number = 0 if random.random() < 0.5 else int(random.integers(1, len(units)))
@@ -230,7 +230,7 @@ def _fault(random: np.random.Generator, scenario: FlightScenario, number: int) -
 
 
 def _start(random: np.random.Generator, scenario: FlightScenario) -> float:
-    """Draw when a fault begins: before the trigger, while pairs are collected, or at any time."""
+    """Draws when a fault begins: before the trigger, while pairs are collected, or at any time."""
     rest, moving = scenario.rest_seconds, scenario.motion_seconds
     duration = scenario.flights * (rest + moving + TRANSFER_SECONDS) + rest
     spans = ((0.1, rest), (rest, rest + moving), (0.1, duration), (0.6 * duration, 0.98 * duration))
@@ -260,7 +260,7 @@ def _settings(random: np.random.Generator) -> dict[str, object]:
 
 
 def _thresholds(random: np.random.Generator, raw: bool) -> dict[str, object]:
-    """Draw thresholds; those of raw data allow for the error that is known."""
+    """Draws thresholds; those of raw data allow for the error that is known."""
     # 3 sigma of the worst grade: bias and 1 % of gravity, and of the gyroscope its bias.
     factory = (0.6, 0.4) if raw else (0.0, 0.0)
     # Corrected data that are wrong by more would be disputed before they trigger, which settings refuse.

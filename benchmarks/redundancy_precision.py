@@ -37,7 +37,7 @@ Difference: TypeAlias = tuple[Decision, float | None, float | None]
 
 
 def decision(event: Event) -> Decision:
-    """Give what of an event is decided, not measured."""
+    """Returns what of an event is decided, not measured."""
     _, unit, what, figures = event
     return (
         unit,
@@ -55,7 +55,7 @@ def _hashable(value: object) -> object:
 
 
 def differences(double: Sequence[Event], single: Sequence[Event]) -> list[Difference]:
-    """Give what one precision decided and the other did not, or not within two windows; in order of time."""
+    """What one precision decided and the other did not, or not within two windows; in order of time."""
     times = [_times(events) for events in (double, single)]
     found = [
         (each, *pair)
@@ -88,7 +88,7 @@ def _when(difference: Difference) -> float:
 
 
 def compared(seed: int) -> dict[str, Any]:
-    """Fly a mission, put it through the monitor in both precisions, and compare what these decide."""
+    """Flies a mission, puts it through the monitor in both precisions, and compares what these decide."""
     mission = draw(seed)
     events = decided(mission)
     return {
@@ -101,7 +101,7 @@ def compared(seed: int) -> dict[str, Any]:
 
 
 def decided(mission: DrawnMission) -> dict[Precision, list[Event]]:
-    """Give the events of a mission in each precision."""
+    """Returns the events of a mission in each precision."""
     simulated, said = simulated_with_fault(mission)
     return {
         precision: watched(replace(mission, precision=precision), simulated, said).events
@@ -110,7 +110,7 @@ def decided(mission: DrawnMission) -> dict[Precision, list[Event]]:
 
 
 def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Count missions and those that were decided differently, by kind of fault."""
+    """Counts missions and those that were decided differently, by kind of fault."""
     by_kind = {}
     for kind in kinds():
         those = [each for each in missions if each["kind"] == kind]
@@ -124,7 +124,7 @@ def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
 
 
 def said(difference: Difference) -> str:
-    """Put a difference in words."""
+    """Puts a difference in words."""
     (unit, what, figures), *times = difference
     words = " ".join((f"unit {unit} {what}", *(str(value) for _, value in figures)))
     when = (
@@ -135,7 +135,7 @@ def said(difference: Difference) -> str:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the table, and what was decided differently first in each mission."""
+    """Prints the table, and what was decided differently first in each mission."""
     table = Table("fault", "missions", "decisions", "decided differently")
     for kind, of in figures["kinds"].items():
         table.add_row(kind, str(of["missions"]), str(of["decisions"]), str(of["different"]))
@@ -145,7 +145,7 @@ def show(figures: Content, console: Console) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare all missions."""
+    """Compares all missions."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")

@@ -43,7 +43,7 @@ SPANS = {"before": (0.0, board.SHAKING), "settled": (200.0, board.SHAKING), "sha
 
 
 def members(random: np.random.Generator, number: int, size: int) -> tuple[int, ...]:
-    """Draw a set in which a unit is; any of them is the primary."""
+    """Draws a set in which a unit is; any of them is the primary."""
     others = [each for each in board.NUMBERS if each != number]
     drawn = [number, *random.choice(others, size - 1, replace=False)]
     return tuple(int(each) for each in random.permutation(drawn))
@@ -57,7 +57,7 @@ def _recorded() -> dict[int, Samples]:
 def replayed(
     numbers: Sequence[int], end: float, stored: Stored | None, faulty: int, fault: InjectedFault | None
 ) -> tuple[list[Event], Stored]:
-    """Replay a set up to a time, s: its events, and what it stored."""
+    """Replays a set up to a time, s: its events, and what it stored."""
     monitor = _core.RedundancyMonitor(board.told(numbers), board.SETTINGS)
     for record in (stored or {}).values():
         why = monitor.restore(record)
@@ -70,12 +70,12 @@ def replayed(
 
 @cache
 def stored_by(numbers: tuple[int, ...]) -> Stored:
-    """Give what a set adopts before the shaking."""
+    """Returns what a set adopts before the shaking."""
     return replayed(numbers, board.SHAKING, None, 0, None)[1]
 
 
 def health() -> list[dict[str, Any]]:
-    """Replay each unit as primary of a set of each size, to the end."""
+    """Replays each unit as primary of a set of each size, to the end."""
     random = np.random.default_rng(0)
     found = []
     for size in SIZES:
@@ -88,7 +88,7 @@ def health() -> list[dict[str, Any]]:
 
 
 def told_in_health(events: Sequence[Event]) -> dict[str, Any]:
-    """Count what was told before the shaking, of that once settled, and from then on."""
+    """Counts what was told before the shaking, of that once settled, and from then on."""
     return {name: _counted(events, *span) for name, span in SPANS.items()}
 
 
@@ -105,7 +105,7 @@ def _counted(events: Sequence[Event], start: float, end: float) -> Content:
 
 
 def faulted(kind: Kind, number: int, draw: int) -> dict[str, Any]:
-    """Replay a set with a fault in one unit, and count what came of it."""
+    """Replays a set with a fault in one unit, and counts what came of it."""
     seed = [KINDS.index(kind), number, draw]
     random = np.random.default_rng(seed)
     numbers = members(random, number, SIZES[draw % len(SIZES)])
@@ -127,7 +127,7 @@ def faulted(kind: Kind, number: int, draw: int) -> dict[str, Any]:
 
 
 def misled(numbers: Sequence[int], before: Stored, after: Stored) -> int:
-    """Count secondaries whose calibration left that of health; where nothing was adopted, it is the same."""
+    """Counts secondaries whose calibration left that of health; where nothing was adopted, it is the same."""
     left = {
         unit
         for (unit, sensor), record in after.items()
@@ -149,7 +149,7 @@ def apart(said: Samples, sensor: str, *records: Mapping[str, object]) -> float:
 
 
 def summary(healthy: Sequence[Mapping[str, Any]], faults: Sequence[Mapping[str, Any]]) -> Content:
-    """Put all figures together, by number of units."""
+    """Puts all figures together, by number of units."""
     return {
         title: {
             "health": {
@@ -166,7 +166,7 @@ def _total(counted: Sequence[Mapping[str, float]]) -> Content:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
+    """Prints the tables."""
     for title, of in figures.items():
         table = Table(*header(), title=f"recorded, {title}")
         for kind, each in flown(of["kinds"]).items():
@@ -177,7 +177,7 @@ def show(figures: Content, console: Console) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Replay the recording in health, then with faults."""
+    """Replays the recording in health, then with faults."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--draws", type=int, default=DRAWS, help="of each kind in each unit")
     parser.add_argument("--no-save", action="store_true")

@@ -45,13 +45,13 @@ class Replay:
 def flown(
     mission: DrawnMission, *, with_witness: bool = False
 ) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
-    """Simulate a mission, put its fault in, and replay it: the set, what all units say, what came of it."""
+    """Simulates a mission, puts its fault in, and replays it: the set, all samples, the outcome."""
     simulated, said = simulated_with_fault(mission)
     return simulated, said, watched(mission, simulated, said, with_witness=with_witness)
 
 
 def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...]]:
-    """Simulate a mission: the set, and what all units say with the fault in one of them."""
+    """Simulates a mission: the set, and what all units say with the fault in one of them."""
     simulated = mission.fly()
     return simulated, spoilt(simulated.samples, mission.faulty, mission.fault)
 
@@ -59,7 +59,7 @@ def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Sam
 def watched(
     mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], *, with_witness: bool = False
 ) -> Replay:
-    """Put what all units of a mission say through a monitor of the mission's precision."""
+    """Puts what all units of a mission say through a monitor of the mission's precision."""
     told = [unit.told(number) for number, unit in enumerate(simulated.units)]
     monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
     heard = witness(simulated.body, mission.seed) if with_witness else []
@@ -67,7 +67,7 @@ def watched(
 
 
 def witness(body: Body, seed: int) -> list[NativeWitness]:
-    """Give what a satellite receiver says of the velocity."""
+    """Returns what a satellite receiver says of the velocity."""
     step = body.time[1] - body.time[0]
     level = np.einsum("nij,nj->ni", body.level_from_body, body.specific_force)
     velocity = np.cumsum(level - [0.0, 0.0, STANDARD_GRAVITY], axis=0) * step
@@ -78,7 +78,7 @@ def witness(body: Body, seed: int) -> list[NativeWitness]:
 
 
 def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:
-    """Give what all units say with the fault in one of them."""
+    """Returns what all units say with the fault in one of them."""
     return tuple(
         each if fault is None or number != faulty else fault.inject(each)
         for number, each in enumerate(samples)
@@ -86,7 +86,7 @@ def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None)
 
 
 def edges(end: float, fault: InjectedFault | None) -> FloatArray:
-    """Give the times of arrival, s, between which samples are replayed at a time."""
+    """Returns the times of arrival, s, between which samples are replayed at a time."""
     found = [np.arange(0.0, end, PIECE), np.array([np.inf])]
     if fault is not None and fault.kind == "late":
         fine = min(fault.start + FINE_SECONDS, end)
@@ -100,7 +100,7 @@ def replay(
     until: FloatArray,
     witnesses: Sequence[NativeWitness] = (),
 ) -> Replay:
-    """Put what all units say through a monitor, piece by piece."""
+    """Puts what all units say through a monitor, piece by piece."""
     found = Replay()
     cuts = [np.searchsorted(each.arrival, until) for each in said]
     heard = [bisect_left(witnesses, time, key=lambda each: each[0]) for time in until]
@@ -143,7 +143,7 @@ def error_of(
 
 
 def reading(unit: Unit, sensor: TriadName, body: Body) -> FloatArray:
-    """Give what a unit reads (n, 3), without noise, drift and vibration."""
+    """Returns what a unit reads (n, 3), without noise, drift and vibration."""
     true = body.specific_force + body.carried(unit.arm) if sensor == "accelerometer" else body.angular_rate
     return np.asarray(true @ unit.matrix[sensor].T + unit.bias[sensor])
 
@@ -151,7 +151,7 @@ def reading(unit: Unit, sensor: TriadName, body: Body) -> FloatArray:
 def gathered(
     clean: Samples, faulty: Samples, unit: Unit, body: Body, spans: Sequence[tuple[float, float]]
 ) -> dict[TriadName, float]:
-    """Integrate what a fault adds to the output over spans in which its unit is the source.
+    """Integrates what a fault adds to the output over spans in which its unit is the source.
 
     Level axes: m/s for the accelerometer, rad for the gyroscope.
     """
@@ -170,7 +170,7 @@ def gathered(
 
 
 def source_of(events: Sequence[Event], unit: int, start: float, end: float) -> list[tuple[float, float]]:
-    """Give the spans from `start` to `end` in which a unit is the source."""
+    """Returns the spans from `start` to `end` in which a unit is the source."""
     return [
         (max(first, start), min(last, end))
         for first, last, number in source_spans(events, end)

@@ -44,7 +44,7 @@ Records = dict[tuple[int, TriadName], Mapping[str, object]]
 def adopted(
     told: Sequence[_core.RedundancyUnit], said: Sequence[Samples], settings: Mapping[str, object], rests: bool
 ) -> tuple[Records, list[Event]]:
-    """Replay a set; give what it adopted first of each sensor, and all events."""
+    """Replays a set; returns what it adopted first of each sensor, and all events."""
     monitor = _core.RedundancyMonitor(list(told), {**settings, "fit_rests": rests}, "f64")
     played = monitor.replay(
         [each.time for each in said],
@@ -59,7 +59,7 @@ def adopted(
 
 
 def simulated(seed: int) -> tuple[SimulatedSet, float]:
-    """Draw a pair of units, and how long they are flown, s."""
+    """Draws a pair of units, and how long they are flown, s."""
     random = np.random.default_rng([seed, 7])
     starts = REST_SECONDS + (REST_SECONDS + MOTION_SECONDS) * np.arange(MOTIONS)
     duration = float(starts[-1] + MOTION_SECONDS + REST_SECONDS)
@@ -70,7 +70,7 @@ def simulated(seed: int) -> tuple[SimulatedSet, float]:
 def relation(
     flown: SimulatedSet, sensor: TriadName, span: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Give the true M and b of the secondary against the primary, with the mean drift over a span, s."""
+    """Returns the true M and b of the secondary against the primary, with the mean drift over a span, s."""
     biases = [
         unit.bias[sensor] + said.drift[sensor][slice(*np.searchsorted(said.arrival, span))].mean(axis=0)
         for unit, said in zip(flown.units, flown.samples, strict=True)
@@ -81,7 +81,7 @@ def relation(
 
 
 def judged(seed: int, rests: bool) -> Iterator[tuple[TriadName, str, FloatArray, FloatArray]]:
-    """Give the errors over sigma and the errors of what a mission adopted first, by sensor and parameter."""
+    """Errors over sigma and the errors of what a mission adopted first, by sensor and parameter."""
     flown, duration = simulated(seed)
     told = [unit.told(number) for number, unit in enumerate(flown.units)]
     settings = {**SETTINGS, "evaluate_every": duration}
@@ -101,7 +101,7 @@ def judged(seed: int, rests: bool) -> Iterator[tuple[TriadName, str, FloatArray,
 def _bias_given(
     record: Mapping[str, object], matrix: FloatArray, bias: FloatArray, primary: Unit, sensor: TriadName
 ) -> FloatArray:
-    """Give the bias that is right beside the parts of M that were left as they were: at rest, level."""
+    """Returns the bias that is right beside the parts of M that were left as they were: at rest, level."""
     shown = np.isfinite(np.asarray(record["matrix_sigma"]))
     left = np.where(shown, 0.0, matrix - np.asarray(record["matrix"]))
     up = primary.matrix[sensor] @ np.array([0.0, 0.0, STANDARD_GRAVITY if sensor == "accelerometer" else 0.0])
@@ -109,7 +109,7 @@ def _bias_given(
 
 
 def honesty(runs: int, console: Console) -> Content:
-    """Measure errors and coverage with and without rests."""
+    """Measures errors and coverage with and without rests."""
     found: dict[str, Content] = {}
     for way, rests in WAYS.items():
         sigmas: dict[tuple[str, str], list[float]] = defaultdict(list)
@@ -131,13 +131,13 @@ def honesty(runs: int, console: Console) -> Content:
 
 
 def rest_means(said: Samples, rests: Sequence[tuple[float, float]], sensor: TriadName) -> FloatArray:
-    """Give the mean (n, 3) at each rest."""
+    """Returns the mean (n, 3) at each rest."""
     readings = said.of(sensor)
     return np.array([readings[slice(*np.searchsorted(said.time, rest))].mean(axis=0) for rest in rests])
 
 
 def rests_of(events: Sequence[Event]) -> list[tuple[float, float]]:
-    """Give the spans at rest, s."""
+    """Returns the spans at rest, s."""
     began = [time for time, _, what, _ in events if what == "rest began"]
     ended = [time for time, _, what, _ in events if what == "rest ended"]
     return [(start, end) for start, end in zip(began, ended, strict=False) if end > start + 1.0]
@@ -169,7 +169,7 @@ def on_board(rests: bool) -> dict[int, dict[TriadName, list[float]]]:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
+    """Prints the tables."""
     table = Table("sensor, parameter", "fit to", "numbers", "error, rms", "error over sigma", "95 % hold")
     for way, of in figures["simulated"].items():
         for name, each in of.items():
@@ -200,7 +200,7 @@ def show(figures: Content, console: Console) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, show and save."""
+    """Measures, shows and saves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--no-save", action="store_true")

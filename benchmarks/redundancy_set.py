@@ -70,11 +70,11 @@ class Samples:
     """(n, 3) of the bias of each sensor, where it is known."""
 
     def of(self, sensor: TriadName) -> FloatArray:
-        """Give the readings (n, 3) of a sensor."""
+        """Returns the readings (n, 3) of a sensor."""
         return self.specific_force if sensor == "accelerometer" else self.angular_rate
 
     def part(self, start: float, end: float) -> Samples:
-        """Give what arrived from one time to another, s; of the drift nothing."""
+        """Returns what arrived from one time to another, s; of the drift nothing."""
         kept = slice(*np.searchsorted(self.arrival, (start, end)))
         return Samples(
             self.time[kept], self.arrival[kept], self.specific_force[kept], self.angular_rate[kept]
@@ -99,7 +99,7 @@ class Unit:
     """s by which its stamps are ahead."""
 
     def told(self, number: int) -> _core.RedundancyUnit:
-        """Give the unit as the builder of the set describes it."""
+        """Returns the unit as the builder of the set describes it."""
         return _core.RedundancyUnit(
             number + 1,
             sensor_from_primary=np.ascontiguousarray(self.turn) if number else None,
@@ -123,7 +123,7 @@ class Body:
     """(n, 3, 3)."""
 
     def part(self, since: float, every: int) -> Body:
-        """Give one moment of so many, from a time on, s."""
+        """Returns one moment of so many, from a time on, s."""
         kept = slice(int(np.searchsorted(self.time, since)), None, every)
         return Body(*(getattr(self, each.name)[kept] for each in fields(self)))
 
@@ -213,7 +213,7 @@ class _Rotors:
         self.body = body
 
     def felt(self, random: np.random.Generator, time: FloatArray, rate_hz: float) -> tuple[FloatArray, ...]:
-        """Give what both sensors (n, 3) of a unit feel at their place, after their filter."""
+        """Returns what both sensors (n, 3) of a unit feel at their place, after their filter."""
         phase = np.interp(time, self.body.time, self.phase)
         envelope = np.interp(time, self.body.time, self.body.envelope)
         speed = 0.7 + 0.3 * envelope
@@ -261,7 +261,7 @@ def _secondary(random: np.random.Generator) -> Unit:
 
 
 def direction(random: np.random.Generator) -> FloatArray:
-    """Draw a unit vector (3,)."""
+    """Draws a unit vector (3,)."""
     vector = random.standard_normal(3)
     return np.asarray(vector / np.linalg.norm(vector))
 
@@ -304,7 +304,7 @@ def _between(time: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def _drift(random: np.random.Generator, time: FloatArray, sensor: int) -> FloatArray:
-    """Give what warming and wander add to a bias, (n, 3); of seconds, and linear in between."""
+    """Returns what warming and wander add to a bias, (n, 3); of seconds, and linear in between."""
     seconds = np.arange(time[-1] + 2.0)
     warming = np.outer(-np.expm1(-seconds / WARMING_SECONDS), WARMING[sensor] * random.standard_normal(3))
     period = random.uniform(*WANDER_SECONDS, 3)

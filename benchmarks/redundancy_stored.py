@@ -19,7 +19,7 @@ class StoredHistory:
     steps: list[tuple[float, Stored]] = field(default_factory=list)
 
     def at(self, time: float) -> Stored:
-        """Give what was stored just before a time."""
+        """Returns what was stored just before a time."""
         known: Stored = {}
         for since, stored in self.steps:
             if since < time:

@@ -90,7 +90,7 @@ def _share(deviation: float, threshold: float) -> float:
 
 
 def _threshold(flown: Flown, at: float, number: int, name: str, check: str) -> float:
-    """Give the threshold as it was at the time; infinite where that was not evaluated."""
+    """Returns the threshold as it was at the time; infinite where that was not evaluated."""
     stated = (
         e[3]["threshold"]
         for e in flown.events

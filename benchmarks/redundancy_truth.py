@@ -20,7 +20,7 @@ SETTLING = 1.0
 def reference(
     mission: Mission, flight: SimulatedFlight, time: FloatArray, averaging: float
 ) -> dict[TriadName, FloatArray]:
-    """Give what a primary without noise and without fault would say, its own calibration applied, (n, 3).
+    """Returns what a primary without noise and without fault would say, its own calibration applied, (n, 3).
 
     That is what the whole set is to agree with: a primary that is wrong from the factory is wrong for all.
     """
@@ -38,7 +38,7 @@ def corrected(mission: Mission, flight: SimulatedFlight, name: TriadName, said: 
 
 
 def _said(flight: SimulatedFlight, truth: FlightTruth) -> dict[TriadName, FloatArray]:
-    """Give what the faultless primary reads: its errors with the warming, without noise."""
+    """Returns what the faultless primary reads: its errors with the warming, without noise."""
     unit = flight.units[0]
     warmth = temperature(flight.scenario, truth.time)[:, None] - 25.0
     force, rate = truth.specific_force, truth.angular_rate
@@ -54,19 +54,19 @@ def _sensed(triad: TriadTruth, true: FloatArray, force: FloatArray, warmth: Floa
 
 
 def temperature(scenario: FlightScenario, time: FloatArray) -> FloatArray:
-    """Give the temperature (n,) at times (n,), deg C."""
+    """Returns the temperature (n,) at times (n,), deg C."""
     risen = scenario.warm_up_kelvin * -np.expm1(-np.maximum(time, 0.0) / scenario.warm_up_seconds)
     return scenario.temperature_celsius + risen
 
 
 def carried(truth: FlightTruth, arm: FloatArray) -> FloatArray:
-    """Give the specific force (n, 3) that a place has more than the primary's, `arm` m away."""
+    """Returns the specific force (n, 3) that a place has more than the primary's, `arm` m away."""
     w = truth.angular_rate
     return np.cross(truth.angular_acceleration, arm) + np.cross(w, np.cross(w, arm))
 
 
 def spans(fault: Fault) -> tuple[float, float]:
-    """Give when it is at work, s; one that lasts has no end."""
+    """Returns when it is at work, s; one that lasts has no end."""
     if fault.kind in ALWAYS:
         return -np.inf, np.inf
     if fault.kind == "doubled":

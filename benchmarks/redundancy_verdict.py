@@ -20,5 +20,5 @@ class Verdict:
     """In words, each to be looked at."""
 
     def plain(self) -> dict[str, Any]:
-        """Give it as plain mappings."""
+        """Returns it as plain mappings."""
         return asdict(self)

@@ -884,7 +884,7 @@ def _median(of: Content) -> str:
 
 
 def _seconds(of: Content) -> str:
-    """Give the median, and 95 %."""
+    """Returns the median, and 95 %."""
     return f"{_median(of)} ({two_digits(of['high'])}) s" if of["number"] else ""
 
 
@@ -909,7 +909,7 @@ def _device_table(rows: Iterable[tuple[str, str, str]]) -> Iterator[str]:
 
 
 def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
-    """Give five figures that matter, one of each procedure, of all of them, and of the device."""
+    """Returns five figures that matter, one of each procedure, of all of them, and of the device."""
     truth = {
         name: 1e3 * results["truths"]["columns"]["0.05"][name]["non_orthogonality"]["rms"]
         for name in ("reference", "rotate-measurement")
@@ -958,7 +958,7 @@ def _of_each(shares: Mapping[str, Mapping[str, str]], outcome: str) -> str:
 
 
 def _outcomes(of: Content) -> dict[str, str]:
-    """Give the share of each outcome over all kinds of faults."""
+    """Returns the share of each outcome over all kinds of faults."""
     kinds = of["kinds"].values()
     missions = sum(each["missions"] for each in kinds)
     counts = {name: sum(each["outcomes"][name] for each in kinds) for name in OUTCOMES}
@@ -983,7 +983,7 @@ def device(results: Mapping[str, Content]) -> Iterator[str]:
 
 
 def missed(results: Mapping[str, Content]) -> Iterator[str]:
-    """Give the goals that are not reached, and how many there are in all."""
+    """Returns the goals that are not reached, and how many there are in all."""
     goals = all_goals(results)
     yield "| figure | goal | reached |"
     yield "|---|---|---|"
@@ -1064,7 +1064,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def placed(text: str, name: str, table: str) -> str:
-    """Put a table between its markers; raises `ValueError` where they are missing."""
+    """Puts a table between its markers; raises `ValueError` where they are missing."""
     marked = re.compile(rf"(<!-- benchmark:{name} -->\n).*?(<!-- /benchmark:{name} -->)", re.DOTALL)
     replaced, count = marked.subn(lambda found: f"{found[1]}{table}{found[2]}", text)
     if count != 1:
@@ -1073,7 +1073,7 @@ def placed(text: str, name: str, table: str) -> str:
 
 
 def printed(text: str, names: Sequence[str]) -> str:
-    """Put the tables of these names in their places."""
+    """Puts the tables of these names in their places."""
     results = measured(TABLES)
     for name in names:
         if name in SUMMARIES:
@@ -1085,7 +1085,7 @@ def printed(text: str, names: Sequence[str]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Rewrite the pages; with --check only see that they show the figures on disk."""
+    """Rewrites the pages; with --check only see that they show the figures on disk."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages")
     parser.add_argument("--check", action="store_true", help="write nothing; 1 if a page is out of date")

@@ -14,7 +14,7 @@ Content = dict[str, Any]
 
 
 def save(name: str, content: Content, folder: Path = RESULTS) -> Path:
-    """Write the figures of a benchmark, in full or not at all."""
+    """Writes the figures of a benchmark, in full or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
     unfinished = path.with_suffix(".json.part")
@@ -24,13 +24,13 @@ def save(name: str, content: Content, folder: Path = RESULTS) -> Path:
 
 
 def load(name: str, folder: Path = RESULTS) -> Content:
-    """Read the figures of a benchmark."""
+    """Reads the figures of a benchmark."""
     content: Content = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
     return content
 
 
 def measured(names: Iterable[str]) -> dict[str, Content]:
-    """Read the figures of those benchmarks that were run."""
+    """Reads the figures of those benchmarks that were run."""
     folder: Path = (load.__defaults__ or (RESULTS,))[0]
     return {name: load(name) for name in names if (folder / f"{name}.json").is_file()}
 

@@ -35,7 +35,7 @@ def _grade(
     scale_error: float,
     non_orthogonality: float,
 ) -> Grade:
-    """Give a grade of these (noise a sample, turn-on bias); bias instability is that of the grade `like`."""
+    """Grade of these (noise a sample, turn-on bias); bias instability is that of the grade `like`."""
     base = Grade.named(like)
 
     def triad_of(figures: tuple[float, float], accelerometer: bool) -> dict[str, float]:
@@ -110,7 +110,7 @@ class Cell:
         return BASE_SEED + SEEDS_A_CELL * self.number + session
 
     def scenario(self, session: int) -> TurntableScenario:
-        """Give session number `session` of this cell."""
+        """Returns session number `session` of this cell."""
         return replace(
             design_scenario(),
             seed=self.seed(session),

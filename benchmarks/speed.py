@@ -57,7 +57,7 @@ Action = Callable[[], object]
 
 
 def side_by_side(ours: Action, theirs: dict[str, Action], repetitions: int) -> Content:
-    """Run all in turn, again and again: median time of each, and median of the ratios within each turn.
+    """Runs all in turn, again and again: median time of each, and median of the ratios within each turn.
 
     What slows the machine down for a while slows both, and cancels in the ratio.
     """
@@ -229,7 +229,7 @@ def tables(content: Content) -> list[Table]:
 
 
 def measure(size: Size, console: Console) -> Content:
-    """Run all parts."""
+    """Runs all parts."""
     content: Content = {"machine": machine(), "seed": SEED}
     content["acquisition"] = acquisition(size)
     console.print("acquisition done")
@@ -245,7 +245,7 @@ def measure(size: Size, console: Console) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tiny", action="store_true", help="only see that it runs")
     parser.add_argument("--no-save", action="store_true", help="print only")

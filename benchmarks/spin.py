@@ -52,7 +52,7 @@ Task = tuple[Motion, int, range]
 
 
 def cells() -> dict[str, Motion]:
-    """Give all motions of the accuracy table by name."""
+    """Returns all motions of the accuracy table by name."""
     return {
         f"{tilt:g} deg, {way}, {speed}, {rate:g} Hz": Motion(
             turns=DIRECTIONS[way], uneven=SPEEDS[speed], rate=rate, tilt=float(np.radians(tilt))
@@ -62,7 +62,7 @@ def cells() -> dict[str, Motion]:
 
 
 def seeded(number: int, session: int) -> np.random.Generator:
-    """Give the random numbers of a session."""
+    """Returns the random numbers of a session."""
     return np.random.default_rng([BASE_SEED, number, session])
 
 
@@ -152,7 +152,7 @@ def grouped(outcomes: FloatArray) -> Content:
 
 
 def measure(sessions: int, console: Console) -> Content:
-    """Run everything."""
+    """Runs everything."""
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         tilts: Content = {}
         for number, tilt in enumerate(DESIGN):
@@ -203,7 +203,7 @@ def _marked(text: str, good: bool) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=1000, help="simulated sessions a cell")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -81,7 +81,7 @@ def _key(key: Axes) -> None:
 
 
 def main() -> None:
-    """Draw the chart."""
+    """Draws the chart."""
     unfinished = CHART.with_name(CHART.name + ".part")
     unfinished.write_text(chart(load("spin_enough")), encoding="utf-8")
     unfinished.replace(CHART)

@@ -44,7 +44,7 @@ class Disturbance:
 
 
 def cells() -> dict[str, tuple[Motion, Disturbance]]:
-    """Give all rows of the table by name."""
+    """Returns all rows of the table by name."""
     ways = {"one way": (3.0,), "both ways": (3.0, -3.0)}
     found: dict[str, tuple[Motion, Disturbance]] = {}
     for way, turns in ways.items():
@@ -74,7 +74,7 @@ def slipping(course: Course, velocity: FloatArray, with_robot: bool) -> FloatArr
 
 
 def disturb(played: PlayedSpin, disturbance: Disturbance, random: np.random.Generator) -> None:
-    """Put the disturbance into what the sensors of a session say."""
+    """Puts the disturbance into what the sensors of a session say."""
     bearing = random.uniform(-np.pi, np.pi)
     if disturbance.slip:
         velocity = disturbance.slip * np.array([np.cos(bearing), np.sin(bearing)])
@@ -99,7 +99,7 @@ def judged(motion: Motion, disturbance: Disturbance, seed: tuple[int, int]) -> t
 
 
 def row(name: str, number: int, sessions: int) -> Content:
-    """Give the figures of one row."""
+    """Returns the figures of one row."""
     motion, disturbance = cells()[name]
     one = partial(judged, motion, disturbance)
     outcomes = []
@@ -130,7 +130,7 @@ def held(off: FloatArray) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=200, help="simulated sessions a row")
     parser.add_argument("--no-save", action="store_true", help="print only")

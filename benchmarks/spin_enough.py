@@ -38,7 +38,7 @@ Task = tuple[Motion, int, int]
 
 
 def motions() -> list[tuple[str, Motion]]:
-    """Give every motion with the series it belongs to."""
+    """Returns every motion with the series it belongs to."""
     turning = [
         ("turning", replace(USUAL, turns=(turns,), speed=speed)) for turns, speed in product(TURNS, SPEEDS)
     ]
@@ -71,7 +71,7 @@ def _size(sigma: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
 
 
 def measure(sessions: int, console: Console) -> list[Content]:
-    """Run all motions."""
+    """Runs all motions."""
     named = motions()
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         tasks = [(motion, 300 + number, sessions) for number, (_, motion) in enumerate(named)]
@@ -92,7 +92,7 @@ def measure(sessions: int, console: Console) -> list[Content]:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=11, help="simulated sessions a motion")
     parser.add_argument("--no-save", action="store_true", help="print only")

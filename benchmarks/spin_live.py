@@ -74,12 +74,12 @@ class Fed(PolledSource):
 
 
 def simulated(seed: int) -> SimulatedSpin:
-    """Play one session."""
+    """Plays one session."""
     return simulate_spin(seed=seed, plan=PLAN, floor_tilt_deg=FLOOR_TILT)
 
 
 def live(session: SimulatedSpin) -> Spin:
-    """Solve a session as it comes."""
+    """Solves a session as it comes."""
     with Fed(session.samples) as source:
         procedure = LiveSpin(source)
         for _ in procedure.steps():
@@ -118,7 +118,7 @@ def figures(outcomes: FloatArray) -> Content:
 
 
 def measure(sessions: int) -> Content:
-    """Run everything."""
+    """Runs everything."""
     seeds = range(BASE_SEED, BASE_SEED + sessions)
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         outcomes = np.array(list(pool.map(both_ways, seeds, chunksize=20)))
@@ -126,7 +126,7 @@ def measure(sessions: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=SESSIONS, help="simulated sessions")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -114,7 +114,7 @@ def floor_frame(roll: float, pitch: float) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def course(motion: Motion) -> Course:
-    """Rate and heading at each sample; the heading is the integral of the rate on a ten times finer grid."""
+    """Rates and heading at each sample; the heading is the integral of the rate on a ten times finer grid."""
     finer = 10
     step = 1.0 / (motion.rate * finer)
     pieces = [np.zeros(round(motion.rest * motion.rate) * finer)]
@@ -136,7 +136,7 @@ def course(motion: Motion) -> Course:
 
 
 def draw_unit(tilt: float, random: np.random.Generator) -> Unit:
-    """Draw biases, mounting, uphill bearing, the direction of the lever arm, and the scale error."""
+    """Draws biases, mounting, uphill bearing, the direction of the lever arm, and the scale error."""
     uphill, aside = random.uniform(-np.pi, np.pi, 2)
     roll, pitch = np.radians(5.0) * random.standard_normal(2)
     return Unit(
@@ -168,7 +168,7 @@ def play(
     noise: tuple[float, float] = (ACCELEROMETER_NOISE, GYROSCOPE_NOISE),
     unit: Unit | None = None,
 ) -> PlayedSpin:
-    """Simulate a session with white noise of that 1-sigma a sample; a unit is drawn where none is given."""
+    """Simulates a session with white noise of that 1-sigma a sample; a unit is drawn where none is given."""
     unit = unit or draw_unit(motion.tilt, random)
     there = course(motion)
     force, rate = ideal(there, unit)
@@ -184,7 +184,7 @@ def play(
 
 
 def fit(played: PlayedSpin, precision: str = "f64") -> _core.SpinFigures:
-    """Estimate from the session, with its true rest."""
+    """Estimates from the session, with its true rest."""
     rests = np.array([[0.0, played.course.time[played.course.rest - 1]]])
     settings = _core.SpinSettings({"scale_sigma": SCALE_SIGMA, "spin_timeout": 3600.0})
     return _core.fit_spin(

@@ -75,7 +75,7 @@ class StackBounds:
         self._under_way: list[int] = []
 
     def of(self, address: int) -> StackBound:
-        """Bound of the function at an address.
+        """Bounds of the function at an address.
 
         Raises `ValueError` where it may come to call itself, or calls by a register and nobody says whom.
         """

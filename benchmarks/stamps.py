@@ -32,7 +32,7 @@ LOADS = ("idle", "heavy tails", "late by 0.4 s at first")
 
 
 def lateness(kind: str, count: int, generator: np.random.Generator) -> FloatArray:
-    """Give s by which each of so many stamps comes late."""
+    """Returns s by which each of so many stamps comes late."""
     taken = np.arange(count) / RATE_HZ
     if kind.startswith("exponential"):
         return generator.exponential(2e-3, count)
@@ -50,7 +50,7 @@ def lateness(kind: str, count: int, generator: np.random.Generator) -> FloatArra
 
 
 def recorded(unit: SimulatedUnit, kind: str, seed: int, stated: bool) -> Recording:
-    """Give a unit whose stamps come late; those of a `stated` rate are taken as they are."""
+    """Returns a unit whose stamps come late; those of a `stated` rate are taken as they are."""
     (chunk,) = unit.recording.chunks()
     late = lateness(kind, len(chunk), np.random.default_rng(seed))
     stamps = np.maximum.accumulate(chunk.time + late)
@@ -67,7 +67,7 @@ def session(seed: int) -> SimulatedTurntable:
 
 
 def trial(kind: str, seed: int, stated: bool) -> tuple[FloatArray, FloatArray]:
-    """Give errors of the gyroscope's M and b, and the same over their sigma."""
+    """Returns errors of the gyroscope's M and b, and the same over their sigma."""
     played = session(seed)
     reference, target = (
         recorded(played[name], kind, 10 * seed + place, stated)
@@ -125,7 +125,7 @@ def live_map(kind: str, sessions: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, print and save."""
+    """Measures, prints and saves."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=12)
     sessions = parser.parse_args(arguments).sessions

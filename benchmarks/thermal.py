@@ -47,7 +47,7 @@ def session() -> tuple[FloatArray, FloatArray]:
 
 
 def conclusion(order: int, truth: FloatArray, seed: int) -> _core.ThermalFigures:
-    """Play a session of six axes and give what is found of it."""
+    """Plays a session of six axes and returns what is found of it."""
     time, temperature = session()
     terms = np.array([0.0, WHITE, FLICKER, 0.0, 0.0])
     noise = _core.StillNoise(seed, np.array([terms] * AXES), RATE_HZ, len(time)).draw(len(time))
@@ -80,7 +80,7 @@ def bound(order: int, found: _core.ThermalFigures) -> FloatArray:
 
 
 def truth_of(order: int) -> FloatArray:
-    """Give powers so many sigmas of the bound, and hysteresis."""
+    """Returns powers so many sigmas of the bound, and hysteresis."""
     none = np.zeros(order + 1)
     sigma = np.sqrt(np.diag(bound(order, conclusion(order, none, BASE_SEED))))
     sizes = np.array([LOWER] * (order - 1) + [HIGHEST]) if order else np.zeros(0)
@@ -88,7 +88,7 @@ def truth_of(order: int) -> FloatArray:
 
 
 def trial(task: tuple[int, tuple[float, ...], int]) -> list[Content]:
-    """Give, for each axis of a session: the order chosen, errors over the bound and over their sigma."""
+    """Returns, for each axis of a session: the order chosen, errors over the bound and over their sigma."""
     order, given, seed = task
     truth = np.array(given)
     found = conclusion(order, truth, seed)
@@ -142,7 +142,7 @@ def _ratio(rows: Sequence[Content]) -> float | None:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=2000, help="simulated sessions, of all orders")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -15,7 +15,7 @@ CHART = Path(__file__).parent.parent / "docs" / "images" / "thermal.svg"
 
 
 def main() -> None:
-    """Simulate, find and draw."""
+    """Simulates, estimates and draws."""
     session = tumble.simulate_thermal(seed=5, rate_hz=10.0, gyroscope_hysteresis=1e-3)
     result = tumble.thermal(session.recording)
     title = "Bias of a simulated gyroscope over temperature, warming and cooling, and the curves found"

@@ -59,7 +59,7 @@ def lags(shape: str, lag: float, sessions: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=24, help="simulated sessions of each loop")
     parser.add_argument("--no-save", action="store_true", help="print only")

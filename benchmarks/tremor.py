@@ -28,7 +28,7 @@ TREMBLING = (16, POSES)
 
 
 def trial(shaken: int, amplitude: float, seed: int) -> Content:
-    """Play a session; give the poses it uses and errors over sigma."""
+    """Plays a session; returns the poses it uses and errors over sigma."""
     draws = np.random.default_rng(seed)
     hand, rests = session(seed, POSES)
     chosen = sorted(draws.permutation(len(rests))[:shaken])
@@ -49,7 +49,7 @@ def trial(shaken: int, amplitude: float, seed: int) -> Content:
 
 
 def statistics(shaken: int, amplitude: float, sessions: int) -> Content:
-    """Give the figures of one tremor."""
+    """Returns the figures of one tremor."""
     trials = [trial(shaken, amplitude, BASE_SEED + k) for k in range(sessions)]
     row: Content = {
         "trembling": shaken,
@@ -69,7 +69,7 @@ def statistics(shaken: int, amplitude: float, sessions: int) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=24, help="simulated sessions of each tremor")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -86,7 +86,7 @@ def _covariance(
 
 
 def run(cell: Cell, session: int) -> dict[str, Outcome]:
-    """Simulate and calibrate one session."""
+    """Simulates and calibrates one session."""
     played = simulate_turntable(cell.scenario(session))
     found = tumble.turntable(played.reference, played.targets, clock=cell.clocks, jobs=1).targets[0]
     if found.accelerometer is None or found.gyroscope is None:
@@ -112,7 +112,7 @@ def outcome_of(found: TriadResult, true: TriadTruth, bound: Bound, noise: FloatA
 
 
 def intervals_of(played: SimulatedTurntable, unit: SimulatedUnit, turns: bool) -> Intervals:
-    """Give the true rests, then the turns between them where asked for, by samples of the unit."""
+    """Returns the true rests, then the turns between them where asked for, by samples of the unit."""
     starts = [rest.start for rest in played.rests]
     ends = [rest.end for rest in played.rests]
     if turns:
@@ -157,7 +157,7 @@ def accelerometer_of(
     seen: TriadTruth,
     felt: TriadTruth,
 ) -> tuple[Bound, FloatArray]:
-    """Give the bound and the noise of means (k, 3) over rests with true `forces` (k, 3)."""
+    """Returns the bound and the noise of means (k, 3) over rests with true `forces` (k, 3)."""
     noise = np.vstack(
         [reference - forces - seen.b - seen.drift, target - forces @ felt.M.T - felt.b - felt.drift]
     )
@@ -183,7 +183,7 @@ def gyroscope_of(
     seen: TriadTruth,
     felt: TriadTruth,
 ) -> tuple[Bound, FloatArray]:
-    """Give the bound and the noise of means over rests, then turns; `earth` (k, 3) rad/s is felt at rests."""
+    """Bound and the noise of means over rests, then turns; `earth` (k, 3) rad/s is felt at rests."""
     rests = len(forces)
     # The true angle of a turn is unknown to the estimate, so it may be counted from what the reference saw.
     turn_rates = reference[rests:] - seen.b - seen.drift
@@ -222,7 +222,7 @@ def share_of_information_in_integrals(cell: Cell, session: int) -> FloatArray:
 
 
 def _bound_of_partition(played: SimulatedTurntable, intervals: Intervals) -> Bound:
-    """Bound of the gyroscope for rests, then pieces of turns of both units."""
+    """Bounds of the gyroscope for rests, then pieces of turns of both units."""
     covariance = NoiseCovariance(
         *(
             intervals.covariance(unit.grade.gyroscope, played.scenario.rate_of(unit.name), False)

@@ -142,7 +142,7 @@ def tables(content: Content) -> list[Table]:
 
 
 def measure(sessions: int, console: Console) -> Content:
-    """Run all sessions."""
+    """Runs all sessions."""
     columns: Content = {}
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         for number, table_error in enumerate(TABLE_ERRORS_DEG):
@@ -163,7 +163,7 @@ def measure(sessions: int, console: Console) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> Content:
-    """Run the benchmark from the command line."""
+    """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=1000, help="simulated sessions a column")
     parser.add_argument("--no-save", action="store_true", help="print only")

@@ -12,7 +12,7 @@ from tumble.tools.simulate import simulate_turntable
 
 
 def main() -> None:
-    """Calibrate two targets in memory."""
+    """Calibrates two targets in memory."""
     session = simulate_turntable(seed=7, grades=("industrial", "tactical"))
     targets = [unit.recording for unit in session.units[1:]]
     result = tumble.turntable(session["reference"].recording, targets, g_sensitivity=True)

@@ -15,7 +15,7 @@ from tumble.tools.simulate import write_spin
 
 
 def main(folder: Path) -> None:
-    """Simulate, calibrate, and compare the result with the truth."""
+    """Simulates, calibrates, and compares the result with the truth."""
     simulated = tumble.simulate_spin(seed=7, floor_tilt_deg=2.0, unevenness=0.2)
     log = write_spin(simulated, folder)["log"]
 

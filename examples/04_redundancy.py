@@ -21,7 +21,7 @@ UNITS = (
 
 
 def main(folder: Path) -> None:
-    """Simulate two flights, replay them through the monitor, and print what it did."""
+    """Simulates two flights, replays them through the monitor, and prints what it did."""
     flight = tumble.simulate_flight(seed=7, units=UNITS, flights=2)
     logs = write_flight(flight, folder)
 

@@ -22,7 +22,7 @@ BOOTED = {"left": 12.5, "right": 8000.0}
 
 
 async def send(name: str, port: int) -> None:
-    """Send as a unit would: JSON, a datagram a sample, stamped by a clock of its own."""
+    """Sends as a unit would: JSON, a datagram a sample, stamped by a clock of its own."""
     generator = np.random.default_rng(port)
     loop = asyncio.get_running_loop()
     began = loop.time()
@@ -36,7 +36,7 @@ async def send(name: str, port: int) -> None:
 
 
 async def watch(units: LiveSet) -> dict[str, int]:
-    """Count samples until each unit has sent for two seconds; times of all are on this computer's clock."""
+    """Counts samples until each unit has sent for two seconds; times of all are on this computer's clock."""
     counts = dict.fromkeys(PORTS, 0)
     async for name, chunk in units:
         counts[name] += len(chunk)
@@ -46,7 +46,7 @@ async def watch(units: LiveSet) -> dict[str, int]:
 
 
 async def run(units: LiveSet) -> None:
-    """Watch while both send."""
+    """Watches while both send."""
     senders = [asyncio.create_task(send(name, port)) for name, port in PORTS.items()]
     counts = await watch(units)
     for name, count in counts.items():
@@ -58,7 +58,7 @@ async def run(units: LiveSet) -> None:
 
 
 def main() -> None:
-    """Read two units live."""
+    """Reads two units live."""
     with open_set([f"{name}=udp://127.0.0.1:{port}" for name, port in PORTS.items()]) as units:
         asyncio.run(run(units))
 

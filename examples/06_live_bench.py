@@ -42,7 +42,7 @@ class SleepWatch(threading.Thread):
         """s."""
 
     def run(self) -> None:
-        """Sleep and look, until the program ends."""
+        """Sleeps and looks, until the program ends."""
         while True:
             begun = time.monotonic()
             time.sleep(0.01)
@@ -50,7 +50,7 @@ class SleepWatch(threading.Thread):
 
 
 def lead_through_a_session(bench: LiveSimulation, folder: Path) -> Path:
-    """Turn the table to each pose, listen to all units, and record them; the recording is given."""
+    """Turns the table to each pose, listens to all units, and records them; the recording is given."""
     assert bench.table_address is not None
     turned = turned_table(bench.table_address, "", REST, SIX_FACES, turns=True)
     print("\n".join(turned.lines()))
@@ -72,7 +72,7 @@ def lead_through_a_session(bench: LiveSimulation, folder: Path) -> Path:
 
 
 def calibrate_on_a_table(folder: Path) -> None:
-    """Calibrate two units against a third, and compare with the truth."""
+    """Calibrates two units against a third, and compares with the truth."""
     bench = LiveSimulation(
         seed=7,
         grades=("reference", "consumer", "industrial"),
@@ -92,7 +92,7 @@ def calibrate_on_a_table(folder: Path) -> None:
 
 
 def show_errors(target: tumble.TargetResult, truth: dict[str, dict[str, Sequence[object]]]) -> None:
-    """Print how far the matrices are from the truth, and make sure that sigmas cover it."""
+    """Prints how far the matrices are from the truth, and makes sure that sigmas cover it."""
     for name, found in (("accelerometer", target.accelerometer), ("gyroscope", target.gyroscope)):
         assert found is not None, target.failure
         error = np.abs(found.M - np.array(truth[name]["M"]))
@@ -104,7 +104,7 @@ def show_errors(target: tumble.TargetResult, truth: dict[str, dict[str, Sequence
 
 
 def calibrate_a_robot() -> None:
-    """Find the biases of a robot that turns on the spot, as it does."""
+    """Finds the biases of a robot that turns on the spot, as it does."""
     with (
         LiveSimulation(
             seed=7, motion="spin", transport="tcp", rate_hz=100.0, speed=SPEED, rest_seconds=40.0, port=0

@@ -26,7 +26,7 @@ TOGETHER = 0.02
 
 
 def as_they_come(flight: SimulatedFlight) -> Iterator[tuple[str, Chunk]]:
-    """Give what each unit sent, piece by piece; in a vehicle these are reads of a bus."""
+    """Returns what each unit sent, piece by piece; in a vehicle these are reads of a bus."""
     given = {unit.name: 0 for unit in flight.units}
     for until in np.arange(0.0, flight.duration + TOGETHER, TOGETHER):
         for unit in flight.units:
@@ -40,7 +40,7 @@ def as_they_come(flight: SimulatedFlight) -> Iterator[tuple[str, Chunk]]:
 
 
 def main() -> None:
-    """Fly two flights, in the second of which the primary dies; print what the monitor does meanwhile."""
+    """Flies two flights, in the second of which the primary dies; prints what the monitor does meanwhile."""
     flight = tumble.simulate_flight(seed=7, units=UNITS, flights=2)
     primary, *secondaries = (unit.name for unit in flight.units)
     monitor = RedundancyMonitor(primary, secondaries, settings=known_of_units(flight))

@@ -31,7 +31,7 @@ LINUX = ("--zig", "--compatibility", "manylinux2014")
 
 
 def maturin(folder: Path, *words: str | Path) -> None:
-    """Run maturin, which belongs to this Python, on the sources in a folder."""
+    """Runs maturin, which belongs to this Python, on the sources in a folder."""
     # Whatever folder it is: what is compiled once serves the next build.
     variables = {"CARGO_TARGET_DIR": str(ROOT / "target"), **os.environ, "VIRTUAL_ENV": sys.prefix}
     # Zig is looked for as a module of the Python that is found first.
@@ -40,7 +40,7 @@ def maturin(folder: Path, *words: str | Path) -> None:
 
 
 def build(sources: Path, out: Path, *options: str) -> Path:
-    """Build a wheel of a folder of sources; its path."""
+    """Builds a wheel of a folder of sources; its path."""
     with tempfile.TemporaryDirectory() as made:
         maturin(sources, "build", "--release", *options, "--out", made)
         (wheel,) = Path(made).glob("*.whl")
@@ -48,7 +48,7 @@ def build(sources: Path, out: Path, *options: str) -> Path:
 
 
 def build_from_distribution(out: Path, target: str) -> Path:
-    """Write the source distribution and build a wheel of nothing but it; the wheel's path.
+    """Writes the source distribution and builds a wheel of nothing but it; the wheel's path.
 
     An empty target is the machine this runs on.
     """
@@ -89,7 +89,7 @@ def faults(wheel: Path) -> Iterator[str]:
 
 
 def main() -> int:
-    """Build and compare; 1 if a wheel is not what it should be."""
+    """Builds and compares; 1 if a wheel is not what it should be."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path, help="folder that the packages are put into")
     parser.add_argument("--target", default="", help="Rust's name of another machine to build for")

@@ -75,7 +75,7 @@ class Outcome:
 
 
 def snippets(text: str) -> Iterator[Snippet]:
-    """Give shell commands (continued lines joined, comments and prompts left out) and the other blocks."""
+    """Returns shell commands (continued lines joined, comments and prompts left out) and the other blocks."""
     for block in re.finditer(
         r"^```(sh|shell|bash|console|python|text)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
     ):
@@ -111,7 +111,7 @@ def make_targets() -> set[str]:
 
 
 def run(snippet: Snippet, folder: Path) -> Outcome:
-    """Run a `tumble` command or a Python block in `folder`."""
+    """Runs a `tumble` command or a Python block in `folder`."""
     if snippet.language == "python":
         command: list[str] = [sys.executable, "-c", snippet.text]
     elif snippet.text.startswith("tumble "):
@@ -129,7 +129,7 @@ def run(snippet: Snippet, folder: Path) -> Outcome:
 
 
 def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]:
-    """Run the snippets of a page one after the other, and hold what it shows against what they print."""
+    """Runs the snippets of a page one after the other, and holds what it shows against what they print."""
     printed = ""
     for snippet in found:
         if snippet.language == "text":
@@ -151,7 +151,7 @@ def not_printed(shown: str, printed: str) -> str:
 
 
 def problems(page: Path, wanted_to_run: bool) -> list[str]:
-    """Give what is wrong with the snippets of a page, each with its place."""
+    """Returns what is wrong with the snippets of a page, each with its place."""
     found = list(snippets(page.read_text(encoding="utf-8")))
     wrong = [(snippet, problem(snippet)) for snippet in found]
     if wanted_to_run:
@@ -166,7 +166,7 @@ def problems(page: Path, wanted_to_run: bool) -> list[str]:
 
 
 def main() -> int:
-    """Check, and with --run run; 1 if anything is wrong."""
+    """Checks, and with --run run; 1 if anything is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--run", action="store_true", help="run the tumble commands and the Python blocks too"

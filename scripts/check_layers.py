@@ -171,7 +171,7 @@ ON_THE_COMMAND_LINE = {"cli", "command"}
 
 
 def rust_breaches() -> Iterator[str]:
-    """Find dependencies that point down the page, and what a device crate takes beyond `core`."""
+    """Finds dependencies that point down the page, and what a device crate takes beyond `core`."""
     command = ["cargo", "metadata", "--format-version", "1", "--no-deps", "--offline"]
     answer = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for package in json.loads(answer)["packages"]:
@@ -195,7 +195,7 @@ def _may_need_a_heap(dependency: dict[str, Any]) -> bool:
 
 
 def device_breaches(folder: Path) -> Iterator[str]:
-    """Find in the crate at `folder` what a device does not have."""
+    """Finds in the crate at `folder` what a device does not have."""
     entrance = folder / "src" / "lib.rs"
     if not re.search(r"^#!\[no_std\]", entrance.read_text(), re.MULTILINE):
         yield f"{entrance.relative_to(ROOT)}: #![no_std] is missing"
@@ -215,19 +215,19 @@ def device_breaches(folder: Path) -> Iterator[str]:
 
 
 def _test_files(path: Path) -> Iterator[Path]:
-    """Find the files that a source has for its test modules."""
+    """Finds the files that a source has for its test modules."""
     modules = r'^#\[cfg\(test\)\]\n(?:#\[path = "([^"]+)"\]\n)?mod (\w+);'
     for named, module in re.findall(modules, path.read_text(), re.MULTILINE):
         yield path.parent / (named or f"{module}.rs")
 
 
 def _without_tests(source: str) -> str:
-    """Cut off the test module, which may use what the machine that runs it has."""
+    """Cuts off the test module, which may use what the machine that runs it has."""
     return re.split(r"^#\[cfg\(test\)\]", source, maxsplit=1, flags=re.MULTILINE)[0]
 
 
 def python_breaches() -> Iterator[str]:
-    """Find imports that the layers do not allow, and folders that import each other around."""
+    """Finds imports that the layers do not allow, and folders that import each other around."""
     rooms: dict[str, set[str]] = {}
     folders: dict[str, set[str]] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
@@ -284,7 +284,7 @@ def _allowed(layer: str, used: str, within_function: bool) -> bool:
 
 
 def _folder(parts: Sequence[str]) -> str:
-    """Name the folder of a procedure, a tool or a room; a file of data stands for itself."""
+    """Names the folder of a procedure, a tool or a room; a file of data stands for itself."""
     return "/".join(parts[:2]) if parts[0] in ROOMS else parts[0]
 
 
@@ -296,7 +296,7 @@ def _circles(between: dict[str, set[str]]) -> Iterator[str]:
 
 
 def _imports(path: Path) -> Iterator[tuple[int, str, bool]]:
-    """Give line, full name (`from tumble import x` is `tumble.x`) and whether indented, of every import."""
+    """Line, full name (`from tumble import x` is `tumble.x`) and whether indented, of every import."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             for name in node.names:
@@ -317,7 +317,7 @@ def _absolute(path: Path, node: ast.ImportFrom) -> str:
 
 
 def main() -> int:
-    """Print every breach; 1 if there was any."""
+    """Prints every breach; 1 if there was any."""
     breaches = [*rust_breaches(), *python_breaches()]
     for breach in breaches:
         print(breach, file=sys.stderr)

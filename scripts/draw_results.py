@@ -28,7 +28,7 @@ FONTS = "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
 
 
 def as_file(report: str, label: str) -> str:
-    """Give a figure of a report as a file of its own: with fixed colours, on white."""
+    """Returns a figure of a report as a file of its own: with fixed colours, on white."""
     found = re.search(
         rf'<svg viewBox="0 0 ([\d.]+) ([\d.]+)"[^>]*aria-label="{label}.*?</svg>', report, re.DOTALL
     )
@@ -44,7 +44,7 @@ def as_file(report: str, label: str) -> str:
 
 
 def main() -> None:
-    """Run the commands of the pages, and write the pictures."""
+    """Runs the commands of the pages, and writes the pictures."""
     with tempfile.TemporaryDirectory() as place:
         for page in sorted({page for page, _, _ in PICTURES.values()}):
             folder = Path(place) / page

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def write_or_check(made: Iterable[tuple[Path, str]], about: str | None, script: str) -> int:
-    """Write each file with its text, or with --check say which are stale; the exit code is then 1.
+    """Writes each file with its text, or with --check say which are stale; the exit code is then 1.
 
     `about` says what the script does, for its help; `script` is its file.
     """
@@ -33,7 +33,7 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def page_with(page: Path, block: str, content: str) -> str:
-    """Give the text of a page with that content, whole lines, between `<!-- BLOCK -->` and `<!-- /BLOCK -->`.
+    """Text of a page with that content, whole lines, between `<!-- BLOCK -->` and `<!-- /BLOCK -->`.
 
     Raises `ValueError` where the page has no such place.
     """

@@ -21,7 +21,7 @@ MOST_SIGMAS = 6.0
 
 
 def typed(*words: str) -> str:
-    """Type a command; what it prints."""
+    """Types a command; what it prints."""
     print(f"$ tumble {' '.join(words)}", flush=True)
     command = [str(Path(sys.executable).with_name("tumble")), *words]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
@@ -30,7 +30,7 @@ def typed(*words: str) -> str:
 
 
 def look() -> None:
-    """Check that the package is that of this environment, with types, and in order."""
+    """Checks that the package is that of this environment, with types, and in order."""
     diagnosis = json.loads(typed("doctor", "--json"))
     assert diagnosis["works"], diagnosis
     assert Path(tumble.__file__).is_relative_to(sys.prefix), tumble.__file__
@@ -40,14 +40,14 @@ def look() -> None:
 
 
 def demonstrate() -> None:
-    """Run the demo, which calibrates and writes its page."""
+    """Runs the demo, which calibrates and writes its page."""
     said = typed("demo", "-o", "demo")
     assert "4 pass, 1 fail" in said, said
     assert "</html>" in Path("demo/turntable.html").read_text(encoding="utf-8")
 
 
 def calibrate() -> None:
-    """Find the biases that a simulated robot was made with, and hand them to another program."""
+    """Finds the biases that a simulated robot was made with, and hands them to another program."""
     typed("simulate", "spin", "--floor-tilt", "2", "--seed", "7", "-o", "robot")
     typed("spin", "robot/spin.csv", "-o", "results")
     found = yaml.safe_load(Path("results/spin.yaml").read_text(encoding="utf-8"))

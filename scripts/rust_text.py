@@ -14,7 +14,7 @@ LINE = 110
 
 
 def rendered(template: str, **values: object) -> str:
-    """Fill a template of this folder, and format it as `cargo fmt` does."""
+    """Fills a template of this folder, and formats it as `cargo fmt` does."""
     # Not a page: nothing is to be escaped.
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True

@@ -96,13 +96,13 @@ class Field:
 
 
 def text_of(mirror: Mirror) -> str:
-    """Give the source file of a struct."""
+    """Returns the source file of a struct."""
     rows = _in_order(mirror)
     return rendered(TEMPLATE, mirror=mirror, fields=[_field(row) for row in rows], bounds=_bounds(rows))
 
 
 def _in_order(mirror: Mirror) -> list[_core.SettingRow]:
-    """Give the rows in the order of the fields."""
+    """Returns the rows in the order of the fields."""
     kinds = list(TYPES)
     rows = sorted(
         _core.setting_table(mirror.table),
@@ -151,7 +151,7 @@ def _default(row: _core.SettingRow) -> str:
 
 
 def _bounds(rows: Sequence[_core.SettingRow]) -> dict[str, object]:
-    """Give the fields within each bound; where there may be none, that is stated as 0."""
+    """Returns the fields within each bound; where there may be none, that is stated as 0."""
     above = [row for row in rows if row["above"] is not None and not row["none"]]
     numbers = [row for row in rows if row["kind"] == "number" and row not in above]
     least = [row for row in numbers if row["least"] is not None or row["none"]]

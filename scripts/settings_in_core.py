@@ -13,7 +13,7 @@ TEMPLATE = "settings_in_core.rs.jinja"
 
 
 def bounds() -> str:
-    """Give the source file. What may be any number, or none, needs no bound here."""
+    """Returns the source file. What may be any number, or none, needs no bound here."""
     rows = _core.setting_table("redundancy")
     by_name = {row["name"]: row for row in rows}
     numbers = [row for row in rows if row["kind"] == "number"]
@@ -34,7 +34,7 @@ def bounds() -> str:
 
 
 def _all_have_an_error(numbers: Sequence[_core.SettingRow], looked_at: Sequence[_core.SettingRow]) -> None:
-    """Refuse a bound for which the core has no `SettingError`: it would not be held to it."""
+    """Refuses a bound for which the core has no `SettingError`: it would not be held to it."""
     for row in numbers:
         if row not in looked_at:
             raise ValueError(f"{row['name']}: the core has no SettingError for its bound; give it one first")

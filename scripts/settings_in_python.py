@@ -21,7 +21,7 @@ from tumble.foundation.documents import Document
 
 
 def stub(models: dict[_core.SettingTable, type[Document]]) -> str:
-    """Give the text of the stub."""
+    """Returns the text of the stub."""
     return "\n".join([HEAD, *(_model(table, model) for table, model in models.items())])
 
 

@@ -17,12 +17,12 @@ PLACE = "<!-- commands -->"
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Put the list into the page that asks for it."""
+    """Puts the list into the page that asks for it."""
     return markdown.replace(PLACE, commands()) if PLACE in markdown else markdown
 
 
 def commands() -> str:
-    """Give all commands as Markdown."""
+    """Returns all commands as Markdown."""
     root: Any = typer.main.get_command(command_line(list(COMMANDS)))
     return "\n\n".join(
         text for name, command in root.commands.items() for text in shown(command, f"tumble {name}")
@@ -30,7 +30,7 @@ def commands() -> str:
 
 
 def shown(command: Any, name: str) -> Iterator[str]:  # noqa: ANN401 - typer keeps its commands private
-    """Give a command and those below it: heading, help, table of what may be typed."""
+    """Returns a command and those below it: heading, help, table of what may be typed."""
     below = getattr(command, "commands", {})
     yield f"{'#' * (name.count(' ') + 1)} {name}\n\n{plain(command.help or '')}"
     rows = [row(parameter) for parameter in command.params if "--help" not in parameter.opts]
@@ -41,7 +41,7 @@ def shown(command: Any, name: str) -> Iterator[str]:  # noqa: ANN401 - typer kee
 
 
 def row(parameter: Any) -> str:  # noqa: ANN401 - as above
-    """Give a line of the table: an option with its value, or an argument."""
+    """Returns a line of the table: an option with its value, or an argument."""
     if parameter.param_type_name == "argument":
         typed = parameter.metavar or parameter.name.upper()
     else:
@@ -54,5 +54,5 @@ def row(parameter: Any) -> str:  # noqa: ANN401 - as above
 
 
 def plain(text: str) -> str:
-    """Give a help text without the marks that only a terminal needs, safe to be read as Markdown."""
+    """Returns a help text without the marks that only a terminal needs, safe to be read as Markdown."""
     return re.sub(r"([*_<>\[\]])", r"\\\1", text.replace("\b", ""))

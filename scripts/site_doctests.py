@@ -17,11 +17,11 @@ class Doctests(griffe.Extension):
     """Put a fence around every doctest."""
 
     def on_object(self, *, obj: griffe.Object, **_: object) -> None:
-        """Change the docstring of an object, once it has been read."""
+        """Changes the docstring of an object, once it has been read."""
         if obj.docstring:
             obj.docstring.value = fenced(obj.docstring.value)
 
 
 def fenced(docstring: str) -> str:
-    """Give a docstring with its doctests as blocks of code."""
+    """Returns a docstring with its doctests as blocks of code."""
     return DOCTEST.sub(lambda found: f"```pycon\n{OPTION.sub('', found[0])}\n```", docstring)

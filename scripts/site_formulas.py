@@ -39,7 +39,7 @@ MENDINGS = (
 
 
 def on_page_content(page_html: str, page: Page, **_: object) -> str:
-    """Replace the formulas of a page, once mkdocs has made HTML of it."""
+    """Replaces the formulas of a page, once mkdocs has made HTML of it."""
     page_html = FORMULA.sub(lambda found: formula(html.unescape(found[2]), found[1] == "div"), page_html)
     text = CODE.sub("", page_html)
     left = re.search(r"\$\$|\\tag", text)

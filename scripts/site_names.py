@@ -22,7 +22,7 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 
 def on_page_content(page_html: str, page: Page, **_: object) -> str:
-    """Link the pages that docstrings name as files of the repository."""
+    """Links the pages that docstrings name as files of the repository."""
     if not page.file.src_uri.startswith("reference/"):
         return page_html
     return NAMED_PAGE.sub(r'<a href="../\1.html">\1</a>', page_html)

@@ -30,7 +30,7 @@ LANGUAGES = {
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add what pages link to, and what the added pages link to in turn."""
+    """Adds what pages link to, and what the added pages link to in turn."""
     waiting = list(DOCS.rglob("*.md"))
     known = {path.resolve() for path in waiting}
     while waiting:
@@ -60,7 +60,7 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
 
 
 def linked(page: Path) -> Iterator[Path]:
-    """Give what a page of the repository links to."""
+    """Returns what a page of the repository links to."""
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         yield (page.parent / target).resolve()
 
@@ -82,7 +82,7 @@ def repository_path(uri: str) -> Path:
 
 
 def shown(path: Path) -> str:
-    """Give the page that shows a file, or every file of a folder."""
+    """Returns the page that shows a file, or every file of a folder."""
     if path.suffix == ".md":
         return path.read_text(encoding="utf-8")
     name = path.relative_to(ROOT).as_posix()
@@ -93,5 +93,5 @@ def shown(path: Path) -> str:
 
 
 def code(path: Path) -> str:
-    """Give a file as a block of code."""
+    """Returns a file as a block of code."""
     return f"````{LANGUAGES.get(path.suffix, 'text')}\n{path.read_text(encoding='utf-8')}\n````"

@@ -20,14 +20,14 @@ RUST = ("cargo", "rustc", "rustup")
 
 
 def path_without_rust(first: Path) -> str:
-    """Give a PATH that begins with `first` and leads to no compiler of Rust."""
+    """Returns a PATH that begins with `first` and leads to no compiler of Rust."""
     folders = [Path(each) for each in os.environ["PATH"].split(os.pathsep) if each]
     kept = [each for each in folders if not any(shutil.which(name, path=str(each)) for name in RUST)]
     return os.pathsep.join(str(each) for each in (first, *kept))
 
 
 def wheel_for_here(folder: Path) -> Path:
-    """Find the wheel that this machine takes; there is to be one."""
+    """Finds the wheel that this machine takes; there is to be one."""
     machine = platform.machine().lower()
     fitting = [each for each in folder.resolve().glob("*.whl") if each.stem.lower().endswith(machine)]
     if len(fitting) != 1:
@@ -36,7 +36,7 @@ def wheel_for_here(folder: Path) -> Path:
 
 
 def main() -> int:
-    """Install, use, say how it went."""
+    """Installs, uses, and reports the outcome."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="with the wheel for this machine")
     parser.add_argument("--extra", default="", help="to install with it, such as `all`")

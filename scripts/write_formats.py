@@ -17,7 +17,7 @@ PAGE = ROOT / "docs" / "how-to" / "read-logs.md"
 
 
 def table() -> Iterator[str]:
-    """Give the lines of the table."""
+    """Returns the lines of the table."""
     yield "| format | what | endings | needs | example |"
     yield "|---|---|---|---|---|"
     for each in LOG_FORMATS:
@@ -27,7 +27,7 @@ def table() -> Iterator[str]:
 
 
 def made() -> Iterator[tuple[Path, str]]:
-    """Give the page with the table in its place."""
+    """Returns the page with the table in its place."""
     yield PAGE, page_with(PAGE, "formats", "".join(f"{line}\n" for line in table()))
 
 

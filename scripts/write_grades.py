@@ -57,7 +57,7 @@ def grade_names() -> tuple[str, ...]:
 
 
 def module_text() -> str:
-    """Give the Python module."""
+    """Returns the Python module."""
     source = SOURCE.read_text(encoding="utf-8")
     triad_meaning, triad_fields = body_of(source, "TriadGrade")
     meaning, fields = body_of(source, "Grade")
@@ -65,7 +65,7 @@ def module_text() -> str:
 
 
 def body_of(source: str, struct: str) -> tuple[str, str]:
-    """Give meaning and fields of a struct as those of a data class."""
+    """Returns meaning and fields of a struct as those of a data class."""
     form = rf"((?:^///.*\n)+)(?:^#\[.*\n)+^pub struct {struct} \{{\n((?:^ .*\n)+)"
     found = re.search(form, source, re.MULTILINE)
     if found is None:
@@ -77,7 +77,7 @@ def body_of(source: str, struct: str) -> tuple[str, str]:
 
 
 def docstring(comment: str) -> Iterator[str]:
-    """Give a doc comment as the lines of a docstring."""
+    """Returns a doc comment as the lines of a docstring."""
     words = " ".join(line.strip().removeprefix("///").strip() for line in comment.splitlines())
     for line in textwrap.wrap(f'"""{words}"""', LINE - 4, break_on_hyphens=False):
         yield f"    {line}"

@@ -14,7 +14,7 @@ FOLDER = ROOT / "docs" / "schema"
 
 
 def made() -> Iterator[tuple[Path, str]]:
-    """Give every schema that is published."""
+    """Returns every schema that is published."""
     for schema in SCHEMAS.values():
         yield FOLDER / f"{schema.name}.schema.json", schema_text(schema)
 

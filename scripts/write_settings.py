@@ -26,7 +26,7 @@ PAGE = ROOT / "docs" / "how-to" / "redundancy.md"
 
 
 def table() -> str:
-    """Give a table for each group of settings."""
+    """Returns a table for each group of settings."""
     lines: list[str] = []
     group = ""
     for setting in explain("redundancy"):
@@ -47,7 +47,7 @@ def table() -> str:
 
 
 def made() -> Iterator[tuple[Path, str]]:
-    """Give every file that is made, or holds what is made, and its text."""
+    """Returns every file that is made, or holds what is made, and its text."""
     yield PAGE, page_with(PAGE, "settings", table())
     yield BOUNDS, bounds()
     yield STUB, stub({"redundancy": setting_models.MonitorSettings, "spin": setting_models.SpinSettings})

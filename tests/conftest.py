@@ -38,7 +38,7 @@ def pytest_xdist_auto_num_workers(config):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Keep tests of a file together, as they share what they simulate, and all that builds for the device.
+    """Keeps tests of a file together, as they share what they simulate, and all that builds for the device.
 
     That shares folders under `target`: one test goes after the other, beside all others, so that none
     takes a library that another has just built for something else.

@@ -47,19 +47,19 @@ class Body:
     """(n,) 0 at rest to 1 in motion."""
 
     def at(self, time: FloatArray, arm: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return specific force and angular rate (n, 3) at a place `arm` m away, at times (n,) s."""
+        """Returns specific force and angular rate (n, 3) at a place `arm` m away, at times (n,) s."""
         w = self.angular_rate
         carried = np.cross(self.angular_acceleration, arm) + np.cross(w, np.cross(w, arm))
         both = interpolated(time * GRID_HZ, np.hstack([self.specific_force + carried, w]))
         return both[:, :3], both[:, 3:]
 
     def activity_at(self, time: FloatArray) -> FloatArray:
-        """Return the activity (n,) at times (n,) s."""
+        """Returns the activity (n,) at times (n,) s."""
         return np.interp(time, self.time, self.activity)
 
 
 def fly(random: np.random.Generator, motions: FloatArray, duration: float, tilt: float) -> Body:
-    """Move a body for `duration` s: at rest but in `motions` (n, 2) s, first `tilt` rad from upright."""
+    """Moves a body for `duration` s: at rest but in `motions` (n, 2) s, first `tilt` rad from upright."""
     time = np.arange(int(duration * GRID_HZ) + 3) / GRID_HZ
     activity = _activity(time, motions)
     rate = activity[:, None] * _sines(random, time, TURN_BAND, random.uniform(*TURNING, 3))
@@ -104,7 +104,7 @@ def _logarithmic(random: np.random.Generator, band: tuple[float, float], count: 
 
 
 def _acceleration(random: np.random.Generator, time: FloatArray, activity: FloatArray) -> FloatArray:
-    """Return the acceleration (n, 3) m/s^2, level axes, of a place that is the same at every rest."""
+    """Returns the acceleration (n, 3) m/s^2, level axes, of a place that is the same at every rest."""
     place = np.zeros((len(time), 3))
     for axis in range(3):
         for frequency in _logarithmic(random, PUSH_BAND, SINES):
@@ -126,7 +126,7 @@ def _tilted(random: np.random.Generator, tilt: float) -> FloatArray:
 
 
 def product(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Multiply quaternions (n, 4), scalar first."""
+    """Multiplies quaternions (n, 4), scalar first."""
     a, b, c, d = first.T
     e, f, g, h = second.T
     return np.column_stack(
@@ -140,7 +140,7 @@ def product(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def attitudes(rate: FloatArray, first: FloatArray) -> FloatArray:
-    """Integrate an angular rate (n, 3), body axes: level from body, quaternions (n, 4).
+    """Integrates an angular rate (n, 3), body axes: level from body, quaternions (n, 4).
 
     Products of all steps before a moment are taken two by two, then four by four, and so on.
     """
@@ -156,14 +156,14 @@ def attitudes(rate: FloatArray, first: FloatArray) -> FloatArray:
 
 
 def turned_back(attitude: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Give level vectors (n, 3) in body axes."""
+    """Returns level vectors (n, 3) in body axes."""
     scalar, imaginary = attitude[:, :1], -attitude[:, 1:]
     across = 2.0 * np.cross(imaginary, vectors)
     return np.asarray(vectors + scalar * across + np.cross(imaginary, across))
 
 
 def interpolated(place: FloatArray, columns: FloatArray) -> FloatArray:
-    """Interpolate columns (m, k) at places (n,) of their index, by the cubic through four neighbours."""
+    """Interpolates columns (m, k) at places (n,) of their index, by the cubic through four neighbours."""
     index = np.clip(place.astype(int), 1, len(columns) - 3)
     x = (place - index)[:, None]
     before, left, right, after = (columns[index + step] for step in (-1, 0, 1, 2))

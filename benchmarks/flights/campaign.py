@@ -51,19 +51,19 @@ ROWS: tuple[str, ...] = (*get_args(Kind), "two faults")
 
 
 def judged(seed: int) -> dict[str, Any]:
-    """Fly a mission, replay it, and count what came of it."""
+    """Flies a mission, replays it, and counts what came of it."""
     mission = draw(seed)
     return scored(mission, replayed(mission))
 
 
 def chosen(missions: int, first: int, kind: str | None) -> list[int]:
-    """Return so many seeds, from the first on, of missions of a kind, or of all."""
+    """Returns so many seeds, from the first on, of missions of a kind, or of all."""
     fitting = (seed for seed in count(first) if kind in (None, CYCLE[seed % len(CYCLE)]))
     return list(islice(fitting, missions))
 
 
 def judging() -> str:
-    """Return a digest of what missions are simulated, judged and scored by."""
+    """Returns a digest of what missions are simulated, judged and scored by."""
     digest = hashlib.sha256()
     for path in (Path(str(_core.__file__)), *(BENCHMARKS / f"{name}.py" for name in SIMULATED_BY)):
         digest.update(path.read_bytes())
@@ -71,7 +71,7 @@ def judging() -> str:
 
 
 def campaign(seeds: Sequence[int], jobs: int, record: Path, console: Console) -> list[dict[str, Any]]:
-    """Fly all missions that the record has not, and return all, in order of their seeds."""
+    """Flies all missions that the record has not, and returns all, in order of their seeds."""
     key = judging()
     known = dict(_recorded(record, key))
     wanted = [seed for seed in seeds if seed not in known]
@@ -88,7 +88,7 @@ def campaign(seeds: Sequence[int], jobs: int, record: Path, console: Console) ->
 
 
 def _flown(seeds: Sequence[int], jobs: int) -> Iterator[dict[str, Any]]:
-    """Fly missions, and return what came of each as soon as it is there."""
+    """Flies missions, and returns what came of each as soon as it is there."""
     if jobs == 1:
         yield from map(judged, seeds)
         return
@@ -111,7 +111,7 @@ def _recorded(record: Path, key: str) -> Iterator[tuple[int, dict[str, Any]]]:
 
 
 def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Put the figures of all missions together, by number of units and kind."""
+    """Puts the figures of all missions together, by number of units and kind."""
     sets = {}
     for title, units in SETS.items():
         those = [each for each in missions if each["units"] in units]
@@ -149,7 +149,7 @@ def _health(missions: Sequence[Mapping[str, Any]]) -> Content:
 
 
 def _reasons(missions: Sequence[Mapping[str, Any]]) -> Counter[str]:
-    """Return how often sound units were reported unhealthy, by the reason."""
+    """Returns how often sound units were reported unhealthy, by the reason."""
     found: Counter[str] = Counter()
     for each in missions:
         found.update(each["reasons_in_health"])
@@ -157,7 +157,7 @@ def _reasons(missions: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 
 def _seeds(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the seeds of what did not come out right."""
+    """Returns the seeds of what did not come out right."""
     found: dict[str, list[str]] = {}
     for each in missions:
         size = "2" if each["units"] == 2 else "3 and more"
@@ -169,7 +169,7 @@ def _seeds(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
 
 
 def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
+    """Prints the tables."""
     for title, of in figures["sets"].items():
         table = Table(
             "fault", "n", *OUTCOMES, "s", "95 %", "seen", "95 %", "on faulty", "misled", title=title
@@ -190,7 +190,7 @@ def _cells(of: Content) -> Iterator[str]:
 
 
 def show_one(seed: int, folder: Path | None, console: Console) -> None:
-    """Fly one mission and print all of it."""
+    """Flies one mission and prints all of it."""
     mission = draw(seed)
     console.print(mission)
     replay = replayed(mission, folder)
@@ -201,7 +201,7 @@ def show_one(seed: int, folder: Path | None, console: Console) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fly the campaign."""
+    """Flies the campaign."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")

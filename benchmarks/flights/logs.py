@@ -65,13 +65,13 @@ TELLING = re.compile(
 
 
 def listed() -> list[dict[str, Any]]:
-    """Return the rows of the list."""
+    """Returns the rows of the list."""
     rows: list[dict[str, Any]] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
     return rows
 
 
 def place(folder: Path, row: Mapping[str, Any]) -> Path:
-    """Return where the file of a row lies."""
+    """Returns where the file of a row lies."""
     return folder / str(row["repository"]).replace("/", "+") / str(row["path"])
 
 
@@ -82,7 +82,7 @@ def is_here(folder: Path, row: Mapping[str, Any]) -> bool:
 
 
 def replayed(folder: Path, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Replay a log, and return what is reported of it and what its autopilot reported."""
+    """Replays a log, and returns what is reported of it and what its autopilot reported."""
     path = place(folder, row)
     result = tumble.redundancy(row["imus"][0], row["imus"][1:], log=path, settings=SETTINGS)
     named = [event for event in events_of(result) if _names(event)]
@@ -112,7 +112,7 @@ def _rate(result: RedundancyResult) -> float:
 
 
 def autopilot(path: Path) -> Iterator[str]:
-    """Return what ArduPilot reported of its IMUs and filters: errors, lanes, messages."""
+    """Returns what ArduPilot reported of its IMUs and filters: errors, lanes, messages."""
     log = DFReader.DFReader_binary(str(path))
     lane = None
     while (message := log.recv_match(type=["ERR", "MSG", "NKF4", "XKF4"])) is not None:
@@ -128,7 +128,7 @@ def autopilot(path: Path) -> Iterator[str]:
 
 
 def recorded(folder: Path, row: Mapping[str, Any]) -> list[Samples]:
-    """Read what each IMU of a log gave, from the first sample of all on."""
+    """Reads what each IMU of a log gave, from the first sample of all on."""
     found = []
     for imu in row["imus"]:
         chunks = list(open_recording(f"{place(folder, row)}:{imu}").chunks())
@@ -142,7 +142,7 @@ def recorded(folder: Path, row: Mapping[str, Any]) -> list[Samples]:
 
 
 def faulted(samples: Sequence[Samples], kind: Kind, faulty: int, seed: Sequence[int]) -> dict[str, Any]:
-    """Put a fault into one IMU of a log, replay it as a user would, and judge what is reported."""
+    """Puts a fault into one IMU of a log, replays it as a user would, and judges what is reported."""
     random = np.random.default_rng(list(seed))
     end = min(float(each.time[-1]) for each in samples)
     start = float(random.uniform(*SHARE)) * end
@@ -173,7 +173,7 @@ def faulted(samples: Sequence[Samples], kind: Kind, faulty: int, seed: Sequence[
 
 
 def with_faults(folder: Path, rows: Sequence[Mapping[str, Any]], console: Console) -> list[dict[str, Any]]:
-    """Put every kind of fault into each log, its IMUs taken in turn."""
+    """Puts every kind of fault into each log, its IMUs taken in turn."""
     found = []
     for number, row in enumerate(track(rows, "faults", console=console)):
         samples = recorded(folder, row)
@@ -184,13 +184,13 @@ def with_faults(folder: Path, rows: Sequence[Mapping[str, Any]], console: Consol
 
 
 def interval(count: int, hours: float) -> tuple[float, float]:
-    """Return the 95 % interval of a rate an hour, of so many events of a Poisson process."""
+    """Returns the 95 % interval of a rate an hour, of so many events of a Poisson process."""
     low = 0.0 if count == 0 else float(chi2.ppf(0.025, 2 * count)) / 2.0
     return low / hours, float(chi2.ppf(0.975, 2 * count + 2)) / 2.0 / hours
 
 
 def summary(logs: Sequence[Mapping[str, Any]], faults: Sequence[Mapping[str, Any]]) -> Content:
-    """Put all figures together: of logs at 45 Hz and more, and of slower ones."""
+    """Puts all figures together: of logs at 45 Hz and more, and of slower ones."""
     fast = [each for each in logs if each["rate"] >= FAST_HZ]
     groups = {"45 Hz and more": fast, "slower": [each for each in logs if each["rate"] < FAST_HZ]}
     return {
@@ -208,7 +208,7 @@ def _rates(logs: Sequence[Mapping[str, Any]]) -> Content:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Replay all logs that are there; exit code 1 where a verdict was not looked at yet."""
+    """Replays all logs that are there; exits code 1 where a verdict was not looked at yet."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", default="", metavar="TEXT", help="of the paths of the logs")

@@ -113,7 +113,7 @@ class Mission:
         return fault.start
 
     def fly(self) -> tuple[Flight | None, Flight]:
-        """Simulate the flight before, where there is one, and the flight with the faults."""
+        """Simulates the flight before, where there is one, and the flight with the faults."""
         random = np.random.default_rng([self.seed, 3])
         units = tuple(draw_unit(random, rate, number) for number, rate in enumerate(self.rates_hz))
         if not self.has_aged:
@@ -148,7 +148,7 @@ class Mission:
 
 
 def draw(seed: int) -> Mission:
-    """Draw a mission; the same for the same seed."""
+    """Draws a mission; the same for the same seed."""
     random = np.random.default_rng([seed, 2])
     kind = CYCLE[seed % len(CYCLE)]
     count = int(random.choice(NUMBERS[3:] if kind == "two faults" else NUMBERS))
@@ -178,7 +178,7 @@ def draw(seed: int) -> Mission:
 
 
 def drawn_motions(random: np.random.Generator, duration: float) -> FloatArray:
-    """Draw when the body moves (n, 2) s, up to the end."""
+    """Draws when the body moves (n, 2) s, up to the end."""
     found, end = [], 0.0
     while end < duration:
         start = end + random.uniform(*REST_SECONDS)
@@ -228,7 +228,7 @@ def _shaking(random: np.random.Generator, rates: tuple[float, ...], strongest: f
 
 
 def _frequency(random: np.random.Generator, rates: tuple[float, ...], aliased: bool, wander: float) -> float:
-    """Draw a line, Hz, that no unit aliases to a standstill."""
+    """Draws a line, Hz, that no unit aliases to a standstill."""
     slow = [rate for rate in rates if rate <= LINE_HZ[1]]
     while True:
         frequency = float(np.exp(random.uniform(*np.log(LINE_HZ))))

@@ -40,7 +40,7 @@ class Replayed:
 
 
 def replayed(mission: Mission, folder: Path | None = None) -> Replayed:
-    """Fly a mission, write it, and replay it; the logs stay in `folder` where one is given."""
+    """Flies a mission, writes it, and replays it; the logs stay in `folder` where one is given."""
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="flights-") as name:
             return replayed(mission, Path(name))
@@ -60,7 +60,7 @@ def _result(flight: Flight, folder: Path, precision: Precision, store: Path) -> 
 
 
 def write(flight: Flight, folder: Path) -> tuple[list[Path], Path]:
-    """Write the log of each unit, and what is stated of all: the logs, primary first, and the settings."""
+    """Writes the log of each unit, and what is stated of all: the logs, primary first, and the settings."""
     folder.mkdir(parents=True, exist_ok=True)
     logs = []
     for number, samples in enumerate(flight.recorded):
@@ -74,7 +74,7 @@ def write(flight: Flight, folder: Path) -> tuple[list[Path], Path]:
 
 
 def table(samples: Samples) -> pa.Table:
-    """Return samples as a log has them: whole microseconds, single precision."""
+    """Returns samples as a log has them: whole microseconds, single precision."""
     columns = {"time_us": np.round(1e6 * samples.time).astype(np.int64)}
     for name, readings in (("a", samples.specific_force), ("g", samples.angular_rate)):
         columns |= {f"{name}{axis}": readings[:, i].astype(np.float32) for i, axis in enumerate("xyz")}
@@ -97,13 +97,13 @@ def _stated(flight: Flight) -> list[dict[str, object]]:
 
 
 def events_of(result: RedundancyResult) -> list[Event]:
-    """Return what was reported, as `judge` takes it: units by their number."""
+    """Returns what was reported, as `judge` takes it: units by their number."""
     number = {name: index for index, name in enumerate((result.primary, *result.secondaries))}
     return [(each.time, number[each.unit], each.event, dict(each.figures)) for each in result.events]
 
 
 def stored_at_end(result: RedundancyResult) -> dict[tuple[int, TriadName], SecondaryError]:
-    """Return what is stored at the end, by number of the unit and sensor."""
+    """Returns what is stored at the end, by number of the unit and sensor."""
     number = {name: index for index, name in enumerate((result.primary, *result.secondaries))}
     return {(number[each.unit], each.sensor): each for each in result.errors}
 
@@ -111,7 +111,7 @@ def stored_at_end(result: RedundancyResult) -> dict[tuple[int, TriadName], Secon
 def missing_output(
     result: RedundancyResult, recorded: Sequence[Samples], stalls: Sequence[Sequence[float]], end: float
 ) -> float:
-    """Return for how many s there was no output, those left out in which all units stall.
+    """Returns for how many s there was no output, those left out in which all units stall.
 
     Gaps of a sample or two, and of what a change of source takes, are no gap.
     """

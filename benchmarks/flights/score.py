@@ -39,7 +39,7 @@ GRACE = 5.0
 
 
 def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
-    """Return all that is counted of a mission, plain enough for JSON."""
+    """Returns all that is counted of a mission, plain enough for JSON."""
     events = [event for event in events_of(replay.result) if not _tells_of_stall(replay.flight, event)]
     judgement = judged(mission, events)
     first = mission.faults[0] if mission.faults else None
@@ -78,7 +78,7 @@ def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
 
 
 def events_before(mission: Mission, replay: Replayed, events: Sequence[Event]) -> Iterator[Event]:
-    """Return what was reported while all units were sound, in the flight before too."""
+    """Returns what was reported while all units were sound, in the flight before too."""
     if replay.before is not None:
         yield from events_of(replay.before[1])
     yield from (event for event in events if event[0] < mission.onset)
@@ -122,7 +122,7 @@ def _with_health_of(judgement: Judgement, other: Judgement) -> Judgement:
 
 
 def on_faulty(mission: Mission, events: Sequence[Event]) -> float:
-    """Return for how many s, from `GRACE` after its fault on, a faulty unit was the source."""
+    """Returns for how many s, from `GRACE` after its fault on, a faulty unit was the source."""
     total = 0.0
     for each in mission.faults:
         start = max(each.fault.start, mission.onset) + GRACE
@@ -134,7 +134,7 @@ def on_faulty(mission: Mission, events: Sequence[Event]) -> float:
 def error_of(
     flight: Flight, unit: int, sensor: TriadName, stored: SecondaryError | None, time: FloatArray
 ) -> float:
-    """Return what sets a compensated secondary apart from a faultless primary, rms over times (n,) s.
+    """Returns what sets a compensated secondary apart from a faultless primary, rms over times (n,) s.
 
     Without noise, vibration and bias instability; with the warming, which a calibration cannot know of.
     """
@@ -156,7 +156,7 @@ def _carried(body: Body, time: FloatArray, arm: FloatArray) -> FloatArray:
 
 
 def _misled(mission: Mission, replay: Replayed) -> int:
-    """Count sound secondaries whose calibration, adopted since the fault, errs beyond `MISLED`."""
+    """Counts sound secondaries whose calibration, adopted since the fault, errs beyond `MISLED`."""
     faulty = {each.unit for each in mission.faults}
     found = set()
     for (unit, sensor), stored in stored_at_end(replay.result).items():
@@ -179,7 +179,7 @@ def _is_calibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) 
 
 
 def _recalibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) -> tuple[int, int]:
-    """Count sensors of secondaries that aged beyond their threshold, and those of them calibrated anew.
+    """Counts sensors of secondaries that aged beyond their threshold, and those of them calibrated anew.
 
     Of flights in which all units are sound until then: what is owed is judged at the first rest.
     """
@@ -196,7 +196,7 @@ def _recalibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) -
 
 
 def _adopted(mission: Mission, events: Sequence[Event]) -> set[tuple[int, TriadName]]:
-    """Return which sensors of which units were calibrated before the fault."""
+    """Returns which sensors of which units were calibrated before the fault."""
     return {
         (unit, figures["sensor"])
         for time, unit, what, figures in events
@@ -212,7 +212,7 @@ def _first_rest_ends(mission: Mission) -> float:
 def _deviation_at_rest(
     flight: Flight, unit: int, sensor: TriadName, stored: SecondaryError, time: FloatArray
 ) -> float:
-    """Return by how much |f| differs from gravity, or |w| from none, compensated, at a rest."""
+    """Returns by how much |f| differs from gravity, or |w| from none, compensated, at a rest."""
     read = flight.units[unit].ideal(flight.body, time, flight.warming)[sensor].mean(axis=0)
     norm = float(np.linalg.norm(np.linalg.solve(stored.matrix, read - stored.bias)))
     return abs(norm - STANDARD_GRAVITY) if sensor == "accelerometer" else norm

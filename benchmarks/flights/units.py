@@ -74,7 +74,7 @@ class Line:
     """(3,) rad."""
 
     def turned_by(self, time: FloatArray) -> FloatArray:
-        """Return the phase (n,) rad at times (n,) s."""
+        """Returns the phase (n,) rad at times (n,) s."""
         turns = 2.0 * np.pi * self.frequency
         swing = self.wander * self.period / (2.0 * np.pi)
         return np.asarray(turns * (time + swing * np.sin(2.0 * np.pi * time / self.period)))
@@ -91,7 +91,7 @@ class Shaking:
     def felt(
         self, random: np.random.Generator, body: Body, time: FloatArray, bandwidth: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Return what a unit feels (n, 3) of it: near the same everywhere on the body, through its filter."""
+        """What a unit feels (n, 3) of it: near the same everywhere on the body, through its filter."""
         share = self.at_rest + (1.0 - self.at_rest) * body.activity_at(time)
         felt = (np.zeros((len(time), 3)), np.zeros((len(time), 3)))
         for line in self.lines:
@@ -140,7 +140,7 @@ class Unit:
     warming_seconds: float
 
     def aged(self, random: np.random.Generator, share: float) -> Unit:
-        """Return it as it is at the next flight: each bias elsewhere."""
+        """Returns it as it is at the next flight: each bias elsewhere."""
         triads = {
             name: replace(
                 self.triads[name], bias=self.triads[name].bias + share * size * random.standard_normal(3)
@@ -150,11 +150,11 @@ class Unit:
         return replace(self, triads=triads)
 
     def warmth(self, time: FloatArray, warming: float) -> FloatArray:
-        """Return by how many kelvins (n,) it is warmer than at the start, at times (n,) s."""
+        """Returns by how many kelvins (n,) it is warmer than at the start, at times (n,) s."""
         return np.asarray(-warming * np.expm1(-time / self.warming_seconds))
 
     def ideal(self, body: Body, time: FloatArray, warming: float) -> dict[TriadName, FloatArray]:
-        """Return what it reads (n, 3) without noise, vibration, resolution and range."""
+        """Returns what it reads (n, 3) without noise, vibration, resolution and range."""
         felt = dict(zip(SENSORS, body.at(time, self.arm), strict=True))
         warmth = self.warmth(time, warming)[:, None]
         return {
@@ -164,7 +164,7 @@ class Unit:
 
 
 def draw_unit(random: np.random.Generator, rate_hz: float, number: int) -> Unit:
-    """Draw a unit; that of number 0 is the primary, which has been calibrated."""
+    """Draws a unit; that of number 0 is the primary, which has been calibrated."""
     turn = np.eye(3) if number == 0 else _mounting(random)
     widest = rate_hz * random.uniform(*BANDWIDTH)
     bandwidth = 4.0 * rate_hz if random.random() < UNFILTERED else min(widest, LARGEST_BANDWIDTH)
@@ -208,7 +208,7 @@ def _cross(vector: FloatArray) -> FloatArray:
 
 
 def _mounting(random: np.random.Generator) -> FloatArray:
-    """Draw one of the 24 turns of a cube onto itself, or any turn."""
+    """Draws one of the 24 turns of a cube onto itself, or any turn."""
     if random.random() < 0.7:
         turn = np.eye(3)[random.permutation(3)] * random.choice([-1.0, 1.0], 3)[:, None]
         return np.asarray(turn * np.linalg.det(turn))
@@ -217,7 +217,7 @@ def _mounting(random: np.random.Generator) -> FloatArray:
 
 
 def read(random: np.random.Generator, unit: Unit, body: Body, shaking: Shaking, warming: float) -> Samples:
-    """Return what a unit reads, before resolution and range: faults come before these."""
+    """Returns what a unit reads, before resolution and range: faults come before these."""
     pace = unit.rate_hz * (1.0 + PACE * random.standard_normal())
     count = int((body.time[-3] - 1.0 / pace) * pace)
     instants = np.asarray((np.arange(count) + random.random()) / pace)
@@ -236,7 +236,7 @@ def read(random: np.random.Generator, unit: Unit, body: Body, shaking: Shaking, 
 
 
 def _instability(random: np.random.Generator, time: FloatArray) -> FloatArray:
-    """Return a sum of Gauss-Markov processes (n, 3), each of 1 sigma; worked out once a second."""
+    """Returns a sum of Gauss-Markov processes (n, 3), each of 1 sigma; worked out once a second."""
     seconds = np.arange(time[-1] + 2.0)
     found = np.zeros((len(seconds), 3))
     for constant in INSTABILITY_SECONDS:
@@ -250,7 +250,7 @@ def _instability(random: np.random.Generator, time: FloatArray) -> FloatArray:
 
 
 def digitised(samples: Samples, unit: Unit) -> Samples:
-    """Return the samples as the unit gives them: in steps, within its range."""
+    """Returns the samples as the unit gives them: in steps, within its range."""
     given = [
         np.clip(np.round(samples.of(name) / triad.step) * triad.step, -triad.range, triad.range)
         for name, triad in unit.triads.items()
@@ -259,7 +259,7 @@ def digitised(samples: Samples, unit: Unit) -> Samples:
 
 
 def stalled(samples: Samples, spans: FloatArray) -> Samples:
-    """Return the samples that are left where none comes in `spans` (n, 2) s."""
+    """Returns the samples that are left where none comes in `spans` (n, 2) s."""
     kept = np.ones(len(samples.arrival), dtype=bool)
     for start, end in spans:
         kept &= (samples.arrival < start) | (samples.arrival >= end)

@@ -12,7 +12,7 @@ PERIOD = 0.01
 
 
 def lateness(kind, count, generator):
-    """Give s by which each of `count` stamps is late."""
+    """Returns s by which each of `count` stamps is late."""
     taken = np.arange(count) * PERIOD
     match kind:
         case "uniform":
@@ -33,7 +33,7 @@ KINDS = ("uniform", "exponential", "Gaussian", "polled")
 
 
 def wandering(count):
-    """Give s by which a clock runs ahead whose rate walks by 3e-8 a root second."""
+    """Returns s by which a clock runs ahead whose rate walks by 3e-8 a root second."""
     generator = np.random.default_rng(1)
     return np.cumsum(np.cumsum(generator.normal(0.0, 3e-8 * np.sqrt(PERIOD), count))) * PERIOD
 
@@ -45,7 +45,7 @@ def fitted(stamps):
 
 
 def turning(taken, stamps, seed, *, when=None):
-    """Give a recording of rests and turns; the sensor samples at `when`, else at `taken`."""
+    """Returns a recording of rests and turns; the sensor samples at `when`, else at `taken`."""
     generator = np.random.default_rng(seed)
     print(f"seed {seed}")
     at = taken if when is None else when

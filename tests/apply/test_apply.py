@@ -136,7 +136,7 @@ def test_arrays_in_memory_are_corrected_like_any_recording(tmp_path):
 
 
 def tumble(*arguments, code=0):
-    """Run the command as typed; give what it printed."""
+    """Runs the command as typed; returns what it printed."""
     done = typed(*arguments)
     assert done.code == code, done.err
     return done

@@ -28,14 +28,14 @@ FAULTY = {"accelerometer": {"bias": 1e-9}}
 
 
 def tumble(*arguments, **options):
-    """Run the command as a user does."""
+    """Runs the command as a user does."""
     command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False, **options)
 
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run the command in this process, so that a procedure can be put in its place."""
+    """Runs the command in this process, so that a procedure can be put in its place."""
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["tumble", *map(str, arguments)])
@@ -167,7 +167,7 @@ LIBRARIES = {
 
 
 def libraries_of(*arguments, **variables):
-    """Run the command; give what it prints, and which of `LIBRARIES` it imports."""
+    """Runs the command; returns what it prints, and which of `LIBRARIES` it imports."""
     command = "import sys; sys.argv[0] = 'tumble'; from tumble.cli.main import main; main()"
     done = subprocess.run(
         [sys.executable, "-X", "importtime", "-c", command, *map(str, arguments)],

@@ -12,5 +12,5 @@ def many_units() -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put tests of a library for many units last: in one folder cargo keeps only that built last."""
+    """Puts tests of a library for many units last: in one folder cargo keeps only that built last."""
     items.sort(key=lambda item: "many_units" in getattr(item, "fixturenames", ()))

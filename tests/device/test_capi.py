@@ -42,13 +42,13 @@ LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
 
 
 def run(command: Sequence[str | Path], **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a command from the root of the repository; it may fail."""
+    """Runs a command from the root of the repository; it may fail."""
     words = [str(word) for word in command]
     return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env={**os.environ, **environment})
 
 
 def done(command: Sequence[str | Path], **environment: str) -> str:
-    """Run a command that has to succeed; gives what it printed."""
+    """Runs a command that has to succeed; gives what it printed."""
     answer = run(command, **environment)
     assert answer.returncode == 0, f"{' '.join(map(str, command))}\n{answer.stdout}{answer.stderr}"
     return answer.stdout
@@ -56,7 +56,7 @@ def done(command: Sequence[str | Path], **environment: str) -> str:
 
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
-    """Install the compilers and checkers that are missing."""
+    """Installs the compilers and checkers that are missing."""
     done(["scripts/install_device_tools.sh"])
 
 
@@ -66,7 +66,7 @@ PARTS = ("spin", "redundancy", "records", "temperature")
 def library(
     folder: Path, *features: str, device: bool = False, units: int = 3, left_out: Sequence[str] = ()
 ) -> Path:
-    """Build the static library, all of it or without some of its parts, and put it into `folder`."""
+    """Builds the static library, all of it or without some of its parts, and puts it into `folder`."""
     cargo = ["scripts/cargo_for_device.sh"] if device else ["cargo"]
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
     # Said even where it is the default, as packages do: to cargo said and not said are two libraries.
@@ -90,7 +90,7 @@ def device_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def laws(language: str, archive: Path, *options: str) -> Path:
-    """Build the test program of a language beside the library."""
+    """Builds the test program of a language beside the library."""
     sources = sorted((CAPI / "tests" / language).glob(f"*.{language}"))
     program = archive.parent / f"laws_{language}{len(options)}"
     done([*LANGUAGES[language], *STRICT, *options, *sources, archive, "-lcjson", "-lm", "-o", program])
@@ -296,7 +296,7 @@ def test_the_example_of_the_page_keeps_what_it_found_over_a_reset(host_library: 
 
 
 def image(archive: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """Link a C program that makes every call for a Cortex-M4F."""
+    """Links a C program that makes every call for a Cortex-M4F."""
     source = CAPI / "tests" / "device" / "every_call.c"
     link = ["-Os", "-nostartfiles", "--specs=nosys.specs", "-Wl,-e,main", "-Wl,-z,noexecstack"]
     compile_ = ["arm-none-eabi-gcc", "-std=c99", *CORTEX_M4F, *STRICT, *link, *options]

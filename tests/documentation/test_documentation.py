@@ -35,7 +35,7 @@ def text_of(document):
 
 
 def anchors(document):
-    """Give what may follow a # in a link to the document, as GitHub makes it from a heading."""
+    """Returns what may follow a # in a link to the document, as GitHub makes it from a heading."""
     headings = re.findall(r"^#+ (.*)$", text_of(document), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

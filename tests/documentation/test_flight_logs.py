@@ -22,7 +22,7 @@ BEFORE = {
 
 
 def flight_log(path, session):
-    """Log a session by hand as PX4 does: as the sensor reads, and corrected."""
+    """Logs a session by hand as PX4 does: as the sensor reads, and corrected."""
     (chunk,) = open_recording(session).chunks()
     writer = ULogWriter(BEFORE)
     corrected = {}

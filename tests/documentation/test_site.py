@@ -30,7 +30,7 @@ def hook(name):
 
 
 def small_site(folder, page, **settings):
-    """Build one page with the settings of `mkdocs.yml`, and give it as HTML."""
+    """Builds one page with the settings of `mkdocs.yml`, and returns it as HTML."""
     docs = folder / "docs"
     docs.mkdir()
     (docs / "index.md").write_text(page, encoding="utf-8")

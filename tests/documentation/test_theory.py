@@ -38,7 +38,7 @@ def decompose(m):
 
 
 def as_read(m):
-    """Scale, non-orthogonality, mounting: nine numbers."""
+    """Scales, non-orthogonality, mounting: nine numbers."""
     k, _, q = decompose(m)
     return np.concatenate([k, non_orthogonality(m), rotation_vector(q)])
 

@@ -33,7 +33,7 @@ def script(name):
 
 
 def checked(schema, *paths):
-    """Check files against a schema that their makers publish."""
+    """Checks files against a schema that their makers publish."""
     command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *map(str, paths)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.returncode == 0, done.stdout + done.stderr

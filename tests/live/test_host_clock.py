@@ -165,7 +165,7 @@ class Load:
         self.arrivals = np.maximum.accumulate(self.taken + LEAST + np.minimum(late, 0.9))
 
     def steps(self):
-        """Give for each sample by how much host times step more than stamps, the step of these and sigma."""
+        """For each sample by how much host times step more than stamps, the step of these and sigma."""
         clock, last, sigma = HostClock(), None, np.inf
         for stamp, arrival in zip(self.stamps, self.arrivals, strict=True):
             host = float(clock.host_times(np.array([stamp]), float(arrival))[0])

@@ -34,7 +34,7 @@ def test_the_cause_is_this_computer_where_it_dropped_half_of_them():
 
 
 def drained(units):
-    """Read until nothing comes for a while; how many samples came."""
+    """Reads until nothing comes for a while; how many samples came."""
     came = silent = 0
     for _, chunk in units:
         came += len(chunk)

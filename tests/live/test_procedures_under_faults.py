@@ -177,7 +177,7 @@ FLIGHT = ("--set", "collect=15", "--set", "evaluate_every=3", "--set", "late=2")
 
 
 def fly_with(tmp_path, seed, faults):
-    """Watch a simulated flight; give how it ended, and its truth."""
+    """Watches a simulated flight; returns how it ended, and its truth."""
     flight = LiveSimulation(
         seed=seed, motion="flight", grades=("industrial", "consumer", "consumer"), port=0, speed=SPEED,
         rate_hz=100.0, faults=faults,
@@ -254,14 +254,14 @@ def test_disturbed_set_is_monitored_on_and_adopts_nothing_wrong(tmp_path, kind, 
 
 
 def started(words):
-    """Run a command in a process of its own."""
+    """Runs a command in a process of its own."""
     program = "from tumble.cli.main import main; main()"
     command = [sys.executable, "-c", program, *map(str, words)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
 def killed(words, after, ready, look):
-    """Run a command, and kill it some seconds after what it writes is there; give what a look showed."""
+    """Runs a command, and kills it some seconds after what it writes is there; returns what a look showed."""
     running = started(words)
     until = time.monotonic() + 60.0
     while not ready() and running.poll() is None and time.monotonic() < until:

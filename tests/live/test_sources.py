@@ -138,7 +138,7 @@ def test_a_line_is_let_go_of_after_an_error():
 
 
 def datagrams(source, port, pieces, host="127.0.0.1"):
-    """Send datagrams one by one, each read before the next is sent, so that none is lost."""
+    """Sends datagrams one by one, each read before the next is sent, so that none is lost."""
     chunks = iter(source)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.bind((host, 0))

@@ -53,7 +53,7 @@ CONTENTS = {
 
 @st.composite
 def damaged(draw, content):
-    """Cut, garble, double or leave out pieces."""
+    """Cuts, garbles, double or leaves out pieces."""
     content = bytearray(content)
     for _ in range(draw(st.integers(1, 6))):
         at = draw(st.integers(7, max(len(content) - 1, 7)))
@@ -80,7 +80,7 @@ class Content:
 
 
 def in_one_line(attempt, *arguments):
-    """Give what it gives; only an error of one line may come of it."""
+    """Returns what it gives; only an error of one line may come of it."""
     try:
         return attempt(*arguments)
     except TumbleError as error:
@@ -94,7 +94,7 @@ def read(source, options):
 
 
 def tried(path):
-    """Read all that is there, as `inspect` does."""
+    """Reads all that is there, as `inspect` does."""
     for name in in_one_line(list_imus, path):
         for undo in (False, True):
             options = ReadOptions(undo_correction=undo)

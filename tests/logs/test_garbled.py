@@ -27,7 +27,7 @@ def log(tmp_path):
 
 
 def garble(path, **lines):
-    """Replace lines, from 1, as `line_301=b"..."`, by bytes or by what a function makes of them."""
+    """Replaces lines, from 1, as `line_301=b"..."`, by bytes or by what a function makes of them."""
     rows = path.read_bytes().split(b"\n")
     for name, change in lines.items():
         at = int(name.removeprefix("line_")) - 1

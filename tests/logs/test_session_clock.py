@@ -25,7 +25,7 @@ class Sensor:
 
 
 def recorded(folder, seed, *, seconds=120.0, set_back_at=None, spoilt_at=None, held_up=0.0):
-    """Record a unit over a line that is late, as on a busy computer; give the true times of its samples."""
+    """Records a unit over a line that is late, as on a busy computer; returns true times."""
     generator = np.random.default_rng(seed)
     print(f"seed {seed}")
     taken = 1000.0 + np.arange(int(seconds * RATE)) / RATE

@@ -14,7 +14,7 @@ MG, MRAD = 9.80665e-3, 1e-3
 
 
 def written(path, *streams):
-    """Write messages of several streams, one after another in time."""
+    """Writes messages of several streams, one after another in time."""
     packets = [packet for together in zip(*streams, strict=True) for packet in together]
     path.write_bytes(tlog_of(packets, interval=0.02 / len(streams)))
     return path

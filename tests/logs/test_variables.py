@@ -29,7 +29,7 @@ TURNED = ARRAYS | {"acc": CHUNK.accelerometer.T, "gyr": np.asfortranarray(CHUNK.
 
 
 def matlab_7_3(path, arrays, **options):
-    """Write as MATLAB does: HDF5 behind a header of its own, and every array turned round."""
+    """Writes as MATLAB does: HDF5 behind a header of its own, and every array turned round."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in arrays.items():
             file.create_dataset(name, data=np.atleast_2d(np.asarray(values).T), **options)

@@ -279,7 +279,7 @@ def recording(session, ports, *more):
 
 
 def wait_for_samples(process, count):
-    """Read events until each unit has so many samples; give the last event."""
+    """Reads events until each unit has so many samples; returns the last event."""
     for line in process.stdout:
         event = json.loads(line)
         if all(unit["samples"] >= count for unit in event["units"]):

@@ -25,7 +25,7 @@ def said():
 
 
 def replayed(said, folder, *more):
-    """Exit code, what is said, and events, of the command as typed."""
+    """Exits code, what is said, and events, of the command as typed."""
     paths = [unit.write(folder / f"{name}.csv") for name, unit in said.items()]
     done = typed("redundancy", *units(paths), *QUICK, *more, "-o", folder / "out")
     events = (folder / "out" / "events.jsonl").read_text("utf-8").splitlines()

@@ -22,7 +22,7 @@ FAULT = 55
 
 
 def flown(folder, secondaries, fault):
-    """Simulate a flight whose primary has a fault of its accelerometer along x, and replay it, as typed."""
+    """Simulates a flight whose primary has a fault of its accelerometer along x, and replays it, as typed."""
     print(f"seed {SEED}")
     grades = ("--unit", "tactical", *("--unit", "industrial") * secondaries)
     fault = f"primary:{fault}:triad=accelerometer:axis=x:start={FAULT}"

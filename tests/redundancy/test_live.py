@@ -58,7 +58,7 @@ def words(said, tmp_path_factory):
 
 
 def watched(*arguments):
-    """Run `tumble redundancy --live` as typed; give how it ended, events and the result."""
+    """Runs `tumble redundancy --live` as typed; returns how it ended, events and the result."""
     done = typed("redundancy", "--live", *arguments, "--json")
     assert done.code in (0, 3), f"exit code {done.code}: {done.err}"
     listening, *events, result = map(json.loads, done.out.splitlines())
@@ -109,7 +109,7 @@ class Board:
         self.ended = threading.Event()
 
     def send(self, spans):
-        """Send from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
+        """Sends from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
         booted = dict(zip(NAMES, (10.0, 500.0, 7000.0), strict=True))
         for port in self.ports.values():
             self._await_listener(port)

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the cases in ../sha
 
 
 def flown(case, folder, *more, units=3):
-    """Exit code and events of a case, as typed."""
+    """Exits code and events of a case, as typed."""
     logs = [FOLDER / case / f"u{number}.parquet" for number in range(units)]
     secondaries = [word for log in logs[1:] for word in ("--secondary", log)]
     done = typed("redundancy", "--primary", logs[0], *secondaries, *more, "-o", folder / "out")

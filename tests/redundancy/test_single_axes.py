@@ -14,7 +14,7 @@ MOVED = motion()
 
 
 def written_apart(folder, said, channels=CHANNELS, every=None):
-    """Write each channel of a unit to a log of its own; `every` thins out readings of a channel."""
+    """Writes each channel of a unit to a log of its own; `every` thins out readings of a channel."""
     parts = []
     for channel in channels:
         rows = slice(None, None, (every or {}).get(channel, 1))
@@ -68,7 +68,7 @@ def test_axes_with_a_rate_of_their_own_are_calibrated(tmp_path):
 
 
 def replayed_axes(tmp_path, seed, axes, spoil=lambda said: said):
-    """Replay two units of single axes, those named of the first and of the second."""
+    """Replays two units of single axes, those named of the first and of the second."""
     said = spoil(record([PRIMARY, BIASED], seed, MOVED))
     units = [written_apart(tmp_path, said[name], of) for name, of in zip(("imu1", "imu2"), axes, strict=True)]
     return replay(

@@ -82,7 +82,7 @@ class Wall:
 
 
 def run(source, asked=None, **options):
-    """Run the procedure to its end; give its steps and its result."""
+    """Runs the procedure to its end; returns its steps and its result."""
     live = LiveSpin(source, asked, **options)
     with source:
         steps = list(live.steps())

@@ -40,7 +40,7 @@ def session():
 
 @pytest.fixture
 def run_live():
-    """Start the command as a user does; it is ended at the end at the latest."""
+    """Starts the command as a user does; it is ended at the end at the latest."""
     started = []
 
     def start(*arguments, **options):
@@ -60,7 +60,7 @@ def run_live():
 
 
 def wait_for(stream, words):
-    """Read lines until one holds these words; give it."""
+    """Reads lines until one holds these words; returns it."""
     for line in stream:
         if words in line:
             return line
@@ -130,7 +130,7 @@ def test_which_units_are_heard_is_said_where_none_of_them_is_picked(run_live, se
 
 
 def replayed(log, *arguments):
-    """Run the command in this process on a log, which comes to its end by itself."""
+    """Runs the command in this process on a log, which comes to its end by itself."""
     return typed("spin", "--live", f"replay:{log}?speed=max", *arguments)
 
 
@@ -231,7 +231,7 @@ class Heard:
         self._reader.start()
 
     def wait_until(self, time):
-        """Wait until the program has read up to a time, s; false if it is done."""
+        """Waits until the program has read up to a time, s; false if it is done."""
         with self._changed:
             self._changed.wait_for(lambda: self._over or self._time >= time)
             return not self._over

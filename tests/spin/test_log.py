@@ -17,7 +17,7 @@ BOTH_WAYS = (still(), turn(3), still(3), turn(-3), still())
 
 
 def spun(session, folder, *options, code=0):
-    """Write the log, run the command as typed with `--json`, give what it printed."""
+    """Writes the log, runs the command as typed with `--json`, returns what it printed."""
     log = session.write(folder / "robot.csv")
     done = typed("spin", log, "-o", folder / "out", "--json", *options)
     assert done.code == code, f"exit code {done.code}: {done.out}{done.err}"

@@ -35,12 +35,12 @@ class DataFlashWriter:
             self.add("PARM", 0, name, float(value), 0.0)
 
     def add(self, name, *values):
-        """Log a message."""
+        """Logs a message."""
         self.messages.append((name, values))
         return self
 
     def triads(self, kind, time, force, turn, instance=0, temperature=31.5):
-        """Log what an IMU reads at (n,) s: kind IMU, IMU2, or ACC, which brings GYR."""
+        """Logs what an IMU reads at (n,) s: kind IMU, IMU2, or ACC, which brings GYR."""
         for at, f, w in zip(np.round(1e6 * time).astype(int).tolist(), force, turn, strict=True):
             if kind == "IMU":
                 self.add("IMU", at, instance, *w, *f, 0, 0, temperature, 1, 1, 1000, 1000)
@@ -52,7 +52,7 @@ class DataFlashWriter:
         return self
 
     def batch(self, number, triad, instance, start, rate, multiplier, counts):
-        """Log a batch of (n, 3) counts."""
+        """Logs a batch of (n, 3) counts."""
         self.add("ISBH", 1, number, triad, instance, multiplier, len(counts), round(1e6 * start), rate)
         for piece in range(0, len(counts), 32):
             rows = np.zeros((32, 3), "<i2")
@@ -62,7 +62,7 @@ class DataFlashWriter:
         return self
 
     def content(self):
-        """Give the bytes of a .bin file."""
+        """Returns the bytes of a .bin file."""
         head = b""
         for name, (kind, letters, columns) in LAYOUTS.items():
             length = 3 + struct.calcsize(coded(letters))
@@ -75,7 +75,7 @@ class DataFlashWriter:
         )
 
     def text(self):
-        """Give the text of a .log file."""
+        """Returns the text of a .log file."""
         lines = []
         for name, (kind, letters, columns) in LAYOUTS.items():
             length = 3 + struct.calcsize(coded(letters))
@@ -88,6 +88,6 @@ class DataFlashWriter:
         return "\n".join(lines) + "\n"
 
     def write(self, path):
-        """Write the file, text where its name ends with .log, and give its path."""
+        """Writes the file, text where its name ends with .log, and returns its path."""
         path.write_bytes(self.text().encode() if path.suffix == ".log" else self.content())
         return path

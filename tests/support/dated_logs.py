@@ -30,7 +30,7 @@ class Shown:
 
 
 def shown_by_all(folder):
-    """Run every procedure on dated logs, and give what it shows, by the word it is called by."""
+    """Runs every procedure on dated logs, and returns what it shows, by the word it is called by."""
     for kind, options in SIMULATED.items():
         done = typed("simulate", kind, "--seed", "7", *options, "-o", folder / kind)
         assert done.code == 0, done.err
@@ -63,7 +63,7 @@ def shown_by_all(folder):
 
 
 def give_date(log):
-    """Move the stamps of a log, the first column, to `START`."""
+    """Moves the stamps of a log, the first column, to `START`."""
     lines = log.read_text().splitlines()
     comments = [line for line in lines if line.startswith("#")]
     head, *rows = lines[len(comments) :]

@@ -112,7 +112,7 @@ READERS = {each.__name__: each for each in (pyulog, pymavlink, mavutil, rosbags,
 
 
 def ours(path, row):
-    """Give format and (n, 6) samples as Tumble reads them, and how many it left out as repeated."""
+    """Returns format and (n, 6) samples as Tumble reads them, and how many it left out as repeated."""
     options = ReadOptions(rate=row.get("rate"), interpolate="partner" in row, **units(row))
     recording = open_recording(f"{path}:{row['imu']}" if row.get("imu") else path, options)
     stream = recording.chunks()
@@ -125,14 +125,14 @@ def checksum(path):
 
 
 def units(row):
-    """Give the units that a reader has to be told; those that are stated in the file it finds itself."""
+    """Returns the units that a reader has to be told; those that are stated in the file it finds itself."""
     if row.get("stated"):
         return {}
     return {f"{triad}_unit": row[triad] for triad in ("accelerometer", "gyroscope") if triad in row}
 
 
 def verdict(path, row):
-    """Compare one file; give its format, the number of samples and the finding."""
+    """Compares one file; returns its format, the number of samples and the finding."""
     if not path.is_file():
         return "", 0, "absent"
     files = {path: row["sha256"]} | (
@@ -151,7 +151,7 @@ def verdict(path, row):
 
 
 def rows_of(path):
-    """Read the list: blocks of `key = value`, each after `[[file]]`."""
+    """Reads the list: blocks of `key = value`, each after `[[file]]`."""
     blocks = path.read_text(encoding="utf-8").split("[[file]]\n")[1:]
     return [
         {key: yaml.safe_load(value) for key, _, value in map(_parted, block.splitlines()) if key}
@@ -164,7 +164,7 @@ def _parted(line):
 
 
 def main() -> int:
-    """Print a table of all files; exit code 1 where one differs."""
+    """Prints a table of all files; exits code 1 where one differs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--table", type=Path, help="page whose table is written anew")

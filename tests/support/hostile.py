@@ -29,7 +29,7 @@ few = settings(
 
 
 def for_long(check, share=1.0):
-    """Try a law with a few examples; in `make soak`, with ever new ones for this share of the time."""
+    """Tries a law with a few examples; in `make soak`, with ever new ones for this share of the time."""
     until = monotonic() + share * SOAK_SECONDS
     check()
     while SOAK and monotonic() < until:
@@ -65,7 +65,7 @@ def spoiled(draw, whole):
 
 
 def read_or_refuse(path, options=None):
-    """Read all that a file says it holds; a `LogError` of one line is as good. Gives the peak of memory."""
+    """Reads all that a file says it holds; a `LogError` of one line is as good. Gives the peak of memory."""
     options = options or ReadOptions()
     said = ""
     tracemalloc.start()

@@ -37,7 +37,7 @@ class ImitatedDevice:
         path.write_text(f"{value}\n")
 
     def send(self, data):
-        """Put scans into the buffer."""
+        """Puts scans into the buffer."""
         os.write(self._keep_open, data)
 
     def close(self):

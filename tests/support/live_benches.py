@@ -36,13 +36,13 @@ ANSWERS_WITHIN = 60.0
 
 
 def patient_profile(name):
-    """Give a profile of a table that may take its time."""
+    """Returns a profile of a table that may take its time."""
     profile = load_profile(name)
     return profile.model_copy(update={"line": profile.line.model_copy(update={"timeout": ANSWERS_WITHIN})})
 
 
 def patient_table(folder):
-    """Write the profile of such a table, for programs that run in a process of their own; give its path."""
+    """Writes the profile of such a table, for programs in their own processes; returns its path."""
     path = folder / "table.yaml"
     path.write_text(yaml.safe_dump(patient_profile("scpi").content()))
     return str(path)
@@ -84,7 +84,7 @@ class WaitingBench(LiveSimulation):
 
 @contextmanager
 def waiting_bench(monkeypatch, procedure=live.LiveTurntable, **changes):
-    """Serve a bench that waits for whoever runs a live session of a procedure on it."""
+    """Serves a bench that waits for whoever runs a live session of a procedure on it."""
     print(f"seed {changes.get('seed', 1)}")
     with WaitingBench(**changes) as bench, monkeypatch.context() as patch:
         watched = procedure._watched

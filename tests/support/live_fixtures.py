@@ -132,13 +132,13 @@ class SerialDevice:
         self._writers = []
 
     def write(self, data):
-        """Send in the background, as fast as it is read."""
+        """Sends in the background, as fast as it is read."""
         writer = threading.Thread(target=self._send, args=(data,), daemon=True)
         self._writers.append(writer)
         writer.start()
 
     def written(self):
-        """Wait until everything was read, or at least lies ready to be."""
+        """Waits until everything was read, or at least lies ready to be."""
         for writer in self._writers:
             writer.join()
 

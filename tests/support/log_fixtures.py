@@ -34,14 +34,14 @@ def made_up(samples=2000, rate=200.0, seed=1, start=0.0, temperature=True):
 
 
 def write(path, chunk, **facts):
-    """Write a chunk with our own writers."""
+    """Writes a chunk with our own writers."""
     with open_writer(path, facts=Facts(**facts)) as writer:
         writer.write(chunk)
     return path
 
 
 def write_text(path, chunk, header="time,ax,ay,az,gx,gy,gz", delimiter=",", scale=(1.0, 1.0, 1.0)):
-    """Write a text table with columns time, accelerometer, gyroscope, each in a unit of its own."""
+    """Writes a text table with columns time, accelerometer, gyroscope, each in a unit of its own."""
     table = np.column_stack(
         [chunk.time * scale[0], chunk.accelerometer * scale[1], chunk.gyroscope * scale[2]]
     )

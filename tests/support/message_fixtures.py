@@ -71,7 +71,7 @@ def write_state_bag(path, version, chunk, topic="/state"):
 
 
 def write_messages(path, encoding, messages, schema=("", "", b""), topic="/imu", **options):
-    """Write an MCAP file of one topic."""
+    """Writes an MCAP file of one topic."""
     with path.open("wb") as file:
         writer = McapWriter(file, **options)
         writer.start()

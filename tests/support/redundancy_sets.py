@@ -109,7 +109,7 @@ class Said:
         return replace(self, time=self.time[kept], readings=self.readings[kept])
 
     def write(self, path, header=None):
-        """Write it as a log of its own; a reading that is no number stands as `nan`."""
+        """Writes it as a log of its own; a reading that is no number stands as `nan`."""
         header = header or ",".join(("time", *CHANNELS))
         rows = np.column_stack([self.time, self.readings])
         path.write_text("\n".join([header, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n")
@@ -143,7 +143,7 @@ def _at(time, fine, values):
 
 
 def write_table(path, said):
-    """Write units of one rate as one table, with a prefix each."""
+    """Writes units of one rate as one table, with a prefix each."""
     first = next(iter(said.values()))
     names = ["time", *(f"{name}_{channel}" for name in said for channel in CHANNELS)]
     rows = np.column_stack([first.time, *(unit.readings for unit in said.values())])
@@ -152,13 +152,13 @@ def write_table(path, said):
 
 
 def units(said):
-    """Name the first unit as primary, the others as secondaries."""
+    """Names the first unit as primary, the others as secondaries."""
     primary, *secondaries = said
     return ["--primary", primary, *(word for name in secondaries for word in ("--secondary", name))]
 
 
 def replay(*arguments, code=0):
-    """Run `tumble redundancy` as typed; give the result and its events. With `code` None it may be 0 or 3."""
+    """Runs `tumble redundancy` as typed; returns the result and its events. `code` None: 0 or 3."""
     done = typed("redundancy", *arguments, "--json")
     assert done.code in (0, 3), f"exit code {done.code}: {done.err}"
     result = json.loads(done.out)

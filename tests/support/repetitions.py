@@ -9,5 +9,5 @@ SOAK = "TUMBLE_SOAK" in os.environ
 
 
 def repetitions(everything: int) -> int:
-    """Give a quarter of `everything`, all of it in `make soak`; what is allowed follows from the number."""
+    """Quarter of `everything`, all of it in `make soak`; what is allowed follows from the number."""
     return everything if SOAK else everything // 4

@@ -116,7 +116,7 @@ class Session:
         )
 
     def write(self, path, header=HEADER):
-        """Write it as CSV, as any logger does."""
+        """Writes it as CSV, as any logger does."""
         lines = [",".join(map(repr, row)) for row in self.table.tolist()]
         path.write_text("\n".join([header, *lines]) + "\n")
         return path

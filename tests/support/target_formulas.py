@@ -159,7 +159,7 @@ def of_ros2(path, force, rate):
 
 
 def printed_by_c(path, head, statements, include="."):
-    """Compile a program with an exported file in it, and give what it prints."""
+    """Compiles a program with an exported file in it, and returns what it prints."""
     program = path.with_suffix(".test.c")
     body = "\n    ".join(statements)
     main = f"int main(void) {{\n    {body}\n    return 0;\n}}\n"

@@ -58,7 +58,7 @@ class Done:
 
 
 def typed(*arguments):
-    """Run `tumble ...` as typed, in this process; a bug of ours comes out as the exception it is."""
+    """Runs `tumble ...` as typed, in this process; a bug of ours comes out as the exception it is."""
     out, err = io.StringIO(), io.StringIO()
     before = sys.argv
     sys.argv = ["tumble", *map(str, arguments)]
@@ -89,7 +89,7 @@ def one_line(text):
 
 
 def calibrated(*arguments, code=0):
-    """Run `tumble turntable` where it is to end well, or with exit code 3."""
+    """Runs `tumble turntable` where it is to end well, or with exit code 3."""
     done = typed("turntable", *arguments)
     assert done.code == code, f"exit code {done.code}: {done.out}{done.err}"
     return done
@@ -159,7 +159,7 @@ def columns(chunk):
 
 
 def write_table(path, table, header="time,ax,ay,az,gx,gy,gz"):
-    """Write rows of numbers as CSV, as any logger does."""
+    """Writes rows of numbers as CSV, as any logger does."""
     lines = [",".join(map(repr, row)) for row in table.tolist()]
     path.write_text("\n".join([header, *lines]) + "\n")
     return path

@@ -51,7 +51,7 @@ class ULogWriter:
         self.data = []
 
     def add(self, topic, instance, time, **fields):
-        """Log records of a topic at (n,) s; a field is one value, or (n, ...)."""
+        """Logs records of a topic at (n,) s; a field is one value, or (n, ...)."""
         number = len(self.topics)
         self.topics.append((number, topic, instance))
         records = np.zeros(len(time), layout(topic))
@@ -66,7 +66,7 @@ class ULogWriter:
         return self
 
     def change(self, time, name, value):
-        """Change a parameter in flight."""
+        """Changes a parameter in flight."""
         self.data.append((round(1e6 * time), parameter(name, value)))
         return self
 
@@ -76,7 +76,7 @@ class ULogWriter:
         return self
 
     def content(self):
-        """Give the bytes of the file."""
+        """Returns the bytes of the file."""
         definitions = b"".join(message("F", f"{name}:{text}".encode()) for name, text in FORMATS.items())
         definitions += b"".join(parameter(name, value) for name, value in self.parameters.items())
         data = b"".join(
@@ -90,13 +90,13 @@ class ULogWriter:
         return head + message("B", flags) + definitions + data
 
     def write(self, path):
-        """Write the file, and give its path."""
+        """Writes the file, and returns its path."""
         path.write_bytes(self.content())
         return path
 
 
 def turning(generator, count, rate=200.0, start=2.0):
-    """Draw times and what both triads of an IMU that is turned about read: gravity, whichever way is up."""
+    """Draws times and what both triads of an IMU that is turned about read: gravity, whichever way is up."""
     time = start + np.arange(count) / rate
     up = np.cumsum(generator.normal(size=(count, 3)), axis=0)
     force = 9.8 * up / np.linalg.norm(up, axis=1, keepdims=True)

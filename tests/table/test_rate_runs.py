@@ -84,7 +84,7 @@ def test_a_rate_beyond_every_axis_is_named():
 
 
 def drive_through(axes, runs, plan=None, step=0.05):
-    """Carry out a plan and its runs; times (n,), angles and rates (n, axes) of the table."""
+    """Carries out a plan and its runs; times (n,), angles and rates (n, axes) of the table."""
     clock = Clock()
     simulated = SimulatedTable(axes, clock)
     with GuardedTable(simulated, armed=True) as table:

@@ -36,7 +36,7 @@ def session(tmp_path_factory):
 
 @pytest.fixture
 def run(monkeypatch, capsys):
-    """Run the command in this process."""
+    """Runs the command in this process."""
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["tumble", *map(str, arguments)])

@@ -18,7 +18,7 @@ MOST_SIGMAS = 5.0
 
 
 def listed(path):
-    """Write a pose list with rates, deg/s, as a user does."""
+    """Writes a pose list with rates, deg/s, as a user does."""
     poses = [{"name": pose.name, "up": pose.up.tolist()} for pose in SIX_FACES]
     path.write_text(yaml.safe_dump({"poses": poses, "rates": RATES, "rate_seconds": 6.0}))
     return path

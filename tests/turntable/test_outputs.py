@@ -26,7 +26,7 @@ TARGETS = ("target_1", "target_2")
 
 @pytest.fixture(scope="module", autouse=True)
 def one_date():
-    """Stop the clock: files carry the date of their run."""
+    """Stops the clock: files carry the date of their run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
         yield

@@ -22,7 +22,7 @@ ENDINGS = (".yaml", ".html")
 
 @pytest.fixture(scope="module", autouse=True)
 def one_date():
-    """Stop the clock: files carry the date of their run."""
+    """Stops the clock: files carry the date of their run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
         yield

@@ -50,7 +50,7 @@ def page(folder, name):
 
 
 def run_python(code, *arguments, **settings):
-    """Run code in a process of its own that finds the same modules."""
+    """Runs code in a process of its own that finds the same modules."""
     found = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path])}
     subprocess.run([sys.executable, "-c", code, *arguments], check=True, env=os.environ | found | settings)
 

@@ -12,7 +12,7 @@ from tumble.tools.simulate import LiveSimulation
 
 
 def sigmas_off(found, matrix, bias=None):
-    """Give the errors of M, and of b where its truth is given, in stated sigmas."""
+    """Returns the errors of M, and of b where its truth is given, in stated sigmas."""
     error = (found.M - np.array(matrix)).ravel()
     if bias is not None:
         error = np.r_[error, found.b - np.array(bias)]

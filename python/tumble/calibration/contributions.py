@@ -35,7 +35,7 @@ _OF_A_CONTRIBUTION = ("method", "software", "date", "operator", "station", "verd
 
 
 def part(triad: Triad, name: str) -> str:
-    """Name a part of a calibration: `gyroscope noise`."""
+    """Names a part of a calibration: `gyroscope noise`."""
     assert name in _KEYS, name
     return f"{triad} {name}"
 
@@ -75,7 +75,7 @@ def added(
 
 
 def log_content(file: str, facts: LogFacts) -> dict[str, Any]:
-    """Describe a log as calibration files do."""
+    """Describes a log as calibration files do."""
     return {"file": file, "sha256": facts.sha256, "duration": facts.duration}
 
 
@@ -114,7 +114,7 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
 
 
 def _gave(content: Mapping[str, Any]) -> Iterator[str]:
-    """List the parts that `method` gave."""
+    """Lists the parts that `method` gave."""
     by_others = {name for each in content.get("contributions", ()) for name in each["gave"]}
     for triad in TRIADS:
         section = content.get(triad, {})

@@ -192,7 +192,7 @@ class Triad(Document):
         return self
 
     def at_reference(self, readings: FloatArray, temperature: FloatArray | None) -> FloatArray:
-        """Give what readings (n, 3), at (n,) degC, would be at the temperature at which M and b hold.
+        """Returns what readings (n, 3), at (n,) degC, would be at the temperature at which M and b hold.
 
         Without a temperature, or where its effect is not known, they stay as they are.
         """
@@ -385,18 +385,18 @@ class Calibration(Document):
 
     @classmethod
     def load(cls, path: Path | str) -> Calibration:
-        """Read a calibration file.
+        """Reads a calibration file.
 
         Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
         """
         return read_document(path, cls, CALIBRATION)
 
     def save(self, path: Path | str) -> None:
-        """Write the file in full or not at all; raises `OutputError` where it cannot be written."""
+        """Writes the file in full or not at all; raises `OutputError` where it cannot be written."""
         write_document(path, _HEADER, self.content())
 
     def text(self) -> str:
-        """Give the file as text."""
+        """Returns the file as text."""
         return document_text(_HEADER, self.content())
 
     @overload
@@ -446,7 +446,7 @@ class Calibration(Document):
         return _like(accelerometer, true_force), _like(gyroscope, rate)
 
     def at_reference(self, chunk: Chunk) -> Chunk:
-        """Give samples as they would have been measured at the temperature at which M and b hold."""
+        """Returns samples as they would have been measured at the temperature at which M and b hold."""
         accelerometer, gyroscope = chunk.accelerometer, chunk.gyroscope
         if self.accelerometer is not None:
             accelerometer = self.accelerometer.at_reference(accelerometer, chunk.temperature)
@@ -463,7 +463,7 @@ class Calibration(Document):
         return force
 
     def temperature_drifts(self, triads: Sequence[TriadName] = TRIADS) -> dict[TriadName, TemperatureDrift]:
-        """Give what is known of the drift of these triads with temperature."""
+        """Returns what is known of the drift of these triads with temperature."""
         return {
             name: triad.temperature_drift
             for name, triad in self._triads()
@@ -516,14 +516,14 @@ class Calibration(Document):
 
 
 def _for_each(readings: FloatArray, temperature: ArrayLike | None) -> FloatArray | None:
-    """Give the temperature of each reading, degC, where it is one for all or one for each."""
+    """Returns the temperature of each reading, degC, where it is one for all or one for each."""
     if temperature is None or np.ndim(temperature):
         return None if temperature is None else arrays.column(temperature, "temperature")
     return np.repeat(arrays.column(temperature, "temperature"), len(readings))
 
 
 def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray | None:
-    """Give a single sample the shape it came in."""
+    """Returns a single sample the shape it came in."""
     if given is None or corrected is None:
         return None
     single: FloatArray = corrected[0] if len(corrected) == 1 and np.ndim(given) == 1 else corrected

@@ -29,7 +29,7 @@ def doubts(calibration: Calibration) -> Iterator[str]:
 
 
 def _by_sigmas(calibration: Calibration) -> Verdict | None:
-    """Give the verdict that follows from how far sigmas were widened, for files that state none."""
+    """Returns the verdict that follows from how far sigmas were widened, for files that state none."""
     sections = [getattr(calibration, triad) for triad in TRIADS]
     widest = max((section.widening or 1.0 for section in sections if section is not None), default=1.0)
     return "model not met" if widest > LARGEST_WIDENING else None

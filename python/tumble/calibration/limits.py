@@ -119,7 +119,7 @@ class Limits(Document):
 
     @classmethod
     def load(cls, path: Path | str) -> Limits:
-        """Read a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
+        """Reads a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
         return read_document(path, cls, LIMITS)
 
     def check(self, target: Calibrated) -> tuple[LimitCheck, ...]:
@@ -158,7 +158,7 @@ def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | Non
 
 
 def _figures(triad: TriadResult) -> dict[str, tuple[float, str]]:
-    """Collect what can be limited, by field term and axis, with why it is not known (empty where it is)."""
+    """Collects what can be limited, by field term and axis, with why it is not known (empty where it is)."""
     figures: dict[str, tuple[float, str]] = {}
     for parameter in triad.parameters:
         if not parameter.observable:

@@ -10,7 +10,7 @@ from tumble.foundation.recording import Metadata
 
 
 def started_from(start: Calibration | Path | str | None, log: Metadata) -> Calibration | None:
-    """Read the calibration of the unit of the log, if there is one to start from.
+    """Reads the calibration of the unit of the log, if there is one to start from.
 
     Raises `CalibrationFileError` where it cannot be read, `ProcedureError` where it is of another unit, or
     would take the effect of temperature off a log that was corrected already.

@@ -28,7 +28,7 @@ class TemperatureCounts:
         self._ranges = [_RangeCounts(drift, names) for drift, names in _alike(drifts)]
 
     def add(self, samples: int, temperature: FloatArray | None) -> None:
-        """Count samples at temperatures (n,), degC, NaN where one was not recorded."""
+        """Counts samples at temperatures (n,), degC, NaN where one was not recorded."""
         for each in self._ranges:
             each.add(samples, temperature)
 
@@ -43,7 +43,7 @@ class TemperatureCounts:
 
 
 def _alike(drifts: dict[Triad, TemperatureDrift]) -> Iterator[tuple[TemperatureDrift, list[Triad]]]:
-    """Join triads of one reference and one range."""
+    """Joins triads of one reference and one range."""
     groups: dict[tuple[float, ...], list[Triad]] = {}
     for triad, drift in drifts.items():
         groups.setdefault((drift.reference, *drift.range), []).append(triad)

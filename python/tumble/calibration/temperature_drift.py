@@ -78,7 +78,7 @@ class TemperatureDrift(Document):
         return float(np.abs(self._extremes(self.scale)).max())
 
     def at_reference(self, readings: FloatArray, b: FloatArray, temperature: FloatArray) -> FloatArray:
-        """Give what readings (n, 3) of a triad of bias b, at (n,) degC, would be at the reference.
+        """Returns what readings (n, 3) of a triad of bias b, at (n,) degC, would be at the reference.
 
         A temperature that is NaN counts as the reference.
         """

@@ -28,7 +28,7 @@ class HasTriads(Protocol):
 
 
 def triads_content(result: HasTriads) -> dict[str, Any]:
-    """Give temperature and triads of a unit whose M and b were found."""
+    """Returns temperature and triads of a unit whose M and b were found."""
     content: dict[str, Any] = {}
     if result.temperature is not None:
         low, mean, high = result.temperature
@@ -72,7 +72,7 @@ def _triad_content(triad: TriadResult) -> dict[str, Any]:
 
 
 def inherited_content(triad: TriadResult, source: str) -> dict[str, Any]:
-    """Give what the reference, stated by `source`, leaves on all its targets alike."""
+    """Returns what the reference, stated by `source`, leaves on all its targets alike."""
     sigma = {p.name: np.nan if p.inherited is None else p.inherited for p in triad.parameters}
     return {"source": source, "sigma": _sigma(sigma), "covariance": triad.inherited}
 

@@ -27,7 +27,7 @@ _Result = TypeVar("_Result", bound=UnitResult)
 
 
 def prepare_unit_files(folder: Path | str, name: str, ending: str) -> tuple[Path, Path]:
-    """Prove that page and calibration of a unit can be written into `folder`, and give the path of both.
+    """Proves that page and calibration of a unit can be written into `folder`, and returns the path of both.
 
     Raises `OutputError` where they cannot, or something else stands there.
     """
@@ -44,7 +44,7 @@ def write_unit_files(
     folder: Path | str,
     ending: str,
 ) -> dict[str, Path]:
-    """Write page and calibration of a unit into `folder`; give the path of each by what it is.
+    """Writes page and calibration of a unit into `folder`; returns the path of each by what it is.
 
     Raises `OutputError` where a file cannot be written; what stood there before is untouched.
     """

@@ -61,7 +61,7 @@ def are_dates(values: ArrayLike) -> bool:
 
 
 def refuse_other_lengths(arrays: Sequence[tuple[str, FloatArray | None]]) -> None:
-    """Raise `ArrayError` where arrays, each with its name, differ in their number of rows."""
+    """Raises `ArrayError` where arrays, each with its name, differ in their number of rows."""
     (first, expected), *others = [(name, len(array)) for name, array in arrays if array is not None]
     for name, length in others:
         if length != expected:

@@ -21,7 +21,7 @@ _VECTORS: Final = {
 
 
 def in_words(axes: str) -> str:
-    """Print `FRD: x forward, y right, z down`."""
+    """Prints `FRD: x forward, y right, z down`."""
     each = (f"{axis} {_WORDS[letter]}" for axis, letter in zip("xyz", axes, strict=True))
     return f"{axes}: {', '.join(each)}"
 
@@ -35,12 +35,12 @@ def are_axes(axes: str) -> bool:
 
 
 def rotation(to: str, of: str) -> Rotation:
-    """Return the matrix that takes vectors in axes `of` into axes `to`."""
+    """Returns the matrix that takes vectors in axes `of` into axes `to`."""
     return tuple(tuple(_dot(_VECTORS[row], _VECTORS[column]) for column in of) for row in to)
 
 
 def turned(axes: str, matrix: Iterable[Iterable[float]]) -> str:
-    """Return the axes that (3, 3) signed permutation `matrix` turns these into."""
+    """Returns the axes that (3, 3) signed permutation `matrix` turns these into."""
     columns = list(zip(*(_VECTORS[letter] for letter in axes), strict=True))
     rows = (tuple(_dot(row, column) for column in columns) for row in map(tuple, matrix))
     return "".join(next(each for each, vector in _VECTORS.items() if vector == row) for row in rows)

@@ -48,7 +48,7 @@ _Mark: TypeAlias = Any
 
 
 def parse(text: str) -> tuple[yaml.Node | None, Any]:
-    """Give the nodes of a text, which know their lines, and what they stand for.
+    """Returns the nodes of a text, which know their lines, and what they stand for.
 
     Raises `yaml.YAMLError` where it is no YAML, is larger or deeper than a document of ours can be, or holds
     what cannot be read as what it says it is.
@@ -100,7 +100,7 @@ class _Loader(Composer, SafeConstructor, Resolver, _Parser):
         self._extents: dict[int, _Extent] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Compose a node, within the bounds."""
+        """Composes a node, within the bounds."""
         event: Any = self.peek_event()
         self._level += 1
         self._count(1, 0, event.start_mark)

@@ -13,7 +13,7 @@ MOST_SKEW = 0.05
 
 
 def lower_hull(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Give the corners of the lower convex hull of points in order of their first coordinate."""
+    """Returns the corners of the lower convex hull of points in order of their first coordinate."""
     corners: list[tuple[float, float]] = []
     for point in points:
         add_corner(corners, point)
@@ -21,7 +21,7 @@ def lower_hull(points: Iterable[tuple[float, float]]) -> list[tuple[float, float
 
 
 def add_corner(corners: list[tuple[float, float]], point: tuple[float, float]) -> None:
-    """Add a point to the right of a lower hull, and drop the corners that lie above it by now."""
+    """Adds a point to the right of a lower hull, and drops the corners that lie above it by now."""
     x, y = point
     while len(corners) > 1:
         (x0, y0), (x1, y1) = corners[-2:]

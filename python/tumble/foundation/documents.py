@@ -130,7 +130,7 @@ VectorWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3,), gaps=True)]
 
 
 def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) -> Model:
-    """Read a YAML file into the model of a schema, in bounded time and memory whatever the file holds.
+    """Reads a YAML file into the model of a schema, in bounded time and memory whatever the file holds.
 
     Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
     """
@@ -187,7 +187,7 @@ def _read_text(path: Path, what: str) -> str:
 
 
 def document_kind(schema: str) -> FileKind:
-    """Give the kind of the documents that say `schema: NAME/VERSION`, of whatever version."""
+    """Returns the kind of the documents that say `schema: NAME/VERSION`, of whatever version."""
     name, _, _ = schema.partition("/")
     line = rf"^schema:\s*[\"']?{re.escape(name)}/"
     return FileKind(f"a document of schema {name}", re.compile(line.encode(), re.MULTILINE))
@@ -196,18 +196,18 @@ def document_kind(schema: str) -> FileKind:
 def write_document(
     path: Path | str, header: str, content: Mapping[str, Any], *, renews: bool = False
 ) -> None:
-    """Write a document; `content` begins with its `schema`, `renews` is as in `files.replacing`."""
+    """Writes a document; `content` begins with its `schema`, `renews` is as in `files.replacing`."""
     write_text(path, document_text(header, content), document_kind(content["schema"]), renews=renews)
 
 
 def document_text(header: str, content: Mapping[str, Any]) -> str:
-    """Print YAML with rows of numbers on one line each, under a comment; floats read back bit by bit."""
+    """Prints YAML with rows of numbers on one line each, under a comment; floats read back bit by bit."""
     comment = "".join(f"# {line}\n" for line in header.splitlines())
     return comment + yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
 
 
 def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say
-    """Read one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
+    """Reads one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
     return parse(text)[1]
 
 
@@ -267,7 +267,7 @@ def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
 
 
 def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
-    """Escape what no UTF-8 can say, as in names of files of other encodings: it could not be read again."""
+    """Escapes what no UTF-8 can say, as in names of files of other encodings: it could not be read again."""
     text = utf8(data).decode()
     return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
@@ -292,7 +292,7 @@ def _first(error: ValidationError) -> dict[str, Any]:
 
 
 def _part(part: object) -> str:
-    """Show a key, at most so much of it as a key of ours has."""
+    """Shows a key, at most so much of it as a key of ours has."""
     return str(part)[:_LONGEST_KEY]
 
 

@@ -19,7 +19,7 @@ class TumbleError(Exception):
 
 
 def _printable(text: str) -> str:
-    """Escape control characters but for ends of lines, so that no terminal obeys text from outside."""
+    """Escapes control characters but for ends of lines, so that no terminal obeys text from outside."""
     return "\n".join(plain(line) for line in text.split("\n"))
 
 

@@ -39,7 +39,7 @@ def file_stem(name: str) -> str:
 
 
 def unit_stem(name: str, ending: str) -> str:
-    """Name the files of a unit, without extension: `drive.spin`, but `spin` for a log of that name.
+    """Names the files of a unit, without extension: `drive.spin`, but `spin` for a log of that name.
 
     `ending` is one of a procedure's.
     """

@@ -87,7 +87,7 @@ class FilesOfCommand:
             self.locks.popitem()[1].release()
 
     def remarks(self) -> Iterator[str]:
-        """Name every file that was replaced, a line for each folder."""
+        """Names every file that was replaced, a line for each folder."""
         for folder in dict.fromkeys(path.parent for path in self.replaced):
             names = [path.name for path in self.replaced if path.parent == folder]
             more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
@@ -99,7 +99,7 @@ _running: FilesOfCommand | None = None
 
 @contextmanager
 def files_of_command() -> Iterator[FilesOfCommand]:
-    """Keep account, while the block runs, of what is read, which is then protected, and what is replaced.
+    """Keeps account, while the block runs, of what is read, which is then protected, and what is replaced.
 
     Folders that it writes into are its own until then; where it ends with an error none is left empty that it
     made.
@@ -131,7 +131,7 @@ def is_special(path: Path) -> bool:
 
 
 def note_input(path: Path) -> None:
-    """Protect a file that the running command reads; to be called wherever a file of the user is opened."""
+    """Protects a file that the running command reads; to be called wherever a file of the user is opened."""
     if _running is not None and path.is_file():
         _running.inputs.setdefault(_identity(path), path)
 
@@ -160,7 +160,7 @@ def replacing(
     renews: bool = False,
     durable: bool = False,
 ) -> Iterator[BinaryIO]:
-    """Open a new file, which takes the place of `path` once the block ends without an error.
+    """Opens a new file, which takes the place of `path` once the block ends without an error.
 
     `inputs` are not to be replaced, besides those of the running command. What `renews` was read before and
     lives on in what is written: that is neither an input to be protected nor worth a remark. What is
@@ -205,7 +205,7 @@ def _sync_folder(folder: Path) -> None:
 def check_output(
     path: Path | str, kind: FileKind, *, inputs: Iterable[Path] = (), renews: bool = False
 ) -> Path:
-    """Give the place that `replacing` would write to, or raise its errors before any long work is done."""
+    """Place that `replacing` would write to, or raises its errors before any long work is done."""
     path = Path(path)
     if str(path) == "-":
         raise OutputError("-: results are written to files, not to standard output; give a file name")
@@ -225,13 +225,13 @@ def check_output(
 
 
 def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = False) -> None:
-    """Write text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
+    """Writes text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
     with replacing(path, kind, renews=renews) as file:
         file.write(utf8(text))
 
 
 def append_line(path: Path, line: str) -> int:
-    """Append a line and give the byte at which it begins; one that was cut short before it ends there.
+    """Appends a line and returns the byte at which it begins; one that was cut short before it ends there.
 
     Raises `OutputError` where that cannot be done.
     """
@@ -248,7 +248,7 @@ def append_line(path: Path, line: str) -> int:
 
 
 def keep_stream(stream: BinaryIO, path: Path) -> None:
-    """Copy what is piped in to a new file; raises `OutputError` where that cannot be done."""
+    """Copies what is piped in to a new file; raises `OutputError` where that cannot be done."""
     try:
         with path.open("xb") as file:
             shutil.copyfileobj(stream, file)
@@ -259,7 +259,7 @@ def keep_stream(stream: BinaryIO, path: Path) -> None:
 
 
 def move_into(path: Path, folder: Path, name: str) -> Path:
-    """Move a file to a folder beside it under a name, or under `-2`, `-3` ... of it; give its place.
+    """Moves a file to a folder beside it under a name, or under `-2`, `-3` ... of it; returns its place.
 
     Raises `OutputError` where that cannot be done.
     """
@@ -273,7 +273,7 @@ def move_into(path: Path, folder: Path, name: str) -> Path:
 
 
 def set_aside(path: Path) -> Path:
-    """Rename a file to the first free of `.rejected`, `.rejected-2` ...: nothing is lost.
+    """Renames a file to the first free of `.rejected`, `.rejected-2` ...: nothing is lost.
 
     Raises `OutputError` where that cannot be done.
     """
@@ -288,7 +288,7 @@ def set_aside(path: Path) -> Path:
 
 
 def remove_made(*paths: Path) -> None:
-    """Remove files and folders that we made and that others of ours replace; one that is gone is no matter.
+    """Removes files and folders that we made and that others of ours replace; one that is gone is no matter.
 
     Raises `OutputError` where that cannot be done.
     """
@@ -325,7 +325,7 @@ def remove_link(path: Path) -> None:
 
 
 def set_attribute(path: Path, value: str) -> None:
-    """Set an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
+    """Sets an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
     path.write_text(value)
 
 
@@ -369,12 +369,12 @@ def _made(folder: Path) -> Path:
 
 
 def missing_folders(folder: Path) -> list[Path]:
-    """List the folders that are to be made for `folder` to be there, itself first."""
+    """Lists the folders that are to be made for `folder` to be there, itself first."""
     return [each for each in (folder, *folder.parents) if not each.exists()]
 
 
 def remove_empty(folders: Iterable[Path]) -> None:
-    """Remove folders that we made, one in another, as far as there is nothing in them."""
+    """Removes folders that we made, one in another, as far as there is nothing in them."""
     for folder in folders:
         try:
             folder.rmdir()

@@ -40,7 +40,7 @@ class FolderLock:
             self.path.unlink(missing_ok=True)
 
     def _is_ours(self) -> bool:
-        """Lock the file, unless who held it has removed it meanwhile."""
+        """Locks the file, unless who held it has removed it meanwhile."""
         try:
             _lock(self._file)
         except BlockingIOError:
@@ -67,7 +67,7 @@ def _opened(path: Path) -> int:
 
 
 def _locking() -> Callable[[int], None]:
-    """Give what locks an open file; it raises `BlockingIOError` where another process has."""
+    """Returns what locks an open file; it raises `BlockingIOError` where another process has."""
     try:
         import fcntl
     except ImportError:

@@ -81,7 +81,7 @@ class Goal:
 
     @classmethod
     def parse(cls, text: str) -> Goal:
-        """Read what is typed; a term without a triad is the accelerometer's.
+        """Reads what is typed; a term without a triad is the accelerometer's.
 
         Raises `ProcedureError` where it is none.
 
@@ -112,7 +112,7 @@ def _term(text: str, words: list[str]) -> GoalTerm:
 
 
 def _factors(triad: TriadName, group: str) -> Mapping[str, float]:
-    """Give by what a sigma is multiplied for each unit that may stand behind it."""
+    """Returns by what a sigma is multiplied for each unit that may stand behind it."""
     match group:
         case "bias":
             return {"": 1.0, UNITS[triad]: 1.0}

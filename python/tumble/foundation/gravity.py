@@ -10,7 +10,7 @@ from tumble.foundation.errors import ProcedureError
 
 
 def local_gravity(gravity: float | None, latitude: float | None, height: float | None) -> tuple[float, str]:
-    """Give gravity in m/s^2 and where it comes from; `latitude` in deg, `height` in m.
+    """Returns gravity in m/s^2 and where it comes from; `latitude` in deg, `height` in m.
 
     Raises `ProcedureError` where it cannot be the gravity of any place on Earth.
     """

@@ -419,7 +419,7 @@ def packing_of(head: bytes) -> Packing | None:
 
 
 def stem_of(path: Path) -> str:
-    """Give the name of a file without its ending, nor that of its packing: `log` of `log.csv.gz`."""
+    """Returns the name of a file without its ending, nor that of its packing: `log` of `log.csv.gz`."""
     return Path(_unpacked(path)).stem
 
 

@@ -27,15 +27,15 @@ class LogTime:
         return self.start if math.isfinite(self.start) else 0.0
 
     def since(self, time: float) -> float:
-        """Return the seconds from the first sample to `time`, s of the recording's own clock."""
+        """Returns the seconds from the first sample to `time`, s of the recording's own clock."""
         return time - self.zero
 
     def at(self, time: float, decimals: int = 1) -> str:
-        """Print `12.3 s`."""
+        """Prints `12.3 s`."""
         return f"{self._printed(time, decimals)} s"
 
     def span(self, start: float, end: float, decimals: int = 1) -> str:
-        """Print `12.3 to 45.6`, to stand before a unit or in a column that has it."""
+        """Prints `12.3 to 45.6`, to stand before a unit or in a column that has it."""
         return f"{self._printed(start, decimals)} to {self._printed(end, decimals)}"
 
     @property

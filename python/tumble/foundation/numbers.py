@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def number_of(text: str, decimal_point: str = ".") -> float | None:
-    """Read a number, with sign, fraction and exponent as `-1.5e-3` has them, or `nan` or `inf`; None if none.
+    """Reads a number, with sign, fraction and exponent as `-1.5e-3` has them, or `nan` or `inf`; or None.
 
     Python alone would read `1_0` as ten, and the digits of every script: in a log both are a torn line.
     """

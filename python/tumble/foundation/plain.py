@@ -12,7 +12,7 @@ import numpy as np
 
 
 def plain(value: object) -> object:
-    """Turn data classes, numpy values, tuples and paths, which results hold, into what YAML and JSON know."""
+    """Turns data classes, numpy values, tuples and paths, which results hold, into types of YAML and JSON."""
     if is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, np.ndarray | np.generic):
@@ -25,7 +25,7 @@ def plain(value: object) -> object:
 
 
 def finite(value: object) -> object:
-    """Turn it plain, with None for what is not a finite number, which JSON does not have."""
+    """Turns it plain, with None for what is not a finite number, which JSON does not have."""
     value = plain(value)
     if isinstance(value, dict):
         return {key: finite(item) for key, item in value.items()}
@@ -35,7 +35,7 @@ def finite(value: object) -> object:
 
 
 def finite_or_none(value: float) -> float | None:
-    """Give a number as Python's own; None for what is not finite."""
+    """Returns a number as Python's own; None for what is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
@@ -53,6 +53,6 @@ _short = _Short()
 
 
 def short(value: object) -> str:
-    """Show a value in a message: at most 60 characters of it, however large it is."""
+    """Shows a value in a message: at most 60 characters of it, however large it is."""
     text = _short.repr(value)
     return text if len(text) <= _SHORT else f"{text[: _SHORT - 3]}..."

@@ -80,7 +80,7 @@ PROCEDURES = (
 
 
 def homes() -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Give the modules from which the package has functions and results, with their names."""
+    """Returns the modules from which the package has functions and results, with their names."""
     for each in PROCEDURES:
         yield f"{each.folder}.procedure", (each.word,)
         yield f"{each.folder}.result", (each.result,)

@@ -53,7 +53,7 @@ _maker: ContextVar[tuple[str, str]] = ContextVar("maker", default=("", ""))
 
 @contextmanager
 def made_by(operator: str, station: str) -> Iterator[None]:
-    """State who makes, and where, what is found while the block runs."""
+    """States who makes, and where, what is found while the block runs."""
     token = _maker.set((operator, station))
     try:
         yield
@@ -62,12 +62,12 @@ def made_by(operator: str, station: str) -> Iterator[None]:
 
 
 def provenance_now() -> Provenance:
-    """Give when and by whom a result is made; raises `TumbleError` as `date_now`."""
+    """Returns when and by whom a result is made; raises `TumbleError` as `date_now`."""
     return Provenance(date_now(), *_maker.get())
 
 
 def date_now() -> str:
-    """Give the time of a run, to the second, or that of `SOURCE_DATE_EPOCH`, in seconds since 1970.
+    """Returns the time of a run, to the second, or that of `SOURCE_DATE_EPOCH`, in seconds since 1970.
 
     Source: https://reproducible-builds.org/specs/source-date-epoch/. Raises `TumbleError` where it is no
     number of seconds.

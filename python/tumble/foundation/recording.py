@@ -117,7 +117,7 @@ class Metadata:
     """Remarks of the reader for the user: signs inverted, rows skipped."""
 
     def __post_init__(self) -> None:
-        """Escape control characters in the names of a log, which reach terminals and file names."""
+        """Escapes control characters in the names of a log, which reach terminals and file names."""
         for name in ("name", "source", "frame", "serial", "axes"):
             object.__setattr__(self, name, plain(getattr(self, name)))
         object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
@@ -150,7 +150,7 @@ class Recording:
         return self.metadata.name
 
     def need_both_triads(self, purpose: str) -> None:
-        """Raise `LogError`, in one line, where only one triad was recorded and `purpose` needs both."""
+        """Raises `LogError`, in one line, where only one triad was recorded and `purpose` needs both."""
         if len(self.metadata.triads) < len(TRIADS):
             raise LogError(
                 f"{self.metadata.source}: holds {self.metadata.triads[0]} readings only; {purpose} needs "
@@ -158,7 +158,7 @@ class Recording:
             )
 
     def chunks(self) -> Iterator[Chunk]:
-        """Pass over all samples, chunk by chunk."""
+        """Passes over all samples, chunk by chunk."""
         return self.open()
 
     @classmethod
@@ -173,7 +173,7 @@ class Recording:
         serial: str = "",
         clock: str = "",
     ) -> Recording:
-        """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
+        """Wraps arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
 
         Lists, any kind of float, and columns of tables will do; dates become s since 1970. None is for a
         triad that was not recorded.
@@ -214,7 +214,7 @@ class Table(Protocol):
     """Named columns in memory: a data frame of pandas or polars, a table of pyarrow, a mapping of arrays."""
 
     def __getitem__(self, name: Any, /) -> Any:  # noqa: ANN401 - such libraries type it in ways of their own
-        """Give the column of that name."""
+        """Returns the column of that name."""
 
 
 RecordingSource: TypeAlias = Recording | str | Path | Table
@@ -222,7 +222,7 @@ RecordingSource: TypeAlias = Recording | str | Path | Table
 
 
 def named_columns(source: object) -> dict[Any, str] | None:
-    """Give the names of a table's columns, as text, by what picks each; None for what is no table."""
+    """Returns the names of a table's columns, as text, by what picks each; None for what is no table."""
     if isinstance(source, str | Path | Recording):
         return None
     if isinstance(source, Mapping):
@@ -242,6 +242,6 @@ def named_columns(source: object) -> dict[Any, str] | None:
 
 
 def sources_of(given: RecordingSource | Sequence[RecordingSource]) -> list[RecordingSource]:
-    """List what may be one source or several."""
+    """Lists what may be one source or several."""
     one = isinstance(given, str | Path | Recording) or named_columns(given) is not None
     return [cast("RecordingSource", given)] if one else list(cast("Sequence[RecordingSource]", given))

@@ -66,10 +66,10 @@ class Tabular:
 
     @abstractmethod
     def rows(self) -> Iterator[Row]:
-        """Give the result line by line, every line with the same columns."""
+        """Returns the result line by line, every line with the same columns."""
 
     def to_frame(self) -> DataFrame:
-        """Give `rows()` as a data frame; raises `TumbleError` where pandas is not installed."""
+        """Returns `rows()` as a data frame; raises `TumbleError` where pandas is not installed."""
         return frame_of(self.rows())
 
 
@@ -106,7 +106,7 @@ class Collection(Generic[Item]):
         return any(wanted in (item.name,) or wanted is item for item in self._items())
 
     def __getitem__(self, wanted: str | int) -> Item:
-        """Find one; raises `KeyError` where none has that name, `IndexError` where there are not as many."""
+        """Finds one; raises `KeyError` where none has that name, `IndexError` where there are not as many."""
         items = self._items()
         if isinstance(wanted, int):
             return items[wanted]
@@ -163,7 +163,7 @@ class Parameter:
     """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
 
     def row(self) -> Row:
-        """Give it as columns of a table, its name as `parameter`."""
+        """Returns it as columns of a table, its name as `parameter`."""
         return {"parameter": self.name} | {
             name: getattr(self, name)
             for name in ("value", "sigma", "low", "high", "unit", "observable", "reason")
@@ -251,7 +251,7 @@ class Rest:
     """Why it was not used, or what is odd about it."""
 
     def from_start(self, time: LogTime) -> Rest:
-        """Give the rest with times from the first sample of its recording."""
+        """Returns the rest with times from the first sample of its recording."""
         return replace(self, start=time.since(self.start), end=time.since(self.end))
 
 
@@ -267,7 +267,7 @@ class Trace:
     """(n, 3) rad/s."""
 
     def from_start(self, time: LogTime) -> Trace:
-        """Give the recording with times from its first sample."""
+        """Returns the recording with times from its first sample."""
         return replace(self, time=self.time - time.zero)
 
 

@@ -22,7 +22,7 @@ class DocumentSchema:
     """Indicates whether a document must state its `schema`."""
 
     def load_model(self) -> Any:  # noqa: ANN401 - a model of pydantic, which is imported late
-        """Import the model."""
+        """Imports the model."""
         return getattr(import_module(self.module), self.model)
 
 
@@ -47,19 +47,19 @@ SCHEMAS = {
 
 
 def schema_stated(content: object) -> DocumentSchema | None:
-    """Give the kind of document that `schema: tumble-NAME/VERSION` says, if it says one."""
+    """Returns the kind of document that `schema: tumble-NAME/VERSION` says, if it says one."""
     name, _, _ = str(content)[:40].removeprefix("tumble-").partition("/")
     return SCHEMAS.get(name)
 
 
 def schema_in(head: bytes) -> DocumentSchema | None:
-    """Give the kind of document that begins like this, if it says one on a line of its own."""
+    """Returns the kind of document that begins like this, if it says one on a line of its own."""
     line = re.search(rb"^schema:\s*[\"']?(tumble-[\w-]+/)", head, re.MULTILINE)
     return schema_stated(line[1].decode()) if line else None
 
 
 def schema_text(schema: DocumentSchema) -> str:
-    """Write JSON Schema (draft 2020-12) of a document."""
+    """Writes JSON Schema (draft 2020-12) of a document."""
     import json
 
     from pydantic.json_schema import GenerateJsonSchema

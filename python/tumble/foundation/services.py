@@ -100,6 +100,6 @@ def refused(procedure: str, missing: Triad) -> Service:
 
 
 def lacking_triad(evidence: Evidence, procedure: str) -> Service | None:
-    """Refuse a recording for a procedure that needs both triads; None where both were recorded."""
+    """Refuses a recording for a procedure that needs both triads; None where both were recorded."""
     needed: tuple[Triad, ...] = ("accelerometer", "gyroscope")
     return next((refused(procedure, triad) for triad in needed if triad not in evidence.triads), None)

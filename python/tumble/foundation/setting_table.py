@@ -23,7 +23,7 @@ _THRESHOLD = re.compile(rf"\s*(?P<error>{_KNOWN_ERROR})?(?P<number>{_NUMBER})\s*
 
 
 def _threshold(value: object) -> object:
-    """Read `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`; give it without spaces."""
+    """Reads `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`; returns it without spaces."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value
     match = _THRESHOLD.fullmatch(str(value))
@@ -132,7 +132,7 @@ class Explained:
 
 
 def explain(table: _core.SettingTable) -> Iterator[Explained]:
-    """Give every setting of a table, in order."""
+    """Returns every setting of a table, in order."""
     for row in _core.setting_table(table):
         yield Explained(row["group"], row["name"], meaning(row), row["unit"], row["choices"], row["default"])
 

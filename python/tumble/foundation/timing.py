@@ -29,7 +29,7 @@ class TimeWatch:
         self._squares = 0.0
 
     def begin_part(self) -> None:
-        """Forget the last time stamp: the next file has a clock of its own."""
+        """Forgets the last time stamp: the next file has a clock of its own."""
         self._last = math.nan
 
     def push(self, time: FloatArray) -> None:
@@ -82,7 +82,7 @@ class TimeWatch:
         self._squares += usual * usual
 
     def _learn(self, steps: FloatArray) -> None:
-        """Call a gap what is half an interval too long, or further out where the first samples jitter."""
+        """Calls a gap what is half an interval too long, or further out where the first samples jitter."""
         self._usual = float(np.median(steps))
         scatter = 1.4826 * float(np.median(np.abs(steps - self._usual)))
         self._gap = self._usual + max(0.5 * self._usual, 6.0 * scatter)

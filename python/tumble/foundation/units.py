@@ -24,11 +24,11 @@ CHANNELS: Final[tuple[Channel, ...]] = get_args(Channel)
 
 
 def channels_of(triad: Triad) -> tuple[Channel, ...]:
-    """Return the three channels of a triad, x first."""
+    """Returns the three channels of a triad, x first."""
     start = 3 * TRIADS.index(triad)
     return CHANNELS[start : start + 3]
 
 
 def triad_of(channel: Channel) -> Triad:
-    """Return the triad that a channel is an axis of."""
+    """Returns the triad that a channel is an axis of."""
     return TRIADS[CHANNELS.index(channel) // 3]

@@ -26,12 +26,12 @@ LISTENING: Final[Listening] = "listening"
 
 
 def count_of(thing: str, count: int) -> str:
-    """Print `1 target`, `5 targets`."""
+    """Prints `1 target`, `5 targets`."""
     return f"{count} {thing}{'' if count == 1 else 's'}"
 
 
 def join(names: Sequence[str]) -> str:
-    """Join to `a`, `a and b`, `a, b and c`."""
+    """Joins to `a`, `a and b`, `a, b and c`."""
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
@@ -41,18 +41,18 @@ _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u200e\u200f\u202a-\u202e\
 
 
 def plain(text: str) -> str:
-    """Write control characters of text from outside as escapes, so that no terminal obeys them."""
+    """Writes control characters of text from outside as escapes, so that no terminal obeys them."""
     return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def quoted(text: str) -> str:
-    """Quote text from outside: its beginning, without control characters."""
+    """Quotes text from outside: its beginning, without control characters."""
     short = text if len(text) <= _LONGEST_QUOTED else f"{text[:_LONGEST_QUOTED]}..."
     return f"'{plain(short)}'"
 
 
 def length_of_time(seconds: float) -> str:
-    """Print how long something takes: `40 s`, `7.5 min`, `3 h`, `2.5 days`."""
+    """Prints how long something takes: `40 s`, `7.5 min`, `3 h`, `2.5 days`."""
     unit, scale = "s", 1.0
     for name, size in _LENGTHS.items():
         if seconds >= 2.0 * size:
@@ -62,12 +62,12 @@ def length_of_time(seconds: float) -> str:
 
 
 def printable(text: str) -> str:
-    """Escape what a terminal would obey, such as the escape sequences that a name from outside may hold."""
+    """Escapes what a terminal would obey, such as the escape sequences that a name from outside may hold."""
     return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 def defused(text: str) -> str:
-    """Give text of others for a cell of a CSV file, so that no spreadsheet takes it for a formula.
+    """Returns text of others for a cell of a CSV file, so that no spreadsheet takes it for a formula.
 
     Numbers stay as they are. Source: https://owasp.org/www-community/attacks/CSV_Injection.
     """
@@ -77,12 +77,12 @@ def defused(text: str) -> str:
 
 
 def utf8(text: str) -> bytes:
-    """Encode text; bytes of names that are no UTF-8 are escaped, as a shell would show them."""
+    """Encodes text; bytes of names that are no UTF-8 are escaped, as a shell would show them."""
     return text.encode("utf-8", ESCAPED)
 
 
 def _escape(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Escape a byte of a name, which Python keeps as a lone surrogate, by its value, others by number."""
+    """Escapes a byte of a name, which Python keeps as a lone surrogate, by its value, others by number."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     letter = error.object[error.start]

@@ -46,14 +46,14 @@ class Address:
         return f"{self.scheme}:{self.place}?{query}"
 
     def refuse_other_settings(self, *known: str) -> None:
-        """Raise `LogError` where a setting is none of `known`: a misspelt one would be passed over."""
+        """Raises `LogError` where a setting is none of `known`: a misspelt one would be passed over."""
         for key in self.settings:
             if key not in known:
                 listed = ", ".join(known) or "none"
                 raise LogError(f"{self.text}: no setting {key!r} for {self.scheme}; known: {listed}")
 
     def number(self, key: str, default: float, *, least: float | None = None) -> float:
-        """Give a setting that is a number above zero, or `least` or more; `LogError` where it is none."""
+        """Returns a setting that is a number above zero, or `least` or more; `LogError` where it is none."""
         text = self.settings.get(key)
         if text is None:
             return default
@@ -96,7 +96,7 @@ def parse_address(text: str) -> Address:
 
 
 def _place_and_unit(scheme: str, place: str) -> tuple[str, str | None]:
-    """Split `PLACE:UNIT`, where UNIT names one of several IMUs."""
+    """Splits `PLACE:UNIT`, where UNIT names one of several IMUs."""
     if scheme == STANDARD_INPUT:
         return "", place or None
     if scheme in _NETWORK_SCHEMES and (found := _ON_NETWORK.fullmatch(place)):
@@ -109,7 +109,7 @@ def _place_and_unit(scheme: str, place: str) -> tuple[str, str | None]:
 
 
 def host_and_port(address: Address, place: str) -> tuple[str, int]:
-    """Read `HOST:PORT`, or `:PORT` for programs on this machine; raises `LogError` where it is neither."""
+    """Reads `HOST:PORT`, or `:PORT` for programs on this machine; raises `LogError` where it is neither."""
     host, _, port = place.rpartition(":")
     number = number_of(port) if port.isalnum() else None
     if number is None or not 0.0 < number < 1 << 16:

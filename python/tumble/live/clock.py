@@ -38,7 +38,7 @@ class DeviceClock:
     _rounds: float = 0.0
 
     def stamp(self, stamps: FloatArray) -> FloatArray:
-        """Give (n,) stamps, in the unit of the device, without the leaps of a counter."""
+        """Returns (n,) stamps, in the unit of the device, without the leaps of a counter."""
         if len(stamps) <= FEW_SAMPLES and self._runs_on(stamps):
             return stamps + COUNTER * self._rounds
         stamps = without_absurd(stamps)
@@ -138,7 +138,7 @@ class CountingClock:
     _count: int = 0
 
     def stamp(self, count: int) -> FloatArray:
-        """Give s since the first sample, of the next `count` samples."""
+        """Returns s since the first sample, of the next `count` samples."""
         time: FloatArray = np.arange(self._count, self._count + count, dtype=np.float64) / self.rate
         self._count += count
         return time
@@ -152,7 +152,7 @@ class ArrivalClock:
     _last: float = 0.0
 
     def stamp(self, count: int, arrival: float) -> FloatArray:
-        """Give s since the first sample, of `count` samples that arrived together at `arrival`, s.
+        """Returns s since the first sample, of `count` samples that arrived together at `arrival`, s.
 
         Of the first arrival only the last sample has a time; the others are NaN.
         """

@@ -99,7 +99,7 @@ class Conditioner:
         return tuple(notices)
 
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
-        """Give what can be used by now: nothing until there are samples enough to decide units from.
+        """Returns what can be used by now: nothing until there are samples enough to decide units from.
 
         `arrival` is when the readings came, s of `time.monotonic()`.
 
@@ -119,7 +119,7 @@ class Conditioner:
         return self._ordered(Readings(self._conversion(head.samples), head.moving), arrival)
 
     def due(self) -> LiveChunk:
-        """Give samples that have waited long enough for others by now."""
+        """Returns samples that have waited long enough for others by now."""
         if self._order is None:
             return EMPTY
         readings, arrival = self._order.due(time.monotonic())

@@ -54,14 +54,14 @@ class DelayCounts:
     _counts: list[int] = field(default_factory=lambda: [0] * (DELAYS_PER_OCTAVE * OCTAVES + 1))
 
     def add(self, delays: Sequence[float]) -> None:
-        """Count delays, s."""
+        """Counts delays, s."""
         for delay in delays:
             self.largest = max(self.largest, delay)
             place = DELAYS_PER_OCTAVE * math.log2(max(delay / FINEST_DELAY, 1.0))
             self._counts[min(int(place), len(self._counts) - 1)] += 1
 
     def quantile(self, share: float) -> float:
-        """Give the delay, s, that this share of all stays below, to a fifth of it; NaN before the first."""
+        """Delay, s, that this share of all stays below, to a fifth of it; NaN before the first."""
         total = sum(self._counts)
         if total == 0:
             return math.nan
@@ -198,7 +198,7 @@ class HostClock:
         return np.array(host)
 
     def _watch_steps(self, stamps: list[float], arrivals: list[float]) -> None:
-        """Note where stamps step unevenly: only there can the sensor's clock have been set."""
+        """Notes where stamps step unevenly: only there can the sensor's clock have been set."""
         for stamp, arrival in zip(stamps, arrivals, strict=True):
             step, came = stamp - self._stamp, arrival - self._arrival
             if abs(step - self._step) > UNEVEN * self._step:
@@ -230,7 +230,7 @@ class HostClock:
         self._line.add(since, delay)
 
     def _relative(self, stamp: float, arrival: float) -> tuple[float, float]:
-        """Stamp, and delay beyond the first one's, in s."""
+        """Stamps, and delay beyond the first one's, in s."""
         assert self._first is not None, "counted from the first sample"
         since = stamp - self._first[0]
         return since, arrival - self._first[1] - since

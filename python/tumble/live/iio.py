@@ -102,7 +102,7 @@ class IioSource(ConditionedSource):
         )
 
     def _two(self) -> RawSamples:
-        """Give the gyroscope's samples, with the accelerometer's readings at their times."""
+        """Returns the gyroscope's samples, with the accelerometer's readings at their times."""
         for triad, device in self._devices.items():
             numbers = device.receive()
             self._matched.add(triad, numbers[TIMESTAMP], device.triad(triad, numbers))
@@ -151,7 +151,7 @@ class _Matched:
         self._readings[triad] = np.concatenate([self._readings[triad], readings])
 
     def samples(self) -> RawSamples:
-        """Give the gyroscope's samples that lie between two of the accelerometer's."""
+        """Returns the gyroscope's samples that lie between two of the accelerometer's."""
         at, known = self._time["gyroscope"], self._time["accelerometer"]
         if not len(known):
             return RawSamples(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
@@ -177,7 +177,7 @@ def _temperature(device: IioDevice, numbers: Mapping[str, FloatArray]) -> FloatA
 
 
 def _with(triad: Triad, devices: list[IioDevice], address: Address) -> IioDevice:
-    """Give the device that has the triad; raises `LogError` where none has."""
+    """Returns the device that has the triad; raises `LogError` where none has."""
     for device in devices:
         if triad in device.triads:
             return device

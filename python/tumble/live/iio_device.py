@@ -31,12 +31,12 @@ GET_PERMISSION = "run this as root, or give your group the right by a rule of ud
 
 
 def device_folders(root: Path) -> list[Path]:
-    """List the folders in which sysfs, below `root`, shows devices: `iio:device0`."""
+    """Lists the folders in which sysfs, below `root`, shows devices: `iio:device0`."""
     return sorted((root / DEVICES).glob("iio:device*"))
 
 
 def find_devices(address: Address, root: Path) -> list[IioDevice]:
-    """Find `device0`, `lsm6dsm` or `accel_3d+gyro_3d`; raises `LogError` where there is no such device."""
+    """Finds `device0`, `lsm6dsm` or `accel_3d+gyro_3d`; raises `LogError` where there is no such device."""
     known = {path.name.removeprefix("iio:"): path for path in device_folders(root)}
     if not known:
         raise LogError(f"{address.text}: no IIO device in {root / DEVICES}; is the sensor's driver loaded?")
@@ -121,7 +121,7 @@ class IioDevice:
         self._write(buffer / "enable", "1")
 
     def close(self) -> None:
-        """Stop capturing, and put back what was changed, the last first."""
+        """Stops capturing, and puts back what was changed, the last first."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
@@ -138,12 +138,12 @@ class IioDevice:
             raise self._error(f"what was changed cannot be put back: {failed[0]}")
 
     def fileno(self) -> int:
-        """Give the descriptor of the buffer."""
+        """Returns the descriptor of the buffer."""
         assert self._file is not None, "a buffer is waited for while it is open"
         return self._file
 
     def receive(self) -> dict[str, FloatArray]:
-        """Give the scans that have come, each channel (n,), unscaled; raises `LogError` where it is gone."""
+        """Scans that have come, each channel (n,), unscaled; raises `LogError` where it is gone."""
         assert self._file is not None, "a buffer is read while it is open"
         try:
             data = self._rest + os.read(self._file, PIECE_SCANS * self.scan.bytes)
@@ -156,7 +156,7 @@ class IioDevice:
         return self.scan.numbers(data[:whole])
 
     def triad(self, triad: Triad, numbers: Mapping[str, FloatArray]) -> FloatArray:
-        """Give (n, 3) readings, m/s^2 or rad/s, in the axes of what it is mounted in."""
+        """Returns (n, 3) readings, m/s^2 or rad/s, in the axes of what it is mounted in."""
         channel = CHANNELS[triad]
         axes = [self.scaled(f"{channel}_{axis}", numbers) for axis in "xyz"]
         matrix = self._mounting[triad]
@@ -164,13 +164,13 @@ class IioDevice:
         return readings if matrix is None else readings @ matrix.T
 
     def scaled(self, channel: str, numbers: Mapping[str, FloatArray]) -> FloatArray:
-        """Give a channel in the unit that IIO has for it: (reading + offset) times scale."""
+        """Returns a channel in the unit that IIO has for it: (reading + offset) times scale."""
         offset, scale = self._scaling[channel]
         scaled: FloatArray = (numbers[channel] + offset) * scale
         return scaled
 
     def mount_matrix(self, triad: Triad) -> FloatArray | None:
-        """Give the (3, 3) matrix to the axes of what it is mounted in; None where it is one, or unknown."""
+        """(3, 3) matrix to the axes of what it is mounted in; None where it is one, or unknown."""
         return self._mounting.get(triad)
 
     def _read_mount_matrix(self, triad: Triad) -> FloatArray | None:
@@ -263,7 +263,7 @@ class IioDevice:
             self._write(path, f"{rate:g}")
 
     def _write(self, path: Path, value: str) -> None:
-        """Change an attribute, and keep in mind what it was."""
+        """Changes an attribute, and keeps in mind what it was."""
         before = _text(path)
         if before == value:
             return
@@ -278,7 +278,7 @@ class IioDevice:
 
 
 def _text(path: Path) -> str:
-    """Read an attribute; empty where there is none."""
+    """Reads an attribute; empty where there is none."""
     try:
         return path.read_text().strip()
     except (FileNotFoundError, NotADirectoryError):

@@ -47,7 +47,7 @@ class Element:
 
 
 def parse_element(name: str, index: str, kind: str) -> Element | None:
-    """Read what sysfs says of a channel; None where that is nothing we know."""
+    """Reads what sysfs says of a channel; None where that is nothing we know."""
     found = _TYPE.fullmatch(kind.strip())
     if found is None or not index.strip().isdecimal():
         return None
@@ -90,7 +90,7 @@ class Scan:
         )
 
     def numbers(self, data: bytes) -> dict[str, FloatArray]:
-        """Give each channel of whole scans, (n,), unscaled; a time in ns is exact to 1 us."""
+        """Returns each channel of whole scans, (n,), unscaled; a time in ns is exact to 1 us."""
         words = np.frombuffer(data, self._words)
         return {name: _value(words[name], element) for name, element in self.elements.items()}
 
@@ -100,7 +100,7 @@ def _aligned(offset: int, size: int) -> int:
 
 
 def _value(words: NDArray[np.unsignedinteger[np.typing.NBitBase]], element: Element) -> FloatArray:
-    """Shift, mask and extend the sign."""
+    """Shifts, masks and extends the sign."""
     number = words.astype(np.uint64) >> np.uint64(element.shift)
     empty = np.uint64(64 - element.bits)
     number <<= empty

@@ -122,7 +122,7 @@ class LabelReader:
 
 
 def _objects(text: str, label: str) -> list[LabelledRow]:
-    """Read an object of JSON, or an array of them; what is none stays text."""
+    """Reads an object of JSON, or an array of them; what is none stays text."""
     if not text.startswith(("{", "[")):
         return [LabelledRow(label, text)]
     try:
@@ -163,7 +163,7 @@ class LabelChoice:
         self._kept: list[LabelledRow] = []
 
     def mine(self, rows: Sequence[LabelledRow]) -> list[Row]:
-        """Give those of the unit, with those of before once it is decided which they are.
+        """Returns those of the unit, with those of before once it is decided which they are.
 
         Raises `LogError` that lists the units heard, where the one that is wanted is none of them, or there
         are several and none is wanted.
@@ -173,7 +173,7 @@ class LabelChoice:
         return [row for label, row in rows if self._holds_all or label in (self.label, FOR_ALL)]
 
     def _weigh(self, rows: Sequence[LabelledRow]) -> Sequence[LabelledRow]:
-        """Decide whose rows are read, and give those that are no longer to be kept back."""
+        """Decides whose rows are read, and returns those that are no longer to be kept back."""
         torn, self._may_be_torn = int(self._may_be_torn), False
         self._without_label += sum(
             each.label == UNLABELLED and not _says_nothing(each) for each in rows[torn:]

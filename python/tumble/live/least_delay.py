@@ -104,7 +104,7 @@ class LeastDelay:
         return self._blocks[-1].corners[-1][0] - self._blocks[0].corners[0][0]
 
     def at(self, stamp: float) -> float:
-        """Give s of delay that the line has there."""
+        """Returns s of delay that the line has there."""
         return self.level + self.skew * (stamp - self.centre)
 
     def add(self, stamp: float, delay: float) -> None:
@@ -155,7 +155,7 @@ class LeastDelay:
         return 0.0, 0.0, 0.0
 
     def _heights(self, corners: list[tuple[float, float]], slope: float) -> list[float]:
-        """Give s by which the least delay of each block lies above the line of that slope (eq. 4)."""
+        """Returns s by which the least delay of each block lies above the line of that slope (eq. 4)."""
         level = min(y - slope * x for x, y in corners)
         return [min(y - slope * x for x, y in block.corners) - level for block in self._blocks]
 

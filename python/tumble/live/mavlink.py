@@ -94,7 +94,7 @@ class MavlinkLine(SharedLine[MavlinkMessage]):
         super()._open()
 
     def request(self, message: str) -> None:
-        """Ask for a message at the rate that is stated, if one is."""
+        """Asks for a message at the rate that is stated, if one is."""
         if not math.isnan(self._rate):
             dialect = imported(DIALECT, self.address.text, "live")
             request = MessageRequest(self.address, dialect, message, self.system, self._rate)
@@ -139,7 +139,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         return Readings(samples_of(messages, KINDS[self._chosen.message])), self._facts(self._chosen)
 
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
-        """Give the messages of the chosen sender; keep them back until there is one."""
+        """Returns the messages of the chosen sender; keeps them back until there is one."""
         mine = []
         for message in messages:
             sender = self._sender(message)
@@ -167,7 +167,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         return _Sender(name, system, message.get_srcComponent(), sensor)
 
     def _choose(self) -> list[MavlinkMessage]:
-        """Choose, of those that come about as often, the message that says most."""
+        """Chooses, of those that come about as often, the message that says most."""
         often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
         # A message spoilt on the way may bear any number.
         systems = sorted({sender.system for sender in often})
@@ -219,7 +219,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
 
 
 def _message_and_sensor(address: Address, unit: str | None) -> tuple[str | None, int | None]:
-    """Read `HIGHRES_IMU.1`: a message, and which of the sensors it may be from; None for any."""
+    """Reads `HIGHRES_IMU.1`: a message, and which of the sensors it may be from; None for any."""
     stated = address.settings.get("message")
     if stated is not None and stated not in KINDS:
         raise LogError(f"{address.text}: message={stated}: give one of {', '.join(KINDS)}")

@@ -240,7 +240,7 @@ class LiveSet:
         return max(0.0, min(until_heartbeat, BETWEEN_LOOKS) if self._polled else until_heartbeat)
 
     def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
-        """Give what has come, then what is due besides."""
+        """Returns what has come, then what is due besides."""
         self._listen()
         if self._keep_going:
             self._bring_back()
@@ -282,7 +282,7 @@ class LiveSet:
         return EMPTY
 
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
-        """Put samples on the clock of the set; leave out what is no newer than those before."""
+        """Puts samples on the clock of the set; leaves out what is no newer than those before."""
         unit.heard = time.monotonic()
         unit.timing.push(chunk.time)
         if not self._one_clock:
@@ -310,7 +310,7 @@ class LiveSet:
         self._heartbeat_at = min(unit.heard for unit in self._units.values()) + HEARTBEAT
 
     def _bring_back(self) -> None:
-        """Open anew, one after another, what was lost."""
+        """Opens anew, one after another, what was lost."""
         now = time.monotonic()
         for unit in self._units.values():
             if unit.retry_at <= now:
@@ -331,7 +331,7 @@ class LiveSet:
         self.on_event(SourceEvent("returned", unit.name, time.monotonic()))
 
     def _watch(self, unit: _Unit) -> None:
-        """Wait for a unit that was opened; several may be on one line."""
+        """Waits for a unit that was opened; several may be on one line."""
         unit.is_open, unit.heard, unit.line = True, time.monotonic(), unit.source.fileno()
         if unit.line is None:
             self._polled.append(unit)
@@ -341,7 +341,7 @@ class LiveSet:
             self._selector.register(unit.line, selectors.EVENT_READ, [unit])
 
     def _leave(self, unit: _Unit) -> None:
-        """Wait for a unit no longer, and let go of its line."""
+        """Waits for a unit no longer, and lets go of its line."""
         unit.is_open = False
         if unit.line is None:
             self._polled = [other for other in self._polled if other is not unit]
@@ -380,6 +380,6 @@ def open_set(
 
 
 def _waitable(given: Source | Opening) -> Source:
-    """Give a source that can be waited for; other packages bring some that can only be iterated."""
+    """Returns a source that can be waited for; other packages bring some that can only be iterated."""
     source = given() if callable(given) else given
     return source if hasattr(source, "read") else IteratedSource(source)

@@ -67,14 +67,14 @@ class Output(Protocol):
         """Address as typed by the user."""
 
     def open(self, facts: Facts) -> AbstractContextManager[Writer]:
-        """Open it; what it takes is there, or on its way, when `write` returns.
+        """Opens it; what it takes is there, or on its way, when `write` returns.
 
         Raises `OutputError`, in one line, as `write` does, where it takes no more.
         """
 
 
 def parse_output(text: str, *, as_json: bool = False) -> Output:
-    """Find the output that was typed: `stdout`, `udp://HOST:PORT`, `mavlink:udpout:HOST:PORT` or FILE.
+    """Finds the output that was typed: `stdout`, `udp://HOST:PORT`, `mavlink:udpout:HOST:PORT` or FILE.
 
     With `as_json` standard output is given a JSON object a sample, else rows under names of columns.
 
@@ -268,7 +268,7 @@ class _MavlinkMessages:
 
 
 def rows_of(chunk: Chunk) -> list[list[float]]:
-    """Give a row a sample, in the order of `NAMES`."""
+    """Returns a row a sample, in the order of `NAMES`."""
     times, triads = chunk.time.tolist(), (chunk.accelerometer.tolist(), chunk.gyroscope.tolist())
     rows = [[time, *force, *rate] for time, force, rate in zip(times, *triads, strict=True)]
     if chunk.temperature is not None:
@@ -278,7 +278,7 @@ def rows_of(chunk: Chunk) -> list[list[float]]:
 
 
 def json_lines(chunk: Chunk) -> list[str]:
-    """Give a JSON object a sample; what is no number is null."""
+    """Returns a JSON object a sample; what is no number is null."""
     # Written by hand: a library takes ten times as long, which counts at 8000 samples a second.
     plain = _JSON_ROW if chunk.temperature is not None else _JSON_ROW_WITHOUT_TEMPERATURE
     lines = [

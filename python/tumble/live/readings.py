@@ -24,7 +24,7 @@ class Readings:
         return len(self.samples)
 
     def part(self, which: slice | NDArray[np.bool_] | NDArray[np.int64]) -> Readings:
-        """Return some of the samples."""
+        """Returns some of the samples."""
         samples = self.samples
         return Readings(
             RawSamples(
@@ -54,7 +54,7 @@ class StreamFacts:
 
 
 def joined(pieces: Sequence[Readings]) -> Readings:
-    """Return readings that came one after another together."""
+    """Returns readings that came one after another together."""
     samples = [piece.samples for piece in pieces]
 
     def together(parts: list[FloatArray | None]) -> FloatArray | None:

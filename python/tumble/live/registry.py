@@ -51,7 +51,7 @@ def open_source(
     sender: str | None = None,
     lines: SharedLines | None = None,
 ) -> Source:
-    """Find the source for an address; enter it with `with` to open the line.
+    """Finds the source for an address; enters it with `with` to open the line.
 
     `options` say what the stream does not say itself, as for logs. Of a network only `sender` is listened to,
     as if `from=` were part of the address; without it, the first host that sends. Sources that are found with
@@ -91,7 +91,7 @@ def _heard_from(address: Address, sender: str) -> Address:
 
 
 def schemes() -> tuple[str, ...]:
-    """Give the schemes there are sources for, Tumble's own first."""
+    """Returns the schemes there are sources for, Tumble's own first."""
     own = (*LINES, *OWN)
     return (*own, *sorted(set(_installed()) - set(own)))
 

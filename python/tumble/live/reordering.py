@@ -51,7 +51,7 @@ class ReorderBuffer:
         return self.due(arrival)
 
     def due(self, now: float) -> tuple[Readings, float]:
-        """Return samples that have waited long enough at `now`, s of `time.monotonic()`; perhaps none."""
+        """Returns samples that have waited long enough at `now`, s of `time.monotonic()`; perhaps none."""
         if self._held is None:
             return NONE, now
         stamps = _stamps(self._held)
@@ -75,7 +75,7 @@ class ReorderBuffer:
         return True
 
     def _can_be_sorted(self, stamps: FloatArray) -> bool:
-        """Return False for stamps of a clock that leapt or began anew: their order is that of arrival."""
+        """Returns False for stamps of a clock that leapt or began anew: their order is that of arrival."""
         if not np.isfinite(stamps).all():
             return False
         newest = self._last if self._held is None else _stamps(self._held)[-1]
@@ -103,7 +103,7 @@ class ReorderBuffer:
         return given, arrival
 
     def _note(self, stamps: FloatArray) -> None:
-        """Keep the newest stamp, and let the usual step follow the rate, whatever single steps do."""
+        """Keeps the newest stamp, and lets the usual step follow the rate, whatever single steps do."""
         step = (float(stamps[-1]) - self._last) / len(stamps)
         if step > 0.0:
             self._usual += ADAPTATION * min(step - self._usual, self._usual)

@@ -75,7 +75,7 @@ class ReplaySource(PolledSource):
         return self._given(chunk, up_to, time.monotonic()) if up_to > self._done else EMPTY
 
     def wait(self, longest: float) -> None:
-        """Wait until the next sample is due, `longest` s at most."""
+        """Waits until the next sample is due, `longest` s at most."""
         if self._chunk is None or self._done >= len(self._chunk) or math.isinf(self._speed):
             return
         ahead = (float(self._chunk.time[self._done]) - self._due()) / self._speed
@@ -83,7 +83,7 @@ class ReplaySource(PolledSource):
             time.sleep(min(longest, ahead))
 
     def _unfinished(self) -> Chunk:
-        """Give the chunk that has samples left; raises `EOFError` after the last one."""
+        """Returns the chunk that has samples left; raises `EOFError` after the last one."""
         if self._chunk is None or self._done >= len(self._chunk):
             self._chunk, self._done = next(self._chunks, None), 0
             if self._wheels is not None and self._chunk is not None:
@@ -95,7 +95,7 @@ class ReplaySource(PolledSource):
         return self._chunk
 
     def _due(self) -> float:
-        """Give the time of the log that it is by now, s."""
+        """Returns the time of the log that it is by now, s."""
         return self._start + (time.monotonic() - self._began) * self._speed
 
     def _given(self, chunk: Chunk, up_to: int, arrival: float | None) -> LiveChunk:

@@ -23,7 +23,7 @@ class EchoedMessages:
         """Indicates whether a message was seen: from then on `---` belongs to one."""
 
     def gather(self, lines: Sequence[bytes]) -> Iterator[bytes]:
-        """Return lines, each message that is whole by now as one of them."""
+        """Returns lines, each message that is whole by now as one of them."""
         for line in lines:
             text = line.rstrip()
             if text == BEGIN:
@@ -39,7 +39,7 @@ class EchoedMessages:
                 yield line
 
     def _object(self) -> bytes:
-        """Return the message as JSON, or its first line where it cannot be read."""
+        """Returns the message as JSON, or its first line where it cannot be read."""
         try:
             _, content = parse(b"\n".join(self._lines).decode("utf-8", "replace"))
             return json.dumps(content, default=str).encode()

@@ -64,7 +64,7 @@ class _Layout:
         self._moving = len(self.wanted) - 1 if moving else None
 
     def numbers(self, text: str) -> list[float] | None:
-        """Read a row; None where it has not as many fields as columns, or one that is wanted is no number."""
+        """Reads a row; None where it has not as many fields as columns, or a wanted one is no number."""
         fields = text.split(self._delimiter)
         if len(fields) != len(self.names):
             return None
@@ -77,7 +77,7 @@ class _Layout:
         return None if None in numbers else cast("list[float]", numbers)
 
     def readings(self, rows: FloatArray) -> Readings:
-        """Give rows of what is wanted as samples."""
+        """Returns rows of what is wanted as samples."""
 
         def column(place: int | None) -> FloatArray | None:
             return None if place is None else rows[:, place].copy()
@@ -134,7 +134,7 @@ class RowReader:
         return notices
 
     def read(self, rows: Sequence[Row]) -> Readings | None:
-        """Read lines or objects; None where they hold no sample, or the columns are not known yet.
+        """Reads lines or objects; None where they hold no sample, or the columns are not known yet.
 
         Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
         """
@@ -160,7 +160,7 @@ class RowReader:
         return self._numbers_of_text(row)
 
     def _numbers_of_text(self, text: str) -> list[list[float]]:
-        """Give the rows that become readable with a line: none, one, or those kept back for want of names."""
+        """Rows that become readable with a line: none, one, or those kept back for want of names."""
         if text.startswith(("{", "[")):
             self._count_unreadable(text)
             return []
@@ -192,7 +192,7 @@ class RowReader:
         self._first = False
 
     def _keep_names_that_fit(self, row: str) -> None:
-        """Drop names that do not fit the first row after them."""
+        """Drops names that do not fit the first row after them."""
         self._layout_is_doubtful = False
         if self._layout is not None and self._layout.numbers(row) is None:
             self._layout = None
@@ -208,7 +208,7 @@ class RowReader:
         return columns[0] is None or len(triads) < 6
 
     def _find_layout_without_names(self, text: str) -> bool:
-        """Keep a row back until there are enough of them to tell what they hold; whether they are now."""
+        """Keeps a row back until there are enough of them to tell what they hold; whether they are now."""
         # Rows under names that are those of no IMU are no rows without names.
         if self._no_imu is not None or numbers_delimiter(text) is None:
             self._count_unreadable(text)
@@ -225,7 +225,7 @@ class RowReader:
         return True
 
     def _layout_or_complaint(self, names: tuple[str, ...], delimiter: str) -> _Layout | None:
-        """Give the layout under these names; None, and a line that is no sample, where they are no IMU's."""
+        """Layout under these names; None, and a line that is no sample, where they are no IMU's."""
         try:
             layout = self._layout_for(names, delimiter)
         except LogError as error:
@@ -268,7 +268,7 @@ class RowReader:
         raise LogError(f"{self._source}: no column {stated!r} for moving; columns found: {', '.join(names)}")
 
     def _numbers_of_object(self, value: dict[str, Any]) -> list[list[float]]:
-        """Read a JSON object; what it lacks is no number. None where it lacks everything."""
+        """Reads a JSON object; what it lacks is no number. None where it lacks everything."""
         numbers = _flat(value)
         if numbers is None:
             return self._sample_or_complaint(str(value), None)
@@ -311,7 +311,7 @@ def _state(values: FloatArray) -> FloatArray:
 
 
 def _flat(value: dict[str, Any]) -> dict[str, float] | None:
-    """Give every number of a JSON object by its path: `acc[0]`, `imu.gyro.x`; texts are passed over.
+    """Returns every number of a JSON object by its path: `acc[0]`, `imu.gyro.x`; texts are passed over.
 
     None where it is nested deeper than any sample.
     """
@@ -333,7 +333,7 @@ def _flat(value: dict[str, Any]) -> dict[str, float] | None:
 
 
 def _ros_stamp(value: object) -> float | None:
-    """Return s of a time as ROS writes it, `{sec, nanosec}` or `{secs, nsecs}`; None of anything else."""
+    """Returns s of a time as ROS writes it, `{sec, nanosec}` or `{secs, nsecs}`; None of anything else."""
     if not isinstance(value, dict) or len(value) != 2:
         return None
     for seconds, nanoseconds in _STAMP_FIELDS:

@@ -89,7 +89,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
 
     @abstractmethod
     def _readings(self, parts: Sequence[Part]) -> tuple[Readings, StreamFacts] | None:
-        """Find the samples of this unit, and what is known of them; None where there are none."""
+        """Finds the samples of this unit, and what is known of them; None where there are none."""
 
 
 class SharedLine(ABC, Generic[Part]):
@@ -119,24 +119,24 @@ class SharedLine(ABC, Generic[Part]):
         return (*self.transport.notices, *((others,) if self._shed else ()))
 
     def prove(self, arrival: float) -> None:
-        """Keep in mind who sent the samples that came at `arrival`, where that is certain."""
+        """Keeps in mind who sent the samples that came at `arrival`, where that is certain."""
         certain = self._senders if len(self._senders) == 1 else self._senders & self._proven.keys()
         self._proven |= dict.fromkeys(certain, arrival)
 
     def enter(self, unit: LineUnit[Part]) -> None:
-        """Open the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
+        """Opens the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
         if not self.units:
             self._open()
         self.units.append(unit)
 
     def leave(self, unit: LineUnit[Part]) -> None:
-        """Close the line where this was the last of its units."""
+        """Closes the line where this was the last of its units."""
         self.units.remove(unit)
         if not self.units:
             self._close()
 
     def fileno(self) -> int | None:
-        """Give a descriptor that is readable once something has come; None if there is none."""
+        """Returns a descriptor that is readable once something has come; None if there is none."""
         return self.transport.fileno()
 
     def receive(self) -> None:
@@ -200,7 +200,7 @@ class SharedLines:
         self._lines: dict[str, SharedLine[Any]] = {}
 
     def line(self, address: Address, make: Callable[[], SharedLine[Any]]) -> SharedLine[Any]:
-        """Give the line of an address, one that is `make`d where there is none, or where it was lost."""
+        """Returns the line of an address, one that is `make`d where there is none, or where it was lost."""
         line = self._lines.get(address.line)
         if line is None or line.lost:
             line = self._lines[address.line] = make()

@@ -24,7 +24,7 @@ LOG_CLOCK = "log"
 
 
 def nothing_came(name: str) -> LogError:
-    """Give the error for a source that has sent nothing for `FIRST_SAMPLE_WITHIN`."""
+    """Returns the error for a source that has sent nothing for `FIRST_SAMPLE_WITHIN`."""
     return LogError(
         f"{name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on, does it send to this "
         "address, and is the baud rate or port right?"
@@ -43,7 +43,7 @@ class LiveChunk(Chunk):
     """(n,) s of the sensor's own clock, where `time` is that of another."""
 
     def on_clock(self, time: FloatArray) -> LiveChunk:
-        """Give the samples with times of another clock, (n,) s; their own become `sensor_time`."""
+        """Returns the samples with times of another clock, (n,) s; their own become `sensor_time`."""
         return LiveChunk(
             time,
             self.accelerometer,
@@ -55,7 +55,7 @@ class LiveChunk(Chunk):
         )
 
     def part(self, which: slice) -> LiveChunk:
-        """Give some of the samples."""
+        """Returns some of the samples."""
         return replace(
             self, **{name: column[which] for name in _COLUMNS if (column := getattr(self, name)) is not None}
         )
@@ -112,10 +112,10 @@ class Source(Protocol):
     def __iter__(self) -> Iterator[LiveChunk]: ...
 
     def fileno(self) -> int | None:
-        """Give a descriptor that is readable once something has come; None if there is none."""
+        """Returns a descriptor that is readable once something has come; None if there is none."""
 
     def read(self) -> LiveChunk:
-        """Give what has come by now, without waiting; nothing may have.
+        """Returns what has come by now, without waiting; nothing may have.
 
         Raises `EOFError` where a stream that has an end is at it.
         """
@@ -142,7 +142,7 @@ class PolledSource(ABC):
         """See `Source`."""
 
     def wait(self, longest: float) -> None:
-        """Wait until something may have come, `longest` s at most."""
+        """Waits until something may have come, `longest` s at most."""
         line = self.fileno()
         if line is None:
             time.sleep(min(BETWEEN_LOOKS, longest))
@@ -169,7 +169,7 @@ class PolledSource(ABC):
 
 
 async def readable(line: int | None, longest: float) -> None:
-    """Wait, while other tasks run, until a descriptor is readable, `longest` s at most."""
+    """Waits, while other tasks run, until a descriptor is readable, `longest` s at most."""
     import asyncio
 
     if line is None:

@@ -59,7 +59,7 @@ class TcpConnection(NetworkSocket):
         return self
 
     def receive(self) -> bytes:
-        """Give the bytes that have come."""
+        """Returns the bytes that have come."""
         try:
             piece = self._socket.recv(PIECE)
         except BlockingIOError:
@@ -71,7 +71,7 @@ class TcpConnection(NetworkSocket):
         return piece
 
     def send(self, data: bytes) -> None:
-        """Send bytes to the other end."""
+        """Sends bytes to the other end."""
         try:
             self._socket.sendall(data)
         except OSError as error:
@@ -114,12 +114,12 @@ class StandardInput:
         self._line = None
 
     def fileno(self) -> int | None:
-        """Give the descriptor; None for a file, which is always ready and cannot be waited for."""
+        """Returns the descriptor; None for a file, which is always ready and cannot be waited for."""
         assert self._line is not None, "standard input is waited for while it is read"
         return None if stat.S_ISREG(os.fstat(self._line).st_mode) else self._line
 
     def receive(self) -> bytes:
-        """Give the bytes that have come; raises `EOFError` at their end."""
+        """Returns the bytes that have come; raises `EOFError` at their end."""
         assert self._line is not None, "standard input is read while it is open"
         if not select.select([self._line], [], [], 0.0)[0]:
             return b""
@@ -131,7 +131,7 @@ class StandardInput:
         return LINE_END
 
     def send(self, data: bytes) -> None:
-        """Raise `LogError`: a pipe leads one way."""
+        """Raises `LogError`: a pipe leads one way."""
         raise LogError(f"{self._address.text}: nothing can be sent to whoever writes there")
 
 
@@ -177,7 +177,7 @@ class GrowingFile:
         return self
 
     def _names(self) -> bytes:
-        """Give the line that names columns, which stands at the start of the file."""
+        """Returns the line that names columns, which stands at the start of the file."""
         assert self._file is not None, "the file was opened"
         for _ in range(LINES_BEFORE_NAMES):
             line = self._file.readline(LONGEST_LINE)
@@ -202,10 +202,10 @@ class GrowingFile:
             self._file = None
 
     def fileno(self) -> None:
-        """Give None: a file is always ready and cannot be waited for."""
+        """Returns None: a file is always ready and cannot be waited for."""
 
     def receive(self) -> bytes:
-        """Give what was added to the file."""
+        """Returns what was added to the file."""
         assert self._file is not None, "a file is read while it is open"
         try:
             names, self._waiting = self._waiting, b""
@@ -239,5 +239,5 @@ class GrowingFile:
             self._file = self._path.open("rb", buffering=0)
 
     def send(self, data: bytes) -> None:
-        """Raise `LogError`: a file is no device."""
+        """Raises `LogError`: a file is no device."""
         raise LogError(f"{self._address.text}: nothing can be sent to a file")

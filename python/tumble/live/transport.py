@@ -58,16 +58,16 @@ class Transport(Protocol):
         """Notices on received bytes, for the user."""
 
     def fileno(self) -> int | None:
-        """Give the descriptor to wait on; None where the line has none."""
+        """Returns the descriptor to wait on; None where the line has none."""
 
     def receive(self) -> bytes:
-        """Give what has come, without waiting; empty if nothing has.
+        """Returns what has come, without waiting; empty if nothing has.
 
         Raises `LogError` where the line is lost.
         """
 
     def send(self, data: bytes) -> None:
-        """Answer whoever sends here; raises `LogError` where the line is lost."""
+        """Answers whoever sends here; raises `LogError` where the line is lost."""
 
     def __enter__(self) -> Transport: ...
 
@@ -109,7 +109,7 @@ class SerialLine:
             self._port = None
 
     def fileno(self) -> int | None:
-        """Give the descriptor of the port; Windows has none."""
+        """Returns the descriptor of the port; Windows has none."""
         assert self._port is not None, "a serial line is waited for while it is open"
         try:
             return int(self._port.fileno())
@@ -117,7 +117,7 @@ class SerialLine:
             return None
 
     def receive(self) -> bytes:
-        """Give the bytes that have come."""
+        """Returns the bytes that have come."""
         assert self._port is not None, "a serial line is read while it is open"
         serial = imported("serial", self._address.text, "live")
         try:
@@ -126,7 +126,7 @@ class SerialLine:
             raise self._lost() from error
 
     def send(self, data: bytes) -> None:
-        """Send bytes to the device."""
+        """Sends bytes to the device."""
         assert self._port is not None, "a serial line is written to while it is open"
         serial = imported("serial", self._address.text, "live")
         try:
@@ -155,7 +155,7 @@ class NetworkSocket:
             self._opened = None
 
     def fileno(self) -> int:
-        """Give the descriptor of the socket."""
+        """Returns the descriptor of the socket."""
         return self._socket.fileno()
 
     @property
@@ -227,7 +227,7 @@ class DatagramSocket(NetworkSocket):
         return frozenset(str(place[0]) for *_, place in found)
 
     def receive(self) -> bytes:
-        """Give the next datagram that has come."""
+        """Returns the next datagram that has come."""
         try:
             datagram, sender = self._receive()
         except BlockingIOError:
@@ -250,7 +250,7 @@ class DatagramSocket(NetworkSocket):
         return datagram, sender
 
     def send(self, data: bytes) -> None:
-        """Send a datagram to where the first one came from; before that there is nobody to send to."""
+        """Sends a datagram to where the first one came from; before that there is nobody to send to."""
         if self._sender is None:
             return
         try:

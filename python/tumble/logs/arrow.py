@@ -16,7 +16,7 @@ from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Tr
 
 
 def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
-    """Find the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
+    """Finds the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
     return find_imus(_leaf_names(schema), path, options)
 
 
@@ -28,7 +28,7 @@ def imu_in(
     format_: str,
     batches: Callable[[ImuColumns], Iterator[pa.RecordBatch]],
 ) -> LoggedImu:
-    """Find one IMU of a table, which `batches` starts a fresh pass over, with those columns at least.
+    """Finds one IMU of a table, which `batches` starts a fresh pass over, with those columns at least.
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
@@ -68,7 +68,7 @@ def _leaf_names(schema: pa.Schema) -> list[str]:
 
 
 def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
-    """Give the numbers in these columns; raises `LogError` where one holds something else."""
+    """Returns the numbers in these columns; raises `LogError` where one holds something else."""
     table = pa.Table.from_batches([batch])
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
@@ -83,7 +83,7 @@ def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
 
 
 def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
-    """Give the unit of time: that of dates, which are read as ns, else what the column's name says."""
+    """Returns the unit of time: that of dates, which are read as ns, else what the column's name says."""
     if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
         return StatedUnit("ns", COLUMN_TYPE)
     return columns.time_unit

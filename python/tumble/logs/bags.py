@@ -51,7 +51,7 @@ class Bag(Protocol):
         ...
 
     def facts(self) -> dict[str, str]:
-        """Give what Tumble wrote beside the messages: `serial`, `corrected`."""
+        """Returns what Tumble wrote beside the messages: `serial`, `corrected`."""
         ...
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:

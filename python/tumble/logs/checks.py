@@ -58,7 +58,7 @@ class Oddities:
     first: str = ""
 
     def add(self, other: Oddities) -> None:
-        """Count what came after."""
+        """Counts what came after."""
         self.count += other.count
         self.first = self.first or other.first
 
@@ -92,7 +92,7 @@ class Warming:
         self.first, self.last = min(self.first, other.first), max(self.last, other.last)
 
     def notices(self) -> tuple[str, ...]:
-        """Report warming faster than any sensor warms."""
+        """Reports warming faster than any sensor warms."""
         span, duration = self.high - self.low, self.last - self.first
         if not (span > _LEAST_WARMING and span > _FASTEST_WARMING * duration):
             return ()
@@ -128,7 +128,7 @@ class Counts:
     """Temperature over the whole pass."""
 
     def add(self, other: Counts) -> None:
-        """Count what another pass has met as well."""
+        """Counts what another pass has met as well."""
         self.read += other.read
         self.duplicates += other.duplicates
         self.clashes += other.clashes
@@ -212,7 +212,7 @@ class ChunkStream(Iterator[Chunk]):
         return next(self._chunks)
 
     def close(self) -> None:
-        """Stop reading and let go of the file."""
+        """Stops reading and lets go of the file."""
         self._chunks.close()
 
     def _generate(self, pieces: Iterator[RawSamples]) -> Generator[Chunk, None, None]:
@@ -234,7 +234,7 @@ class ChunkStream(Iterator[Chunk]):
         self._check_totals()
 
     def _finished(self, kept: Chunk) -> Iterator[Chunk]:
-        """Give what is left of a chunk, if anything is, without duplicates and gaps of temperature."""
+        """Returns what is left of a chunk, if anything is, without duplicates and gaps of temperature."""
         chunk = self._drop_duplicates(kept)
         if len(chunk) == 0:
             return
@@ -267,7 +267,7 @@ class ChunkStream(Iterator[Chunk]):
         return select(chunk, possible), numbers[possible]
 
     def _quantities(self, chunk: Chunk) -> Mapping[Measured, FloatArray]:
-        """Give what was recorded."""
+        """Returns what was recorded."""
         found: dict[Measured, FloatArray] = {"time": chunk.time}
         for triad in self._track.triads:
             found[triad] = getattr(chunk, triad)
@@ -279,7 +279,7 @@ class ChunkStream(Iterator[Chunk]):
         return all(_largest(values) <= self._largest_usual[what] for what, values in quantities.items())
 
     def _in_order(self, chunk: Chunk, numbers: Numbers) -> list[Rows]:
-        """Sort samples by time; give those that are ready."""
+        """Sorts samples by time; returns those that are ready."""
         try:
             ready = self._order.push(chunk, numbers)
         except WrongOrderError as error:
@@ -288,7 +288,7 @@ class ChunkStream(Iterator[Chunk]):
         return ready
 
     def _rest(self) -> list[Rows]:
-        """Give the samples that were held for sorting."""
+        """Returns the samples that were held for sorting."""
         try:
             ready = self._order.finish()
         except WrongOrderError as error:
@@ -334,7 +334,7 @@ class ChunkStream(Iterator[Chunk]):
         return ~found
 
     def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
-        """Count readings that are in the range of sensors, but not in that of the samples about them."""
+        """Counts readings that are in the range of sensors, but not in that of the samples about them."""
         for what in self._track.triads:
             values, least = self._quantities(chunk)[what], _SMALLEST_SPIKE[what]
             if len(chunk) < _FEWEST_FOR_SPIKES or not _largest(values) > least:
@@ -348,7 +348,7 @@ class ChunkStream(Iterator[Chunk]):
     def _note(
         self, oddities: Oddities, count: int, chunk: Chunk, numbers: Numbers, what: Measured, at: int
     ) -> None:
-        """Count oddities of one kind; the first is described with place, value and time."""
+        """Counts oddities of one kind; the first is described with place, value and time."""
         seen = ""
         if not oddities.count:
             values = self._quantities(chunk)[what].reshape(len(chunk), -1)[at]
@@ -405,7 +405,7 @@ class ChunkStream(Iterator[Chunk]):
         return differs
 
     def _hold_temperature(self, chunk: Chunk) -> Chunk:
-        """Fill gaps in temperature, which is often logged less often, with the value before."""
+        """Fills gaps in temperature, which is often logged less often, with the value before."""
         if chunk.temperature is None or not np.isnan(chunk.temperature).any():
             return chunk
         before = np.nan
@@ -416,7 +416,7 @@ class ChunkStream(Iterator[Chunk]):
         return replace(chunk, temperature=values[latest][1:])
 
     def _refuse_degrees(self, chunk: Chunk) -> None:
-        """Raise `LogError` where rates of unknown unit are too large for rad/s, but for single samples."""
+        """Raises `LogError` where rates of unknown unit are too large for rad/s, but for single samples."""
         if not self._gyroscope_unit_is_assumed or len(chunk) == 0:
             return
         largest = np.nan_to_num(_largest_each(chunk.gyroscope))
@@ -473,7 +473,7 @@ def _largest_each(values: FloatArray) -> FloatArray:
 
 
 def _stand_alone(values: FloatArray, least: float) -> Mask:
-    """Find the samples of (n, 3) that read more than `least` and twice what those beside them do."""
+    """Finds the samples of (n, 3) that read more than `least` and twice what those beside them do."""
     largest = np.nan_to_num(_largest_each(values))
     if len(largest) < 2:
         return largest > least

@@ -183,7 +183,7 @@ _NAMES_TO_REMEMBER = 1024
 
 @lru_cache(_NAMES_TO_REMEMBER)
 def recognise(name: str) -> Column | None:
-    """Read the name of a column; None if it is none of ours."""
+    """Reads the name of a column; None if it is none of ours."""
     if len(name) > _LONGEST_NAME:  # The patterns take time that grows with the square of it.
         return None
     bracketed = _BRACKETS.match(name)
@@ -208,7 +208,7 @@ def recognise(name: str) -> Column | None:
 
 
 def _prefix(stem: str, match: re.Match[str]) -> str:
-    """Return what tells sensors of one kind apart: the words before the name, and its range."""
+    """Returns what tells sensors of one kind apart: the words before the name, and its range."""
     groups = [group for group in ("imu", "range") if match.groupdict().get(group)]
     return "_".join(stem[match.start(group) : match.end(group)] for group in groups)
 
@@ -216,7 +216,7 @@ def _prefix(stem: str, match: re.Match[str]) -> str:
 def find_imus(
     names: Sequence[str], path: Path | str, options: ReadOptions = _SELF_EXPLAINING
 ) -> dict[str, ImuColumns]:
-    """Give the columns of every IMU of a table, by prefix, with what `options` state of them.
+    """Returns the columns of every IMU of a table, by prefix, with what `options` state of them.
 
     An IMU of which all columns of one triad are missing has the other one. Where `options` ask for one
     channel, its column stands for all three of its triad, and the other triad is missing.
@@ -249,7 +249,7 @@ def _single_axis(
     recognised: Mapping[str, Column | None],
     stated: Mapping[str, str],
 ) -> ImuColumns:
-    """Find the column of one channel: the one stated, the one named so, or the only one left."""
+    """Finds the column of one channel: the one stated, the one named so, or the only one left."""
     triad, axis = triad_of(channel), channels_of(triad_of(channel)).index(channel)
     named = [
         name
@@ -298,7 +298,7 @@ def _with_shared_gyroscope(imus: Mapping[str, ImuColumns]) -> dict[str, ImuColum
 
 
 def choose_imu(path: Path, imus: Mapping[str, ImuColumns], wanted: str | None) -> str:
-    """Pick one IMU of a table by its prefix.
+    """Picks one IMU of a table by its prefix.
 
     Raises `LogError` where several are there and none is wanted: with a `--columns` to copy, where they share
     a gyroscope.
@@ -316,7 +316,7 @@ def choose_imu(path: Path, imus: Mapping[str, ImuColumns], wanted: str | None) -
 def unread_accelerometers(
     names: Sequence[str], columns: Mapping[str, str], imus: Mapping[str, ImuColumns]
 ) -> tuple[str, ...]:
-    """Name the accelerometers that stand beside a whole IMU and are not read."""
+    """Names the accelerometers that stand beside a whole IMU and are not read."""
     if columns or len(imus) != 1:
         return ()
     (read,) = imus.values()
@@ -333,7 +333,7 @@ def unread_accelerometers(
 
 
 def _without_gravity(names: Sequence[str], path: Path | str) -> str:
-    """Refuse acceleration of which gravity was taken off; empty where there is none."""
+    """Refuses acceleration of which gravity was taken off; empty where there is none."""
     found = [name for name in names if _LEFT_OUT.fullmatch(name)]
     if not found:
         return ""
@@ -344,7 +344,7 @@ def _without_gravity(names: Sequence[str], path: Path | str) -> str:
 
 
 def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
-    """Give the time column where no name says so: the only one with a unit of time behind it, as `mcu_us`."""
+    """Time column where no name says so: the only one with a unit of time behind it, as `mcu_us`."""
     if any(column and column.quantity == "time" for column in recognised.values()):
         return {}
     matches = {
@@ -419,7 +419,7 @@ def _whole(names: Sequence[str | None]) -> tuple[str, str, str] | None:
 
 
 def _only(recognised: Mapping[str, Column | None], quantity: Quantity) -> str | None:
-    """Give the one column of that quantity, whatever its prefix; None if there is none or a choice."""
+    """Returns the one column of that quantity, whatever its prefix; None if there is none or a choice."""
     names = [name for name, column in recognised.items() if column and column.quantity == quantity]
     return names[0] if len(names) == 1 else None
 
@@ -427,7 +427,7 @@ def _only(recognised: Mapping[str, Column | None], quantity: Quantity) -> str | 
 def _incomplete(
     names: Sequence[str], path: Path | str, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
 ) -> str:
-    """Name what is missing for the prefix that comes nearest to an IMU."""
+    """Names what is missing for the prefix that comes nearest to an IMU."""
     have: dict[str, set[str]] = {"": set(stated)}
     for column in recognised.values():
         if column and column.quantity in _TRIADS:
@@ -446,6 +446,6 @@ def _incomplete(
 
 
 def listed(names: Sequence[str]) -> str:
-    """Give names for a message, the first of them where there are many."""
+    """Returns names for a message, the first of them where there are many."""
     shown = ", ".join(names[:24])
     return f"{shown}, and {len(names) - 24} more" if len(names) > 24 else shown

@@ -85,7 +85,7 @@ class TriadConversion:
         return self.source == (0, 1, 2) and self._shift is None and self._stretch is None
 
     def __call__(self, values: FloatArray) -> FloatArray:
-        """Convert (n, 3) in place where no axis changes places."""
+        """Converts (n, 3) in place where no axis changes places."""
         if self.source != (0, 1, 2):
             values = np.ascontiguousarray(values[:, self.source])
         if self._shift is not None:
@@ -115,7 +115,7 @@ class Conversion:
         object.__setattr__(self, "_changes_nothing", triads_stay and scales == (1.0, 1.0, 0.0))
 
     def __call__(self, samples: RawSamples) -> RawSamples:
-        """Convert samples that nobody else holds: arrays are changed in place."""
+        """Converts samples that nobody else holds: arrays are changed in place."""
         if self._changes_nothing:
             return samples
         with np.errstate(over="ignore", invalid="ignore"):
@@ -142,7 +142,7 @@ class Conversion:
 def conversion_for(
     track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad] = TRIADS
 ) -> Conversion:
-    """Decide the units of a track: what options state, else what the log states, else what its head shows.
+    """Decides the units of a track: what options state, else what the log states, else what its head shows.
 
     `triads` are those that are recorded.
 
@@ -219,7 +219,7 @@ def is_mirrored(axes: str) -> bool:
 
 
 def case_from_log(axes: str) -> FloatArray:
-    """Read `y,-x,z` as a (3, 3) matrix from the log's axes to those of the case."""
+    """Reads `y,-x,z` as a (3, 3) matrix from the log's axes to those of the case."""
     matrix = np.zeros((3, 3))
     words = [word.strip().lower() for word in axes.split(",")]
     for row, word in enumerate(words[:3]):
@@ -258,7 +258,7 @@ def _stated(quantity: Quantity, found: StatedUnit | None, option: str | None) ->
 
 
 def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[ResolvedUnit, FloatArray]:
-    """Give the unit and its SI value for each of (3,) axes."""
+    """Returns the unit and its SI value for each of (3,) axes."""
     value = UNITS[quantity][stated.name]
     return ResolvedUnit(stated.name, value, stated.reason), np.full(3, value)
 
@@ -266,7 +266,7 @@ def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[ResolvedUnit, FloatAr
 def _with_counts(
     quantity: Quantity, stated: StatedUnit | None, counts: AxisValues
 ) -> tuple[ResolvedUnit, FloatArray]:
-    """Give the unit and the (3,) SI value of one count."""
+    """Returns the unit and the (3,) SI value of one count."""
     unit_name = stated.name if stated else next(iter(UNITS[quantity]))
     scale = UNITS[quantity][unit_name] / _counts_per_unit(counts, f"--{quantity}-scale")
     return ResolvedUnit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
@@ -300,7 +300,7 @@ def _accelerometer(
 def _of_one_axis(
     track: Stating, triad: Triad, stated: StatedUnit | None, counts: AxisValues | None
 ) -> tuple[ResolvedUnit, FloatArray]:
-    """Give the unit of a single-axis sensor, whose values show none: one axis has no norm at rest."""
+    """Returns the unit of a single-axis sensor, whose values show none: one axis has no norm at rest."""
     if counts is not None:
         return _with_counts(triad, stated, counts)
     if stated is None:
@@ -371,5 +371,5 @@ def _time(track: Stating, options: ReadOptions, head: RawSamples) -> ResolvedUni
 
 
 def without_time(samples: RawSamples) -> RawSamples:
-    """Drop the time of a log whose time is not to be used."""
+    """Drops the time of a log whose time is not to be used."""
     return replace(samples, time=None)

@@ -38,7 +38,7 @@ RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequ
 
 @cache
 def _workers_of(process: int) -> ThreadPoolExecutor:
-    """Give the threads that parse the blocks of all tables a process reads; a forked one has its own.
+    """Returns the threads that parse the blocks of all tables a process reads; a forked one has its own.
 
     They stay as long as the process: a pass that is abandoned may be ended by the garbage collector within a
     thread that is just starting, and whoever joins threads there waits for ever.
@@ -47,12 +47,12 @@ def _workers_of(process: int) -> ThreadPoolExecutor:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the column prefixes of a text table."""
+    """Returns the column prefixes of a text table."""
     return tuple(find_imus(find_layout(path, options).names, path, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the columns of one IMU in a text table.
+    """Finds the columns of one IMU in a text table.
 
     Raises `LogError` where the table has no such IMU, or no time and no rate is known.
     """
@@ -72,7 +72,7 @@ def imu_of_table(
     samples: Callable[[Rows], RawSamples] | None = None,
     table: TextTable | None = None,
 ) -> LoggedImu:
-    """Read the only IMU of a text table from columns that are known.
+    """Reads the only IMU of a text table from columns that are known.
 
     `samples` makes samples of rows where that is more than to gather columns; `table` is not the usual one.
     """
@@ -102,7 +102,7 @@ def imu_of_table(
 
 
 def expected_rows(path: Path, layout: TextLayout) -> int | None:
-    """Guess the number of rows; None where the file is packed."""
+    """Guesses the number of rows; None where the file is packed."""
     size = text_size(path)
     return None if size is None else int((size - layout.data_offset) / layout.row_bytes)
 
@@ -126,12 +126,12 @@ def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
 
 
 def table_samples(rows: Rows, columns: ImuColumns) -> RawSamples:
-    """Gather the columns of one IMU, and say what lines are missing."""
+    """Gathers the columns of one IMU, and says what lines are missing."""
     return replace(samples_of(rows.columns, columns), bad_lines=rows.bad_lines)
 
 
 def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSamples:
-    """Gather the columns of one IMU."""
+    """Gathers the columns of one IMU."""
     return RawSamples(
         None if columns.time is None else batch[columns.time],
         stack(batch, columns.accelerometer),
@@ -174,7 +174,7 @@ class TextTable:
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
 
     def read(self, use: Callable[[Rows], RawSamples]) -> Iterator[RawSamples]:
-        """Pass over the file; blocks are parsed and used in parallel, and given back in order."""
+        """Passes over the file; blocks are parsed and used in parallel, and given back in order."""
         workers = _workers_of(os.getpid())
         waiting: deque[Future[RawSamples]] = deque()
         try:
@@ -189,14 +189,14 @@ class TextTable:
                 block_read.cancel()
 
     def whole(self) -> Mapping[str, FloatArray]:
-        """Parse all of it at once, for a table that is short."""
+        """Parses all of it at once, for a table that is short."""
         blocks = [self._parse(block).columns for block in self._blocks()]
         return {
             name: np.concatenate([np.empty(0), *(block[name] for block in blocks)]) for name in self._names
         }
 
     def head(self) -> Rows:
-        """Parse the first block."""
+        """Parses the first block."""
         for block in self._blocks():
             return self._parse(block)
         raise LogError(f"{self._path}: holds no samples")
@@ -293,7 +293,7 @@ class TextTable:
         return pa.timestamp("ns", tz="UTC" if re.search(r"(Z|[+-]\d\d:?\d\d)$", field) else None)
 
     def _bad_lines(self, data: bytes, first: int) -> dict[int, str]:
-        """Find the lines that cannot be read: what is wrong with each, by its number, `first` on."""
+        """Finds the lines that cannot be read: what is wrong with each, by its number, `first` on."""
         lines = data.split(b"\n")
         last = first + len(lines) - 1
         problems = {
@@ -348,7 +348,7 @@ def _single_blanks(data: bytes) -> bytes:
 
 
 def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
-    """Give a column as (n,) float64, NaN where it is null; date and time become nanoseconds since 1970."""
+    """Returns a column as (n,) float64, NaN where it is null; date and time become nanoseconds since 1970."""
     if pa.types.is_timestamp(column.type):
         column = column.cast(pa.timestamp("ns", column.type.tz)).cast(pa.int64())
     if column.type != pa.float64():
@@ -358,12 +358,12 @@ def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
 
 
 def _decoded(line: bytes) -> str:
-    """Keep bytes that are no text apart, so that they can be named."""
+    """Keeps bytes that are no text apart, so that they can be named."""
     return line.decode("utf-8", errors="surrogateescape")
 
 
 def _odd_byte(line: str) -> str:
-    """Name the first byte that no text log holds, and where it stands; empty if there is none."""
+    """Names the first byte that no text log holds, and where it stands; empty if there is none."""
     found = _ODD.search(line)
     if found is None:
         return ""

@@ -65,7 +65,7 @@ class _SourceFacts(Times):
     has_temperature: bool = False
 
     def note_each(self, time: FloatArray) -> None:
-        """Count samples, each with its time."""
+        """Counts samples, each with its time."""
         self.note(float(time[0]), float(time[-1]), len(time))
 
 
@@ -82,19 +82,19 @@ class _Scan:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of all IMUs, in each form in which they were logged."""
+    """Returns the names of all IMUs, in each form in which they were logged."""
     return list_of(path, _imus(path), SOUGHT)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find an IMU; raises `LogError` where there is no such one, or several and none is named."""
+    """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
     imus = _imus(path)
     list_of(path, imus, SOUGHT)
     return open_flight_imu(path, imus, imu, options, "dataflash", f"{path.resolve()}#time since start")
 
 
 def parameters_in(path: Path) -> dict[str, float]:
-    """Give the parameters as they were when the log ended."""
+    """Returns the parameters as they were when the log ended."""
     scan = _scanned(path)
     return {**scan.parameters, **{name: value for _, name, value in scan.changes}}
 
@@ -136,7 +136,7 @@ def _note_parameters(scan: _Scan, records: Records) -> None:
 
 
 def _time(records: Records) -> FloatArray:
-    """Give (n,) s: when the sensor was read, else when it was logged."""
+    """Returns (n,) s: when the sensor was read, else when it was logged."""
     names = records.dtype.names or ()
     for name, per_second in (("SampleUS", 1e6), ("TimeUS", 1e6), ("TimeMS", 1e3)):
         if name in names:
@@ -263,7 +263,7 @@ def _read_raw(
 
 
 def _alone(samples: TriadSamples) -> RawSamples:
-    """Give samples of one triad, NaN for the other."""
+    """Returns samples of one triad, NaN for the other."""
     unknown = np.full_like(samples.readings, np.nan)
     force, rate = (samples.readings if samples.triad == triad else unknown for triad in TRIADS)
     return RawSamples(samples.time, force, rate, samples.temperature)
@@ -276,7 +276,7 @@ class _Batches:
         self._heads: dict[int, np.void] = {}
 
     def samples(self, block: Mapping[str, Records]) -> Iterator[tuple[TriadSamples, _Source]]:
-        """Give the readings of the pieces in a block, in SI, by the multiplier and rate of their head."""
+        """Returns the readings of the pieces in a block, in SI, by the multiplier and rate of their head."""
         heads, data = (_whole(block, name, columns) for name, columns in _BATCH_COLUMNS.items())
         for head in () if heads is None else heads:
             self._heads[int(head["N"])] = head
@@ -295,7 +295,7 @@ _BATCH_COLUMNS = {
 
 
 def _whole(block: Mapping[str, Records], name: str, columns: set[str]) -> Records | None:
-    """Give messages of that name if they have those columns."""
+    """Returns messages of that name if they have those columns."""
     records = block.get(name)
     return records if records is not None and columns <= set(records.dtype.names or ()) else None
 
@@ -346,7 +346,7 @@ def _read_batches(log: DataFlash, source: _Source) -> Iterator[RawSamples]:
 def _corrections(
     path: Path, scan: _Scan, instance: int, triads: tuple[Triad, ...]
 ) -> dict[Triad, Corrections]:
-    """Give what ArduPilot did, by its parameters."""
+    """Returns what ArduPilot did, by its parameters."""
     if not scan.parameters:
         raise LogError(f"{path}: --undo-correction: the log holds no parameters (PARM)")
     number = instance + 1

@@ -38,7 +38,7 @@ class _Layout:
     columns: tuple[str, ...]
 
     def binary(self) -> np.dtype[np.void]:
-        """Give the fields; no fields where letters and columns do not fit."""
+        """Returns the fields; no fields where letters and columns do not fit."""
         named = all(self.columns) and len(set(self.columns)) == len(self.columns) == len(self.letters)
         if not named or not set(self.letters) <= FORMAT_TO_STRUCT.keys():
             return np.dtype([])
@@ -47,7 +47,7 @@ class _Layout:
         )
 
     def factors(self) -> dict[str, float]:
-        """Give what a column is to be multiplied by, where that is not one."""
+        """Returns what a column is to be multiplied by, where that is not one."""
         pairs = zip(self.columns, self.letters, strict=True)
         return {name: factor for name, letter in pairs if (factor := FORMAT_TO_STRUCT[letter][1])}
 
@@ -70,7 +70,7 @@ class BinaryLog:
     path: Path
 
     def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
-        """Give the messages of these names, those of about a megabyte of file at a time."""
+        """Returns the messages of these names, those of about a megabyte of file at a time."""
         yield from _blocks(self.path, _BinaryWalk(wanted, damage))
 
 
@@ -134,7 +134,7 @@ class _BinaryWalk:
             self._gathered.setdefault(kind, [])
 
     def records(self) -> dict[str, Records]:
-        """Give what was gathered, and forget it."""
+        """Returns what was gathered, and forgets it."""
         found: dict[str, Records] = {}
         for kind, parts in self._gathered.items():
             if parts:
@@ -168,7 +168,7 @@ class TextLog:
     path: Path
 
     def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
-        """Give the messages of these names, those of about a megabyte of file at a time."""
+        """Returns the messages of these names, those of about a megabyte of file at a time."""
         yield from _blocks(self.path, _TextWalk(wanted, damage))
 
 
@@ -198,7 +198,7 @@ class _TextWalk:
             self._gathered.setdefault(name, [])
 
     def records(self) -> dict[str, Records]:
-        """Give what was gathered, and forget it."""
+        """Returns what was gathered, and forgets it."""
         found: dict[str, Records] = {}
         for name, lines in self._gathered.items():
             layout = self._layouts[name]
@@ -210,7 +210,7 @@ class _TextWalk:
 
 
 def _table(lines: list[bytes], layout: _Layout) -> Records:
-    """Read those lines that have all columns, and numbers where these are numbers."""
+    """Reads those lines that have all columns, and numbers where these are numbers."""
     split = (line.split(b",") for line in lines)
     rows = [row for row in split if len(row) == len(layout.columns)]
     fields = layout.binary()
@@ -228,7 +228,7 @@ def _table(lines: list[bytes], layout: _Layout) -> Records:
 
 
 def _column(texts: list[bytes], is_text: bool) -> np.ndarray[tuple[int], np.dtype[Any]]:
-    """Give numbers, NaN for what is none."""
+    """Returns numbers, NaN for what is none."""
     if is_text:
         return np.array(texts, "S64")
     try:

@@ -36,12 +36,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of the folders of IMUs; a file alone has no name."""
+    """Returns the names of the folders of IMUs; a file alone has no name."""
     return tuple(_files(path)) if path.is_dir() else ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read one IMU of a folder, or its file.
+    """Reads one IMU of a folder, or its file.
 
     Raises `LogError` where it has other columns, or there are several IMUs and none is named.
     """
@@ -71,7 +71,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    """Give the files of IMUs below a folder, by the names of theirs."""
+    """Returns the files of IMUs below a folder, by the names of theirs."""
     for root in (folder / "mav0", folder):
         found = {
             place.name: file
@@ -104,7 +104,7 @@ def _columns(names: tuple[str, ...]) -> ImuColumns:
 
 
 def _name(file: Path, imu: str) -> str:
-    """Name an IMU after the sequence, and after its folder where there are several."""
+    """Names an IMU after the sequence, and after its folder where there are several."""
     folders = [part for part in file.resolve().parts[:-1] if part not in _FOLDERS]
     while len(folders) > 1 and folders[-1].startswith("imu"):
         folders.pop()
@@ -129,7 +129,7 @@ class _Sensor:
 
 
 def _sensor(file: Path) -> _Sensor:
-    """Read what stands beside the samples; nothing of it is needed for reading them."""
+    """Reads what stands beside the samples; nothing of it is needed for reading them."""
     if not file.is_file():
         return _Sensor()
     note_input(file)

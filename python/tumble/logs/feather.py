@@ -22,13 +22,13 @@ _REMEDY = "copy it again, or write it again"
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the column prefixes of a Feather table."""
+    """Returns the column prefixes of a Feather table."""
     with _opened(path) as file:
         return tuple(imus_in(path, file.schema, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the columns of one IMU in a Feather table.
+    """Finds the columns of one IMU in a Feather table.
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
@@ -42,7 +42,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 @contextmanager
 def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.RecordBatchFileReader]:
-    """Open for reading batch by batch, of all columns or of these."""
+    """Opens for reading batch by batch, of all columns or of these."""
     with path.open("rb") as file:
         if file.read(len(_FIRST_VERSION)) == _FIRST_VERSION:
             raise LogError(
@@ -57,7 +57,7 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
 
 
 def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
-    """Give the rows of all batches, in pieces of a chunk."""
+    """Returns the rows of all batches, in pieces of a chunk."""
     roots = [name.split(".", 1)[0] for name in columns.names]
     with _opened(path, [*roots, *columns.names]) as file:
         for number in range(file.num_record_batches):

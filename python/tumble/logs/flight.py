@@ -33,7 +33,7 @@ class Times:
         return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
 
     def note(self, first: float, last: float, count: int) -> None:
-        """Count samples that follow those before, between two times, s."""
+        """Counts samples that follow those before, between two times, s."""
         if math.isnan(self.first):
             self.first = first
         self.last = last
@@ -63,7 +63,7 @@ class FlightImu:
 
 
 def list_of(path: Path, imus: Sequence[FlightImu], sought: str) -> tuple[str, ...]:
-    """Give their names; raises `LogError` where there are none."""
+    """Returns their names; raises `LogError` where there are none."""
     if not imus:
         raise LogError(f"{path}: holds no samples of an IMU; it needs {sought}")
     return tuple(each.name for each in imus)
@@ -130,7 +130,7 @@ def _named(path: Path, imus: Sequence[FlightImu], wanted: str) -> FlightImu:
 
 
 def _best(path: Path, imus: Sequence[FlightImu]) -> FlightImu:
-    """Choose the first form that was logged often enough, else what was logged most often."""
+    """Chooses the first form that was logged often enough, else what was logged most often."""
     usable = [each for each in imus if each.rate >= USABLE_RATE and each.triads == TRIADS]
     form = (usable or [max(imus, key=lambda each: (each.triads == TRIADS, each.rate))])[0].form
     of_form = [each for each in imus if each.form == form]
@@ -163,7 +163,7 @@ def _undoing(path: Path, imu: FlightImu) -> Callable[[], Iterator[RawSamples]]:
 
 
 def _held(temperature: FloatArray | None, before: float) -> tuple[FloatArray | None, float]:
-    """Give temperature at every sample, the last known where one has none."""
+    """Returns temperature at every sample, the last known where one has none."""
     if temperature is None or not len(temperature):
         return temperature, before
     values = np.concatenate([[before], temperature])

@@ -18,7 +18,7 @@ _PAUSE = 1.0
 
 
 def log_files(folder: Path) -> list[Path]:
-    """Find the logs of a folder, in the order of their names.
+    """Finds the logs of a folder, in the order of their names.
 
     Raises `LogError` where there are none.
     """
@@ -34,7 +34,7 @@ def log_files(folder: Path) -> list[Path]:
 
 
 def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recording:
-    """Open every log of a folder; the whole is the parts one after another.
+    """Opens every log of a folder; the whole is the parts one after another.
 
     In `parts` each keeps its own clock.
     """

@@ -35,11 +35,11 @@ class Reader(Protocol):
         ...
 
     def open_logged_imu(self, path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-        """Find one IMU; raises `LogError` where there is no such one, or several and none is named."""
+        """Finds one IMU; raises `LogError` where there is no such one, or several and none is named."""
         ...
 
     def list_imus(self, path: Path, options: ReadOptions) -> tuple[str, ...]:
-        """Give the names of its IMUs; one that needs no name has an empty one."""
+        """Returns the names of its IMUs; one that needs no name has an empty one."""
         ...
 
 
@@ -47,17 +47,17 @@ class ParameterReader(Reader, Protocol):
     """Interface of the module of a format whose logs hold the parameters of firmware."""
 
     def parameters_in(self, path: Path) -> Mapping[str, float]:
-        """Give the parameters as they were when the log ended."""
+        """Returns the parameters as they were when the log ended."""
         ...
 
 
 def reader_of(log_format: LogFormat, path: Path) -> Reader:
-    """Import the reader of a format; raises `LogError` where a library that it needs is not installed."""
+    """Imports the reader of a format; raises `LogError` where a library that it needs is not installed."""
     return cast("Reader", imported(f"tumble.logs.{log_format.module}", path, log_format.extra))
 
 
 def find_format(path: Path) -> str:
-    """Give the name of a file's format, or `FOLDER`.
+    """Returns the name of a file's format, or `FOLDER`.
 
     Raises `LogError` where the file is empty, cannot be opened, or is known not to be a log.
     """
@@ -66,7 +66,7 @@ def find_format(path: Path) -> str:
 
 
 def firmware_parameters(path: Path) -> tuple[str, Mapping[str, float]] | None:
-    """Give the firmware whose log this is, and its parameters; None for what is no log of firmware.
+    """Returns the firmware whose log this is, and its parameters; None for what is no log of firmware.
 
     Raises `LogError` where the log is damaged before it holds any.
     """
@@ -80,12 +80,12 @@ def firmware_parameters(path: Path) -> tuple[str, Mapping[str, float]] | None:
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Open a file, or a bag folder, with the reader it needs."""
+    """Opens a file, or a bag folder, with the reader it needs."""
     return _reader_for(path).open_logged_imu(path, imu, options)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
+    """Returns the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
     return _reader_for(path).list_imus(path, options)
 
 
@@ -97,7 +97,7 @@ def _reader_for(path: Path) -> Reader:
 
 
 def _find(path: Path) -> LogFormat | None:
-    """Find the format of a file, or of a folder; None for a folder of none."""
+    """Finds the format of a file, or of a folder; None for a folder of none."""
     if path.is_dir():
         return _folder_of(path) or _recognised(path, b"")
     if path.exists() and not path.is_file():
@@ -125,7 +125,7 @@ def _begun(head: bytes) -> LogFormat | None:
 
 
 def _no_log(path: Path, head: bytes) -> NoLog | None:
-    """Find what a file that is no log is; the names in a ZIP archive stand at its end."""
+    """Finds what a file that is no log is; the names in a ZIP archive stand at its end."""
     if head.startswith(b"PK"):
         with path.open("rb") as file:
             file.seek(max(0, path.stat().st_size - _ZIP_INDEX_BYTES))
@@ -137,7 +137,7 @@ def _no_log(path: Path, head: bytes) -> NoLog | None:
 
 
 def _refuse_packed(path: Path, head: bytes, packing: Packing) -> None:
-    """Raise `LogError` where what is packed is no text, which alone is read packed."""
+    """Raises `LogError` where what is packed is no text, which alone is read packed."""
     if not head:
         raise LogError(f"{path}: holds nothing, packed by {packing.name}; record or copy it again")
     binary = _begun(head)
@@ -175,7 +175,7 @@ def _head(path: Path) -> bytes:
 
 
 def _recognised(path: Path, head: bytes) -> LogFormat | None:
-    """Find the pattern of a format, and ask those readers that look inside, in their order."""
+    """Finds the pattern of a format, and asks those readers that look inside, in their order."""
     for each in LOG_FORMATS:
         if head and each.pattern:
             if not re.search(each.pattern, head):

@@ -30,12 +30,12 @@ _SERIALS = ("serial", "serial_number", "Serial", "SerialNumber")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the groups, or prefixes of the datasets' names."""
+    """Returns the groups, or prefixes of the datasets' names."""
     return list_variable_imus(_opened(path), options)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the datasets of one IMU."""
+    """Finds the datasets of one IMU."""
     return open_variables(_opened(path), imu, options)
 
 
@@ -62,7 +62,7 @@ def _opened(path: Path) -> VariablesFile:
 
 
 def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py has no types
-    """Give the datasets of numbers by name, each once."""
+    """Returns the datasets of numbers by name, each once."""
     found: dict[str, Any] = {}
     for name, item in _objects(file, "", set()):
         # MATLAB keeps cells and objects in groups whose names begin so.
@@ -76,7 +76,7 @@ def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py h
 
 
 def _objects(group: Any, above: str, seen: set[Any]) -> Iterator[tuple[str, Any]]:  # noqa: ANN401
-    """Give all objects of a group by name, each once; links to other names and files are not followed.
+    """Returns all objects of a group by name, each once; links to other names and files are not followed.
 
     `visititems` asks for the size of each group too, for which the library goes round a damaged one for ever.
     """
@@ -103,7 +103,7 @@ def _is_readable(dataset: Any) -> bool:  # noqa: ANN401
 
 
 def _refuse_more_than_is_there(name: str, dataset: Any, size: int) -> None:  # noqa: ANN401
-    """Raise `ValueError` where a dataset, or a chunk of it, says more than the bytes kept of it can hold."""
+    """Raises `ValueError` where a dataset, or a chunk of it, says more than the bytes kept of it can hold."""
     kept = dataset.id.get_storage_size()
     packed = dataset.chunks is not None and dataset.id.get_create_plist().get_nfilters() > 0
     most = kept * (LARGEST_RATIO if packed else 1)
@@ -117,7 +117,7 @@ def _attributes(attributes: Any) -> Mapping[str, Any]:  # noqa: ANN401
 
 
 def _text(attributes: Any, names: tuple[str, ...]) -> str:  # noqa: ANN401
-    """Give the first of these attributes that is text."""
+    """Returns the first of these attributes that is text."""
     for name in names:
         value = attributes.get(name)
         if isinstance(value, bytes):

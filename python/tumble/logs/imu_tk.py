@@ -17,7 +17,7 @@ _PARTNERS = (("accelerometer", "gyroscope"), ("accel", "gyro"), ("acc", "gyro"),
 
 
 def find_pair(path: Path) -> tuple[Path, Path] | None:
-    """Give accelerometer and gyroscope file where `path` is one of a pair, or a folder with one."""
+    """Returns accelerometer and gyroscope file where `path` is one of a pair, or a folder with one."""
     if path.is_dir():
         pairs = {pair for file in sorted(path.iterdir()) if file.is_file() and (pair := find_pair(file))}
         return pairs.pop() if len(pairs) == 1 else None
@@ -47,12 +47,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of a pair, which needs no name."""
+    """Returns the one IMU of a pair, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read both files side by side; `path` is what the user named: either of them, or their folder."""
+    """Reads both files side by side; `path` is what the user named: either of them, or their folder."""
     pair = find_pair(path)
     assert pair is not None
     for file in pair:

@@ -34,7 +34,7 @@ class TimedReadings:
         return float(self._time[0]) if len(self._time) else None
 
     def read_on(self) -> None:
-        """Read another block, unless the stream has ended."""
+        """Reads another block, unless the stream has ended."""
         block = next(self.blocks, None)
         if block is None:
             self.ended = True
@@ -46,7 +46,7 @@ class TimedReadings:
             self._step = float(np.median(np.diff(self._time)))
 
     def read_to(self, time: float) -> None:
-        """Read on until a reading at `time` or later, or the end."""
+        """Reads on until a reading at `time` or later, or the end."""
         while not self.ended and not (len(self._time) and self._time[-1] >= time):
             self.read_on()
 
@@ -58,7 +58,7 @@ class TimedReadings:
         return inside
 
     def at(self, times: FloatArray) -> FloatArray:
-        """Give (n, k) readings at (n,) times; NaN where there is none close enough before or after."""
+        """Returns (n, k) readings at (n,) times; NaN where there is none close enough before or after."""
         if self._values is None or not len(self._time):
             return np.full((len(times), 1), np.nan)
         known = np.column_stack(
@@ -70,7 +70,7 @@ class TimedReadings:
         return known
 
     def forget(self, time: float) -> None:
-        """Drop readings before the last one at or before `time`."""
+        """Drops readings before the last one at or before `time`."""
         kept = max(int(np.searchsorted(self._time, time, side="right")) - 1, 0)
         self._time = self._time[kept:]
         self._values = None if self._values is None else self._values[kept:]

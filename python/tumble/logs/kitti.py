@@ -43,12 +43,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of a drive, which needs no name."""
+    """Returns the one IMU of a drive, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read the samples of a drive, synchronised or not."""
+    """Reads the samples of a drive, synchronised or not."""
     choose(path, ("",), imu, "IMU")
     folder = _oxts(path)
     assert folder is not None
@@ -83,7 +83,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _oxts(path: Path) -> Path | None:
-    """Give the folder with `data`, where the first file in that is one of thirty numbers."""
+    """Returns the folder with `data`, where the first file in that is one of thirty numbers."""
     for folder in (path, path / "oxts"):
         data = folder / "data"
         if not data.is_dir():
@@ -126,7 +126,7 @@ def _row(file: Path) -> list[float]:
 
 
 def _times_of(folder: Path, names: list[str], stamps: Iterator[tuple[int, float]]) -> FloatArray:
-    """Give the times of samples, which are numbered as the lines of `timestamps.txt` are, from 0."""
+    """Returns the times of samples, which are numbered as the lines of `timestamps.txt` are, from 0."""
     times = []
     for name in names:
         wanted = _number(name)
@@ -141,7 +141,7 @@ def _times_of(folder: Path, names: list[str], stamps: Iterator[tuple[int, float]
 
 
 def _stamps(file: Path) -> Iterator[tuple[int, float]]:
-    """Give number of line, from 0, and time in ns since 1970."""
+    """Returns number of line, from 0, and time in ns since 1970."""
     with file.open("rb") as stream:
         for number in range(1 << 62):
             line = stream.readline(_LONGEST_STAMP)

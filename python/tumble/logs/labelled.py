@@ -61,12 +61,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Return the names of the IMUs."""
+    """Returns the names of the IMUs."""
     return tuple(find_imus(_layout(path, options).names, path, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read one IMU; its time is that of the monitor, or of a number with such a label.
+    """Reads one IMU; its time is that of the monitor, or of a number with such a label.
 
     Raises `LogError` where no label names a channel.
     """
@@ -116,7 +116,7 @@ def _layout(path: Path, options: ReadOptions) -> _Layout:
 
 
 def _find(path: Path, options: ReadOptions) -> _Layout | None:
-    """Find the kinds of lines; None where the file is no such log, or is a plain table."""
+    """Finds the kinds of lines; None where the file is no such log, or is a plain table."""
     with open_text(path) as file:
         head = list(islice(iter(lambda: file.readline(_LONGEST_LINE), b""), _HEAD_LINES))
     if len(head) == _HEAD_LINES or (head and not head[-1].endswith(b"\n")):
@@ -169,7 +169,7 @@ def _names(
     order: Sequence[str],
     options: ReadOptions,
 ) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    """Name the numbers of a sample by their labels, by a line of names, or else by their positions."""
+    """Names the numbers of a sample by their labels, by a line of names, or else by their positions."""
     examples = [texts[kinds.index(kind)] for kind in order]
     names = [name for example in examples for name in _labels(example)]
     channels = [column for name in names if (column := recognise(name)) and column.quantity not in ("time",)]
@@ -206,7 +206,7 @@ def _distinct(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _labels(text: str) -> list[str]:
-    """Name each number of a line: the words before it, those that begin the line, and a unit at its end."""
+    """Names each number of a line: the words before it, those that begin the line, and a unit at its end."""
     words = _NUMBER.split(text)
     labels = [re.sub(r"[^\w/ ]+", " ", word).strip()[:_LONGEST_LABEL] for word in words]
     tail = words[-1].strip(" ,;\t\r\n") or next((word for word in reversed(words[1:-1]) if _unit(word)), "")
@@ -231,7 +231,7 @@ def _unit(text: str) -> bool:
 
 
 def _kind(text: str) -> str:
-    """Return the words of a line, each number of it as #."""
+    """Returns the words of a line, each number of it as #."""
     return re.sub(r"\s+", " ", _NUMBER.sub("#", text)).strip()
 
 
@@ -240,7 +240,7 @@ def _decoded(line: bytes) -> str:
 
 
 def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str]]:
-    """Give number, time of day, s, text and kind of each line of a sample."""
+    """Returns number, time of day, s, text and kind of each line of a sample."""
     days, last = 0.0, 0.0
     with open_text(path) as file:
         for number, raw in enumerate(iter(lambda: file.readline(_LONGEST_LINE), b""), start=1):
@@ -257,7 +257,7 @@ def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str]]
 
 
 def _samples(path: Path, layout: _Layout, columns: ImuColumns) -> Iterator[tuple[RawSamples, list[int]]]:
-    """Give samples by the chunk, each with the line at which it begins; whole samples only."""
+    """Returns samples by the chunk, each with the line at which it begins; whole samples only."""
     rows: list[list[float]] = []
     numbers: list[int] = []
     bad: list[str] = []

@@ -56,12 +56,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the prefixes of the variables' names."""
+    """Returns the prefixes of the variables' names."""
     return list_variable_imus(_opened(path), options)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the variables, or the fields of a structure, of one IMU."""
+    """Finds the variables, or the fields of a structure, of one IMU."""
     return open_variables(_opened(path), imu, options)
 
 
@@ -78,7 +78,7 @@ class _Bytes:
         return self._path.stat().st_size if self._packed is None else len(self._unpacked)
 
     def read(self, offset: int, size: int) -> bytes:
-        """Give some; raises `EOFError` where there are fewer."""
+        """Returns some; raises `EOFError` where there are fewer."""
         if offset + size > self.size:
             raise EOFError(f"{offset + size - self.size} bytes of a variable are missing")
         return (
@@ -112,7 +112,7 @@ class _Matrix:
     offset: int
 
     def pieces(self, axis: int) -> Iterator[NDArray[Any]]:
-        """Read it along an axis."""
+        """Reads it along an axis."""
         rows, columns = self.shape
         for start in range(0, self.shape[axis], CHUNK_SAMPLES):
             count = min(CHUNK_SAMPLES, self.shape[axis] - start)
@@ -122,7 +122,7 @@ class _Matrix:
                 yield np.stack([self.numbers(each * rows + start, count) for each in range(columns)], axis=1)
 
     def numbers(self, first: int, count: int) -> NDArray[Any]:
-        """Give some of its numbers as they stand."""
+        """Returns some of its numbers as they stand."""
         size = self.dtype.itemsize
         return np.frombuffer(self.source.read(self.offset + first * size, count * size), self.dtype)
 
@@ -166,7 +166,7 @@ class _Version5:
         """Indicates whether there are tables, or objects of classes."""
 
     def matrices(self) -> Iterator[_Matrix]:
-        """Give all matrices of real numbers, by name and the structures that they are in."""
+        """Returns all matrices of real numbers, by name and the structures that they are in."""
         position = _HEADER
         while position < self._file.size:
             element = self._element(self._file, position)
@@ -187,7 +187,7 @@ class _Version5:
         return _Element(kind, position + 8, size, position + 8 + size + padding)
 
     def _matrix(self, source: _Bytes, element: _Element, group: str, depth: int) -> Iterator[_Matrix]:
-        """Give what a matrix holds; `group` is the name of the structure that it is a field of."""
+        """Returns what a matrix holds; `group` is the name of the structure that it is a field of."""
         if element.kind != _MATRIX or element.size == 0:
             return
         self._found += 1
@@ -231,7 +231,7 @@ class _Version5:
     def _members(
         self, source: _Bytes, position: int, name: str, shape: tuple[int, ...], kind: int, depth: int
     ) -> Iterator[_Matrix]:
-        """Give what is in the fields of a structure, or in a cell; each of its members has a tag at least."""
+        """What is in the fields of a structure, or in a cell; each of its members has a tag at least."""
         fields = [""]
         if kind == _OBJECT:
             position = self._element(source, position).next
@@ -259,7 +259,7 @@ class _Version5:
 
 
 def _header_4(head: bytes) -> tuple[str, int, int, int, bool, int] | None:
-    """Read the header: byte order, type, rows, columns, complex, length of the name; None if it is none."""
+    """Reads the header: byte order, type, rows, columns, complex, length of the name; None if it is none."""
     if len(head) < _HEADER_4 + 2:
         return None
     for order in "<>":

@@ -48,7 +48,7 @@ def holds_both_triads(message: MavlinkMessage, name: str) -> bool:
 
 
 def samples_of(messages: Sequence[MavlinkMessage], kind: Kind) -> RawSamples:
-    """Give the samples of messages of one kind, in its units, temperature in degC."""
+    """Returns the samples of messages of one kind, in its units, temperature in degC."""
     return RawSamples(
         np.array([getattr(each, kind.time) for each in messages], dtype=np.float64),
         np.array([(each.xacc, each.yacc, each.zacc) for each in messages], dtype=np.float64),

@@ -32,12 +32,12 @@ _OP_MESSAGE = 5
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the topics that hold IMUs."""
+    """Returns the topics that hold IMUs."""
     return imus_of(McapFile(path))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    """Finds a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
     return imu_of(McapFile(path), imu)
 
 
@@ -94,7 +94,7 @@ class McapFile:
         return found
 
     def facts(self) -> dict[str, str]:
-        """Give what Tumble wrote beside the messages."""
+        """Returns what Tumble wrote beside the messages."""
         return self._facts
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
@@ -109,7 +109,7 @@ class McapFile:
                 yield from _by_scan(file, wanted)
 
     def _indexed(self, file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
-        """Read only chunks that hold a wanted topic; a chunk without an index may hold any."""
+        """Reads only chunks that hold a wanted topic; a chunk without an index may hold any."""
         for index in sorted(self._summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
             offsets = index.message_index_offsets
             if offsets and wanted.keys().isdisjoint(offsets):
@@ -121,7 +121,7 @@ class McapFile:
 
 
 def _summary_by_scan(file: IO[bytes]) -> tuple[Summary, list[Metadata]]:
-    """Gather channels and metadata from the whole of a file without a summary, or with a damaged one."""
+    """Gathers channels and metadata from the whole of a file without a summary, or with a damaged one."""
     summary, metadata = Summary(), []
     for record in _records(file):
         if isinstance(record, Schema):
@@ -140,7 +140,7 @@ def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]
 
 
 def _records(file: IO[bytes]) -> Iterator[McapRecord]:
-    """Pass over the data; the summary after it, which may be damaged, only repeats what they say."""
+    """Passes over the data; the summary after it, which may be damaged, only repeats what they say."""
     file.seek(0)
     for record in StreamReader(file, validate_crcs=True).records:
         yield record
@@ -149,7 +149,7 @@ def _records(file: IO[bytes]) -> Iterator[McapRecord]:
 
 
 def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[BagMessage]:
-    """Walk the records of a chunk (mcap.dev/spec): an opcode, a length, the content."""
+    """Walks the records of a chunk (mcap.dev/spec): an opcode, a length, the content."""
     if chunk.uncompressed_size > LARGEST_RATIO * (len(chunk.data) + 1):
         raise ValueError(f"a chunk of {len(chunk.data)} bytes says it unpacks to {chunk.uncompressed_size}")
     stream, length = get_chunk_data_stream(chunk, validate_crc=True)

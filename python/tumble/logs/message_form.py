@@ -48,18 +48,18 @@ class MessageForm(Protocol):
 
     @property
     def names(self) -> Sequence[str]:
-        """Give those of all numbers that have a place of their own."""
+        """Returns those of all numbers that have a place of their own."""
 
     @property
     def dates(self) -> frozenset[str]:
-        """Give those of dates, which are read as ns since 1970."""
+        """Returns those of dates, which are read as ns since 1970."""
 
     def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
-        """Give some, (n,) each; raises `MalformedMessageError` where a message has none there."""
+        """Returns some, (n,) each; raises `MalformedMessageError` where a message has none there."""
         ...
 
     def frame(self, message: bytes) -> str:
-        """Give the name of the frame that a message is in; empty where it says none."""
+        """Returns the name of the frame that a message is in; empty where it says none."""
         ...
 
 
@@ -73,7 +73,7 @@ class Stamps:
 
 
 def with_stamps(names: Sequence[str]) -> Stamps:
-    """Find the stamps among names."""
+    """Finds the stamps among names."""
     by_parent: dict[str, dict[str, str]] = {}
     for name in names:
         parent, _, last = name.rpartition(".")
@@ -111,7 +111,7 @@ class ObjectForm:
         self._parse = parse
 
     def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
-        """Read fields by their names."""
+        """Reads fields by their names."""
         # A number behind the last dot is a place in a row.
         fields = list(dict.fromkeys(name.removesuffix(_place(name)) for name in names))
         get = attrgetter(*fields, fields[0])
@@ -132,7 +132,7 @@ class ObjectForm:
         return found
 
     def frame(self, message: bytes) -> str:
-        """Give `header.frame_id`, or `frame_id`."""
+        """Returns `header.frame_id`, or `frame_id`."""
         found = self._parse(message)
         return str(getattr(getattr(found, "header", found), "frame_id", ""))
 
@@ -158,7 +158,7 @@ class JsonForm:
         self.dates = frozenset(name for name in self.names if "T" in str(_at(found, name)))
 
     def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
-        """Read fields by their names; date and time becomes nanoseconds since 1970."""
+        """Reads fields by their names; date and time becomes nanoseconds since 1970."""
         objects = self._objects(messages)
         groups: dict[str, list[str]] = {}
         for name in names:
@@ -180,7 +180,7 @@ class JsonForm:
         return found
 
     def frame(self, message: bytes) -> str:
-        """Give `header.frame_id`, or `frame_id`."""
+        """Returns `header.frame_id`, or `frame_id`."""
         found = _json(message, 0)
         inner = found.get("header", found) if isinstance(found, dict) else {}
         frame = inner.get("frame_id", "") if isinstance(inner, dict) else ""
@@ -237,7 +237,7 @@ def _json_names(value: Any, name: str, depth: int) -> Iterator[str]:  # noqa: AN
 
 
 def _numbers(values: Sequence[Any]) -> FloatArray:
-    """Give numbers, those that JSON of protocol buffers has as text, and dates as ns since 1970."""
+    """Returns numbers, those that JSON of protocol buffers has as text, and dates as ns since 1970."""
     if isinstance(values[0], str) and "T" in values[0]:
         plain = [value.removesuffix("Z") for value in values]
         return np.array(plain, "datetime64[ns]").astype(np.int64).astype(np.float64)

@@ -48,18 +48,18 @@ class ImuDecoder(Protocol):
 
     @property
     def units(self) -> MessageUnits:
-        """Give what is stated of units."""
+        """Returns what is stated of units."""
 
     @property
     def what(self) -> str:
         """Say what its messages are, for those that are none."""
 
     def decode(self, messages: Sequence[bytes]) -> RawSamples:
-        """Decode some; raises `MalformedMessageError` for the first that is no such message."""
+        """Decodes some; raises `MalformedMessageError` for the first that is no such message."""
         ...
 
     def frame(self, message: bytes) -> str:
-        """Give the name of the frame; empty where a message says none."""
+        """Returns the name of the frame; empty where a message says none."""
         ...
 
 
@@ -72,12 +72,12 @@ class PlainImu:
     what: str = "sensor_msgs/Imu"
 
     def decode(self, messages: Sequence[bytes]) -> RawSamples:
-        """Decode header and numbers of many at once."""
+        """Decodes header and numbers of many at once."""
         found = decode(messages, "imu", self.encoding)
         return RawSamples(seconds(found.stamp), found.specific_force, found.angular_rate)
 
     def frame(self, message: bytes) -> str:
-        """Read the name in the header."""
+        """Reads the name in the header."""
         return frame_of(message, self.encoding)
 
 
@@ -95,7 +95,7 @@ class FieldImu:
     """Name of the field that is a sensor_msgs/Imu; empty where it is known by the names of its fields."""
 
     def decode(self, messages: Sequence[bytes]) -> RawSamples:
-        """Read the fields."""
+        """Reads the fields."""
         names = [part for name in self.columns.names for part in self.stamps.get(name, (name,))]
         if self.embedded:
             names += [f"{self.embedded}.{each}" for each in _COVARIANCES.values()]
@@ -121,12 +121,12 @@ class FieldImu:
         return values
 
     def frame(self, message: bytes) -> str:
-        """Read the name that the message itself says."""
+        """Reads the name that the message itself says."""
         return self.form.frame(message)
 
 
 def embedded_imus(form: MessageForm, fields: Sequence[str], what: str) -> dict[str, ImuDecoder]:
-    """Give the IMUs of those fields that are a sensor_msgs/Imu, by the names of the fields."""
+    """Returns the IMUs of those fields that are a sensor_msgs/Imu, by the names of the fields."""
     found: dict[str, ImuDecoder] = {}
     for field in fields:
         inside = [name for name in form.names if name.startswith(f"{field}.")]
@@ -137,7 +137,7 @@ def embedded_imus(form: MessageForm, fields: Sequence[str], what: str) -> dict[s
 
 
 def imus_by_names(form: MessageForm, what: str) -> Mapping[str, ImuDecoder]:
-    """Give the IMUs whose triads are known by the names of their fields, by the field that they are in."""
+    """Returns the IMUs whose triads are known by the names of their fields, by the field that they are in."""
     return _field_imus(form, form.names, what)
 
 
@@ -171,7 +171,7 @@ def _without_header(name: str) -> str:
 
 
 def _renamed(imu: ImuColumns, names: Mapping[str, str]) -> ImuColumns:
-    """Give the columns by the names in the message."""
+    """Returns the columns by the names in the message."""
 
     def triad(found: tuple[str, str, str] | None) -> tuple[str, str, str] | None:
         return None if found is None else (names[found[0]], names[found[1]], names[found[2]])

@@ -17,7 +17,7 @@ _NO_NUMBERS = {"string", "wstring", "bool"}
 
 
 def ros_form(definition: Definition) -> tuple[MessageForm, tuple[str, ...]]:
-    """Give the form of a message of ROS, and names of the fields that are a sensor_msgs/Imu.
+    """Returns the form of a message of ROS, and names of the fields that are a sensor_msgs/Imu.
 
     Raises what the library of the format raises where the definition is none.
     """
@@ -47,7 +47,7 @@ def _ros_names(types: Any, name: str, path: str, depth: int, imus: list[str]) ->
 
 
 def protobuf_form(definition: Definition) -> MessageForm:
-    """Give the form of a message of protocol buffers.
+    """Returns the form of a message of protocol buffers.
 
     Raises `ModuleNotFoundError` where their library is not installed, and what that raises where the
     descriptors are none.

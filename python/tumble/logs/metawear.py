@@ -35,12 +35,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of a sensor, which needs no name."""
+    """Returns the one IMU of a sensor, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read the files of accelerometer and gyroscope side by side, or the one that is there.
+    """Reads the files of accelerometer and gyroscope side by side, or the one that is there.
 
     Raises `LogError` where columns are missing or several files may belong to the one that is named.
     """
@@ -50,7 +50,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _pair_of(path: Path) -> tuple[Path, Path] | None:
-    """Return the files of accelerometer and gyroscope; None where one of them is alone, or not named so."""
+    """Returns the files of accelerometer and gyroscope; None where one of them is alone, or not named so."""
     named = _FILE.fullmatch(path.name)
     if not path.is_dir() and named is None:
         return None

@@ -49,12 +49,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the prefixes of the arrays' names."""
+    """Returns the prefixes of the arrays' names."""
     return list_variable_imus(_opened(path), options)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the arrays, or the fields of a structured array, of one IMU."""
+    """Finds the arrays, or the fields of a structured array, of one IMU."""
     return open_variables(_opened(path), imu, options)
 
 
@@ -72,7 +72,7 @@ class _Array:
     """Bytes before its numbers."""
 
     def pieces(self, axis: int) -> Iterator[NDArray[Any]]:
-        """Read it along an axis: as the bytes stand, or one stream for each line along that axis."""
+        """Reads it along an axis: as the bytes stand, or one stream for each line along that axis."""
         if len(self.shape) == 1 or self.column_major == (axis == 1):
             return self._in_order(axis)
         return self._side_by_side(axis)
@@ -158,7 +158,7 @@ def _opener(path: Path, member: str) -> Callable[[], IO[bytes]]:
 
 
 def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> _Array:
-    """Read the header of an array; raises `ValueError` where it says more than the `size` bytes there are."""
+    """Reads the header of an array; raises `ValueError` where it says more than `size` bytes."""
     with opened() as stream:
         start = stream.read(len(_MAGIC) + 2)
         version = tuple(start[len(_MAGIC) :])

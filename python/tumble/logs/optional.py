@@ -16,12 +16,12 @@ EXTRAS: Mapping[str, str] = {
 
 
 def install_command(extra: str) -> str:
-    """Give what a user types to have the libraries of an extra."""
+    """Returns what a user types to have the libraries of an extra."""
     return f"python -m pip install 'tumble-imu[{extra}]'"
 
 
 def imported(module: str, about: object, extra: str) -> Any:  # noqa: ANN401 - a module has no type of its own
-    """Import a library, or a module of ours that needs one; `about` is what is to be read with it.
+    """Imports a library, or a module of ours that needs one; `about` is what is to be read with it.
 
     Raises `LogError`, with how to get it, where it is not installed. Without an `extra` it is no matter of
     choice, and `ModuleNotFoundError` is raised.

@@ -69,7 +69,7 @@ class ReadOptions:
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 
     def __post_init__(self) -> None:
-        """Fill in what `counts` says; what is stated by itself goes before that."""
+        """Fills in what `counts` says; what is stated by itself goes before that."""
         if self.counts is None:
             return
         units = {"accelerometer": "g", "gyroscope": "deg/s"}
@@ -82,7 +82,7 @@ class ReadOptions:
 def options_for(
     source: RecordingSource, read: ReadOptions | Mapping[str, ReadOptions] | None
 ) -> ReadOptions | None:
-    """Give what holds for one source: the same for all, or by what was typed to name it."""
+    """Returns what holds for one source: the same for all, or by what was typed to name it."""
     if not isinstance(read, Mapping):
         return read
     return read.get(str(source)) if isinstance(source, str | Path) else None

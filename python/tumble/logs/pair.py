@@ -37,7 +37,7 @@ class TriadFile:
         return TextTable(self.path, self.layout, self.columns)
 
     def rows(self) -> Iterator[FloatArray]:
-        """Give its rows, (n, 4): time and three axes, in the units of the file."""
+        """Returns its rows, (n, 4): time and three axes, in the units of the file."""
         for samples in self.table.read(self._triad):
             assert samples.time is not None
             yield np.column_stack([samples.time, samples.accelerometer])
@@ -81,7 +81,7 @@ def imu_of_pair(
 def read_pair(
     accelerometer: TriadFile, gyroscope: TriadFile, transform: Transform, *, interpolate: bool
 ) -> Iterator[RawSamples]:
-    """Join the rows of both files.
+    """Joins the rows of both files.
 
     Those of equal time or, where `interpolate` says so, the accelerometer brought to the times of the
     gyroscope by straight lines, over the time in which both were recorded.
@@ -94,7 +94,7 @@ def read_pair(
 
 
 def _equal(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Join rows of equal time; blocks of the two files need not hold the same number of rows."""
+    """Joins rows of equal time; blocks of the two files need not hold the same number of rows."""
     row = 0
     for left, right in _even(accelerometer, gyroscope):
         apart = left[:, 0] != right[:, 0]
@@ -111,7 +111,7 @@ def _equal(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[Flo
 
 
 def _even(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Cut two streams of rows into pieces of equal length."""
+    """Cuts two streams of rows into pieces of equal length."""
     none = np.empty((0, _WIDTH))
     left, right = none, none
     for new_left, new_right in zip_longest(accelerometer.rows(), gyroscope.rows(), fillvalue=none):
@@ -130,7 +130,7 @@ def _even(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[Floa
 
 
 def _interpolated(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Give the accelerometer at the times of the gyroscope; both streams advance together."""
+    """Returns the accelerometer at the times of the gyroscope; both streams advance together."""
     known = TimedReadings((rows[:, 0], rows[:, 1:]) for rows in _forwards(accelerometer))
     found = False
     for rows in _forwards(gyroscope):
@@ -149,7 +149,7 @@ def _interpolated(accelerometer: TriadFile, gyroscope: TriadFile) -> Iterator[tu
 
 
 def _forwards(triad: TriadFile) -> Iterator[FloatArray]:
-    """Give the rows that have a time; raises `LogError` where it runs backwards."""
+    """Returns the rows that have a time; raises `LogError` where it runs backwards."""
     last = -np.inf
     for rows in triad.rows():
         kept = rows[np.isfinite(rows[:, 0])]

@@ -37,7 +37,7 @@ class TriadSamples:
         return TriadSamples(self.triad, self.time[rows], self.readings[rows], temperature)
 
     def then(self, later: TriadSamples) -> TriadSamples:
-        """Give these and those that came later."""
+        """Returns these and those that came later."""
         temperature = None
         if self.temperature is not None and later.temperature is not None:
             temperature = np.concatenate([self.temperature, later.temperature])
@@ -56,14 +56,14 @@ class Thermometer:
         self._known = np.vstack([self._known[-1:], np.column_stack([time, temperature])])
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Give degC at (n,) s, between what is known; NaN where nothing is."""
+        """Returns degC at (n,) s, between what is known; NaN where nothing is."""
         if not len(self._known):
             return np.full(len(time), np.nan)
         return np.interp(time, self._known[:, 0], self._known[:, 1])
 
 
 def paired(pieces: Iterable[TriadSamples], base: Triad, apart: float = CLOSE) -> Iterator[RawSamples]:
-    """Give one sample for each reading of `base`, with the reading of the other triad nearest in time.
+    """Returns one sample for each reading of `base`, with the reading of the other triad nearest in time.
 
     Pieces come in the order of the file, each triad's in the order of time. A reading of `base` without one
     of the other within `apart`, s, is left out.
@@ -94,7 +94,7 @@ def _pair_until(
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Give, for each wanted time, which of the sorted (m,) times is nearest."""
+    """Returns, for each wanted time, which of the sorted (m,) times is nearest."""
     after = np.clip(np.searchsorted(times, wanted), 1, max(len(times) - 1, 1))
     before = after - 1
     after = np.minimum(after, len(times) - 1)

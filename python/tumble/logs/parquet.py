@@ -22,13 +22,13 @@ FACTS = (b"tumble.serial", b"tumble.corrected")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the column prefixes of a Parquet table."""
+    """Returns the column prefixes of a Parquet table."""
     with opened(path) as file:
         return tuple(imus_in(path, file.schema_arrow, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the columns of one IMU in a Parquet table.
+    """Finds the columns of one IMU in a Parquet table.
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
@@ -48,7 +48,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 @contextmanager
 def opened(path: Path) -> Iterator[pq.ParquetFile]:
-    """Open for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
+    """Opens for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
     in_pages = {"buffer_size": 1 << 20, "pre_buffer": False}
     try:
         with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:

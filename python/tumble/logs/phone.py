@@ -33,7 +33,7 @@ _WITHOUT_GRAVITY = "seconds_elapsed"
 
 
 def find_files(path: Path) -> tuple[Path, Path] | None:
-    """Give accelerometer and gyroscope file of a folder, or of that in which a file is."""
+    """Returns accelerometer and gyroscope file of a folder, or of that in which a file is."""
     folder = path if path.is_dir() else path.parent
     for accelerometer, gyroscope in _PAIRS:
         pair = folder / accelerometer, folder / gyroscope
@@ -48,12 +48,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of a phone, which needs no name."""
+    """Returns the one IMU of a phone, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read both files side by side; their times differ, as a rule, so that `--interpolate` is needed."""
+    """Reads both files side by side; their times differ, as a rule, so that `--interpolate` is needed."""
     choose(path, ("",), imu, "IMU")
     pair = find_files(path)
     assert pair is not None
@@ -75,7 +75,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _stated(file: TriadFile, quantity: Quantity) -> StatedUnit | None:
-    """Return the unit that stands in the names of columns."""
+    """Returns the unit that stands in the names of columns."""
     time, x, *_ = file.columns
     match = _TIME.fullmatch(time) if quantity == "time" else _AXIS.fullmatch(x)
     unit = find_unit(match["unit"] or "", quantity) if match else None

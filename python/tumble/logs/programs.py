@@ -48,7 +48,7 @@ def _indexed(name: str) -> tuple[str, str, str]:
 
 
 def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> float:
-    """Divide counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
+    """Divides counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
     assert columns.accelerometer is not None
     if _unit_in(columns.accelerometer[0]) or options.accelerometer_scale is not None:
         return 1.0
@@ -111,12 +111,12 @@ PROGRAMS = (
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of such a table, which needs no name."""
+    """Returns the one IMU of such a table, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read the table of the program whose names it has; raises `LogError` where some are missing."""
+    """Reads the table of the program whose names it has; raises `LogError` where some are missing."""
     choose(path, ("",), imu, "IMU")
     layout = find_layout(path, options, SoughtTable("log", "accSmooth[0], gFx", _is_known))
     names = {_stem(name): name for name in reversed(layout.names)}

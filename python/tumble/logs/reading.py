@@ -28,7 +28,7 @@ from tumble.logs.units import odd_step, usual_step
 
 
 def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
-    """Give the names that may follow `LOG:`; an IMU that needs no name has an empty one.
+    """Returns the names that may follow `LOG:`; an IMU that needs no name has an empty one.
 
     Raises `LogError` where there is no such file, or no IMU in it.
     """
@@ -45,7 +45,7 @@ def open_recording(
     name: str = table.NAME,
     keep_faults: bool = False,
 ) -> Recording:
-    """Open a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
+    """Opens a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
 
     A table in memory, such as a data frame, is read by the names of its columns as a file is, and is called
     `name`; a recording is given back as it is.
@@ -69,7 +69,7 @@ def open_recording(
 
 
 def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recording:
-    """Open a folder of poses; what one pose shows of the gyroscope's unit holds for all."""
+    """Opens a folder of poses; what one pose shows of the gyroscope's unit holds for all."""
     recording = open_folder(folder, lambda path: _open_file(path, imu, options))
     units = {part.metadata.gyroscope_unit.name for part in recording.parts}
     if len(units) > 1:
@@ -162,7 +162,7 @@ def _metadata(
 
 
 def _body(logged: str, axes: str) -> str:
-    """Return the directions of the case axes; unknown where those of the log are, or were left-handed."""
+    """Returns the directions of the case axes; unknown where those of the log are, or were left-handed."""
     return turned(logged, case_from_log(axes)) if logged and not is_mirrored(axes) else ""
 
 

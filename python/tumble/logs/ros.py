@@ -39,12 +39,12 @@ class _Imu:
 
 
 def imus_of(bag: Bag) -> tuple[str, ...]:
-    """Give the topics of a bag that hold IMUs, with the fields of messages that hold several things."""
+    """Returns the topics of a bag that hold IMUs, with the fields of messages that hold several things."""
     return tuple(_imus(bag))
 
 
 def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
-    """Find an IMU in a bag.
+    """Finds an IMU in a bag.
 
     Raises `LogError` where there is no such topic, or several and none is named.
     """
@@ -84,7 +84,7 @@ def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
 
 
 def _imus(bag: Bag) -> dict[str, _Imu]:
-    """Find the IMUs: messages and fields of that type, else what the names of fields say."""
+    """Finds the IMUs: messages and fields of that type, else what the names of fields say."""
     found = {
         topic.name: _Imu(topic.name, topic.name, PlainImu(topic.encoding))
         for topic in bag.topics()
@@ -108,7 +108,7 @@ def _imus(bag: Bag) -> dict[str, _Imu]:
 
 
 def _of_topic(bag: Bag, topic: str, definition: Definition, *, by_names: bool) -> dict[str, _Imu]:
-    """Find the IMUs in the fields of a topic's messages; none where nobody can say what they are."""
+    """Finds the IMUs in the fields of a topic's messages; none where nobody can say what they are."""
     from tumble.logs.message_types import protobuf_form, ros_form
 
     decoders: Mapping[str, ImuDecoder] = {}
@@ -172,7 +172,7 @@ class _Gatherer:
         self._use_stamps = use_stamps
 
     def samples(self, size: int) -> Iterator[RawSamples]:
-        """Give `size` samples at a time, fewer at the end."""
+        """Returns `size` samples at a time, fewer at the end."""
         names = [self._imu.topic, *([self._temperature.name] if self._temperature else [])]
         batch, first, held = _Batch(), 0, np.nan
         for message in self._bag.messages(names):
@@ -193,7 +193,7 @@ class _Gatherer:
             batch.before.append(len(batch.imu))
 
     def _decode(self, batch: _Batch, first: int, held: float) -> tuple[RawSamples, float]:
-        """Decode a batch, and give the last temperature to hold for the next one."""
+        """Decodes a batch, and returns the last temperature to hold for the next one."""
         try:
             samples = self._imu.decoder.decode(batch.imu)
         except MalformedMessageError as error:
@@ -212,7 +212,7 @@ class _Gatherer:
         return samples, held
 
     def _recorded(self, batch: _Batch) -> FloatArray:
-        """Give when each message was recorded, (n,) s."""
+        """Returns when each message was recorded, (n,) s."""
         try:
             return seconds(np.array(batch.log_times, dtype=np.int64))
         except OverflowError as error:
@@ -222,7 +222,7 @@ class _Gatherer:
             ) from error
 
     def _temperature_at(self, batch: _Batch, held: float) -> tuple[FloatArray, float]:
-        """Give the latest temperature at every Imu message; NaN before the first."""
+        """Returns the latest temperature at every Imu message; NaN before the first."""
         assert self._temperature is not None
         values = [held]
         if batch.temperature:

@@ -27,12 +27,12 @@ _HEAD_BYTES = 1 << 16
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one topic that was printed, which needs no name."""
+    """Returns the one topic that was printed, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read a topic that was printed; its time is that of the headers where they have one."""
+    """Reads a topic that was printed; its time is that of the headers where they have one."""
     choose(path, ("",), imu, "topic")
     with open_text(path) as file:
         head = file.read(_HEAD_BYTES)

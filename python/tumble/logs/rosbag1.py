@@ -43,12 +43,12 @@ class _ReaderWithoutIndex(Reader):
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the topics that hold IMUs."""
+    """Returns the topics that hold IMUs."""
     return imus_of(RosBag1(path))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    """Finds a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
     return imu_of(RosBag1(path), imu)
 
 
@@ -107,7 +107,7 @@ class RosBag1:
 
 
 def _unpacked(data: bytes, unpack: Callable[[bytes], bytes]) -> bytes:
-    """Unpack a chunk; raises `ValueError` where it becomes more than readings do."""
+    """Unpacks a chunk; raises `ValueError` where it becomes more than readings do."""
     if unpack not in _UNPACKERS:
         return data
     unpacker = _UNPACKERS[unpack]()
@@ -118,7 +118,7 @@ def _unpacked(data: bytes, unpack: Callable[[bytes], bytes]) -> bytes:
 
 
 def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[BagMessage]:
-    """Walk the records of a chunk (wiki.ros.org/Bags/Format/2.0): header and data, each after its length."""
+    """Walks the records of a chunk (wiki.ros.org/Bags/Format/2.0): header and data, each after its length."""
     position = 0
     while position < len(chunk):
         header, position = _sized(chunk, position)

@@ -17,12 +17,12 @@ from tumble.logs.track import LoggedImu
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the topics that hold IMUs."""
+    """Returns the topics that hold IMUs."""
     return imus_of(RosBag2(path))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    """Finds a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
     return imu_of(RosBag2(path), imu)
 
 

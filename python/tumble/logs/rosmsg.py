@@ -81,7 +81,7 @@ def frame_of(message: bytes, encoding: Encoding) -> str:
 
 
 def decode(messages: Sequence[bytes], kind: str, encoding: Encoding) -> Decoded:
-    """Decode messages of one kind, `imu` or `temperature`.
+    """Decodes messages of one kind, `imu` or `temperature`.
 
     Raises `MalformedMessageError` where the bytes of one do not add up to such a message.
     """

@@ -39,13 +39,13 @@ class Reordering:
     """Largest time by which a row came after a later one, s."""
 
     def add(self, other: Reordering) -> None:
-        """Count those of another pass."""
+        """Counts those of another pass."""
         self.rows += other.rows
         self.places = max(self.places, other.places)
         self.late = max(self.late, other.late)
 
     def phrase(self) -> str:
-        """Describe them for users."""
+        """Describes them for users."""
         return (
             f"sorted by time: {count_of('row', self.rows)} stood up to {count_of('place', self.places)} from "
             f"where their time belongs, up to {self.late:.3g} s late"
@@ -66,7 +66,7 @@ class Rows:
         return len(self.chunk)
 
     def select(self, which: Mask | Numbers | slice) -> Rows:
-        """Return some rows, or all in another order."""
+        """Returns some rows, or all in another order."""
         return Rows(select(self.chunk, which), self.numbers[which], self.places[which])
 
 
@@ -113,7 +113,7 @@ class RowOrder:
         return self._ready()
 
     def finish(self) -> list[Rows]:
-        """Return what is held; raises `WrongOrderError` as `push` does."""
+        """Returns what is held; raises `WrongOrderError` as `push` does."""
         if any((rows.places[1:] < rows.places[:-1]).any() for rows in self._held):
             self._sort(at_end=True)
         ready, self._held = self._held, []
@@ -143,7 +143,7 @@ class RowOrder:
             self._last = float(rows.chunk.time[-1])
 
     def _sort(self, *, at_end: bool) -> None:
-        """Sort all that is held."""
+        """Sorts all that is held."""
         together = _joined(self._held)
         logged = together.select(np.argsort(together.places, kind="stable"))
         moved = ~_longest_in_order(logged.chunk.time)
@@ -155,7 +155,7 @@ class RowOrder:
         self._held = [logged.select(np.argsort(logged.chunk.time, kind="stable"))]
 
     def _wrong(self, logged: Rows, moved: Mask, *, at_end: bool) -> Mask:
-        """Find the moved rows that fill no gap, or stand too far from it; (n,) of the order of the log."""
+        """Finds the moved rows that fill no gap, or stand too far from it; (n,) of the order of the log."""
         time, kept = logged.chunk.time, logged.chunk.time[~moved]
         usual = _usual_step(time, moved)
         place = np.searchsorted(kept, time[moved], side="right")
@@ -204,7 +204,7 @@ class WrongOrderError(Exception):
 
 
 def select(chunk: Chunk, which: Mask | Numbers | slice) -> Chunk:
-    """Return some samples of a chunk, or all in another order."""
+    """Returns some samples of a chunk, or all in another order."""
     temperature: FloatArray | None = None if chunk.temperature is None else chunk.temperature[which]
     received: FloatArray | None = None if chunk.received is None else chunk.received[which]
     return Chunk(
@@ -244,7 +244,7 @@ def _joined(held: list[Rows]) -> Rows:
 
 
 def _repeats(logged: Rows, order: Numbers, rank: Numbers) -> Mask:
-    """Find rows that repeat one beside them in time, values and all; (n,) of the order of the log."""
+    """Finds rows that repeat one beside them in time, values and all; (n,) of the order of the log."""
     values = np.column_stack([logged.chunk.time, logged.chunk.accelerometer, logged.chunk.gyroscope])[order]
     same = ((values[1:] == values[:-1]) | np.isnan(values[1:])).all(axis=1)
     repeats: Mask = (np.append(same, False) | np.append(False, same))[rank]
@@ -252,7 +252,7 @@ def _repeats(logged: Rows, order: Numbers, rank: Numbers) -> Mask:
 
 
 def _usual_step(time: FloatArray, moved: Mask) -> float:
-    """Give the usual step of (n,) times once sorted.
+    """Returns the usual step of (n,) times once sorted.
 
     Late rows come one by one or in bursts, each burst with a step back. A second recording, or a clock set
     back, has one step back for many rows; the step is then that of the rows that stay.
@@ -264,7 +264,7 @@ def _usual_step(time: FloatArray, moved: Mask) -> float:
 
 
 def _longest_in_order(time: FloatArray) -> Mask:
-    """Find the most rows of (n,) times that can stay where they are: a longest rising subsequence."""
+    """Finds the most rows of (n,) times that can stay where they are: a longest rising subsequence."""
     settled = (np.maximum.accumulate(time) <= time) & (np.minimum.accumulate(time[::-1])[::-1] >= time)
     kept: Mask = settled.copy()
     unsettled = np.flatnonzero(~settled)
@@ -275,7 +275,7 @@ def _longest_in_order(time: FloatArray) -> Mask:
 
 
 def _longest_rising(time: FloatArray) -> list[int]:
-    """Give the positions of a longest subsequence of (n,) times that never falls, by patience sorting."""
+    """Returns the positions of a longest subsequence of (n,) times that never falls, by patience sorting."""
     tails: list[float] = []
     ends: list[int] = []
     before = np.full(len(time), -1, dtype=np.int64)

@@ -99,13 +99,13 @@ class Session(Document):
 
 
 def unit_names(source: str) -> tuple[str, ...]:
-    """Give the names of the units of a recorded session; none where `source` is none."""
+    """Returns the names of the units of a recorded session; none where `source` is none."""
     folder = Path(source)
     return Session.load(folder).names if (folder / SESSION_FILE).is_file() else ()
 
 
 def procedure_of(source: object) -> SessionProcedure | None:
-    """Give what `SESSION` or `SESSION:NAME` was recorded for; None where that is no session, or not known."""
+    """What `SESSION` or `SESSION:NAME` was recorded for; None where that is no session, or not known."""
     if not isinstance(source, str | Path):
         return None
     folder = parse_spec(source).path
@@ -113,23 +113,23 @@ def procedure_of(source: object) -> SessionProcedure | None:
 
 
 def parts_folder(folder: Path, name: str) -> Path:
-    """Give where parts of a unit are."""
+    """Returns where parts of a unit are."""
     return folder / f"{name}.parts"
 
 
 def joined_file(folder: Path, name: str) -> Path:
-    """Give where all samples of a unit are once the session has ended."""
+    """Returns where all samples of a unit are once the session has ended."""
     return folder / f"{name}.parquet"
 
 
 def numbers_of(part: Path) -> tuple[int, int] | None:
-    """Give first and last number of what is in a part; None for what is no part."""
+    """Returns first and last number of what is in a part; None for what is no part."""
     match = _PART.fullmatch(part.name)
     return (int(match[1]), int(match[2] or match[1])) if match else None
 
 
 def unit_files(folder: Path, name: str) -> list[Path]:
-    """Give the files with the samples of a unit, in order of time, each sample once."""
+    """Returns the files with the samples of a unit, in order of time, each sample once."""
     whole = joined_file(folder, name)
     done = last_part(whole) if whole.is_file() else 0
     files = [whole] if whole.is_file() else []
@@ -143,7 +143,7 @@ def unit_files(folder: Path, name: str) -> list[Path]:
 
 
 def last_part(path: Path) -> int:
-    """Give the number of the last part that a file holds; 0 where it was not made of parts."""
+    """Returns the number of the last part that a file holds; 0 where it was not made of parts."""
     with parquet.opened(path) as file:
         return int((file.schema_arrow.metadata or {}).get(f"tumble.{LAST_PART}".encode(), b"0"))
 
@@ -201,7 +201,7 @@ def _pieces(folder: Path, name: str, column: str) -> Iterator[FloatArray]:
 
 
 def wheels_of(source: str) -> RecordedColumn | None:
-    """Give whether the wheels turned, of a unit of a recorded session; None where that is not known."""
+    """Returns whether the wheels turned, of a unit of a recorded session; None where that is not known."""
     spec = parse_spec(source)
     if not (spec.path / SESSION_FILE).is_file():
         return None
@@ -212,12 +212,12 @@ def wheels_of(source: str) -> RecordedColumn | None:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of the units."""
+    """Returns the names of the units."""
     return Session.load(path).names
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Open one unit of a session.
+    """Opens one unit of a session.
 
     Raises `LogError` where there is no such unit, or nothing of it was recorded.
     """

@@ -128,7 +128,7 @@ class _Evenness:
 
 
 def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSamples]:
-    """Give samples, whose times are stamps of the sensor, with those of the lines."""
+    """Returns samples, whose times are stamps of the sensor, with those of the lines."""
     row = 0
     starts = np.array([line.first_row for line in lines])
     paces, offsets = np.array([line.pace for line in lines]), np.array([line.offset for line in lines])
@@ -140,7 +140,7 @@ def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSampl
 
 
 def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
-    """Find the line of each stretch of a unit; `clock_rate` is s of its clock in a second of arrivals.
+    """Finds the line of each stretch of a unit; `clock_rate` is s of its clock in a second of arrivals.
 
     Empty where no arrivals or stamps were recorded, where these are not of clocks that go alike, and where
     times are the stamps, as of sources that share a clock.
@@ -176,7 +176,7 @@ def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
 
 
 def _second_by_second(stamp: FloatArray, first: int, end: int) -> list[int]:
-    """Give where each second begins among some rows, and where they end."""
+    """Returns where each second begins among some rows, and where they end."""
     begins = np.flatnonzero(np.diff(np.floor(stamp[first:end]))) + 1
     return [first, *(first + begins).tolist(), end] if end > first else []
 

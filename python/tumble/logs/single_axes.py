@@ -33,7 +33,7 @@ class SingleAxes:
 
     @classmethod
     def parse(cls, text: str) -> SingleAxes:
-        """Read `NAME=CHANNEL:LOG,...`; raises `LogError` where it is none, or names a channel twice."""
+        """Reads `NAME=CHANNEL:LOG,...`; raises `LogError` where it is none, or names a channel twice."""
         name, _, listed = text.partition("=")
         logs: dict[Channel, str | Path] = {}
         for part in re.split(",(?=[a-z]+:)", listed):
@@ -51,7 +51,7 @@ class SingleAxes:
 def open_single_axes(
     unit: SingleAxes, read: ReadOptions | Mapping[str, ReadOptions] | None = None
 ) -> Recording:
-    """Open a unit of single-axis sensors.
+    """Opens a unit of single-axis sensors.
 
     Samples are those of the first channel in the order `ax ay az gx gy gz`; readings of the others are
     interpolated linearly to its times, and NaN where a sensor paused for more than `BRIDGED_STEPS` of its
@@ -112,7 +112,7 @@ def _readings(channel: Channel, sensor: Recording) -> Iterator[Block]:
 
 
 def _samples(sensors: Mapping[Channel, Recording]) -> Iterator[Chunk]:
-    """Give samples at the times of the first sensor, from the first reading of the last one to begin."""
+    """Returns samples at the times of the first sensor, from the first reading of the last one to begin."""
     (first, sensor), *others = sensors.items()
     read = {
         channel: TimedReadings(_readings(channel, other), longest=BRIDGED_STEPS) for channel, other in others

@@ -24,7 +24,7 @@ class LogSpec:
 
 
 def parse_spec(source: str | Path) -> LogSpec:
-    """Split `LOG:NAME` at the last colon that leaves an existing path; a path that exists is taken whole.
+    """Splits `LOG:NAME` at the last colon that leaves an existing path; a path that exists is taken whole.
 
     `-` is standard input.
 
@@ -48,7 +48,7 @@ def parse_spec(source: str | Path) -> LogSpec:
 
 
 def files_of(recording: Recording) -> Sequence[Path]:
-    """List the files that a recording is read from, with all in its folder; none where it is in memory."""
+    """Lists the files that a recording is read from, with all in its folder; none where it is in memory."""
     if recording.metadata.in_memory:
         return ()
     source = parse_spec(recording.metadata.source).path

@@ -20,7 +20,7 @@ class PipedLog(type(Path())):  # type: ignore[misc]  # the class of paths depend
     __slots__ = ()
 
     def __fspath__(self) -> str:
-        """Give the path of the file, which `str` does not."""
+        """Returns the path of the file, which `str` does not."""
         return str(Path(*self.parts))
 
     def __str__(self) -> str:
@@ -37,7 +37,7 @@ def nothing_piped(typed: str) -> LogError:
 
 
 def piped_log() -> Path:
-    """Copy standard input to a file, once, as a log is read more than once; the file goes with the process.
+    """Copies standard input to a file, once, as a log is read more than once; the file goes with the process.
 
     Raises `LogError` where nothing is piped in, `OutputError` where there is no room for it.
     """

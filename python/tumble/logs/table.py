@@ -24,7 +24,7 @@ NAME = "table"
 
 
 def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
-    """Find the columns of one IMU, by the names that columns of files have.
+    """Finds the columns of one IMU, by the names that columns of files have.
 
     Raises `LogError` where there is no such IMU, `ArrayError` where a column of it holds no numbers.
     """
@@ -59,7 +59,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
 
 
 def _columns(table: Table, name: str) -> dict[str, Any]:
-    """Give the columns by name, and the index of a data frame where it may hold the time."""
+    """Returns the columns by name, and the index of a data frame where it may hold the time."""
     named = named_columns(table)
     if named is None:
         raise ArrayError(

@@ -65,7 +65,7 @@ class TextLayout:
     next."""
 
     def first_field(self, name: str) -> str:
-        """Give what a column holds in the first row; empty where that breaks off before it."""
+        """Returns what a column holds in the first row; empty where that breaks off before it."""
         position = self.names.index(name)
         return self.first_row[position] if position < len(self.first_row) else ""
 
@@ -97,7 +97,7 @@ LOG = SoughtTable("log", "ax, ay, az, gx, gy, gz", _is_channel)
 
 
 def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> TextLayout:
-    """Find delimiter, column names and first row of numbers.
+    """Finds delimiter, column names and first row of numbers.
 
     Raises `LogError` where the file is not text, or holds neither names nor, of a log, rows of numbers.
     """
@@ -147,7 +147,7 @@ def _is_text(head: bytes) -> bool:
 
 
 def _decode(line: bytes) -> str:
-    """Read a line as UTF-8 or, where it is none, as Windows writes it in the west: `°/s`, `µs`."""
+    """Reads a line as UTF-8 or, where it is none, as Windows writes it in the west: `°/s`, `µs`."""
     try:
         return line.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -241,7 +241,7 @@ def _named(
 
 
 def _units(line: str, names: Sequence[str]) -> list[str]:
-    """Return the units in the line below the names, as Consensys writes them; empty if it holds none."""
+    """Returns the units in the line below the names, as Consensys writes them; empty if it holds none."""
     units = split_line(line, _row_delimiter(line, len(names)))
     if len(units) != len(names) or any(number_of(unit) is not None for unit in units):
         return []
@@ -252,7 +252,7 @@ def _units(line: str, names: Sequence[str]) -> list[str]:
 
 
 def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
-    """Write the unit behind each name that states none."""
+    """Writes the unit behind each name that states none."""
     return [
         f"{name} [{unit}]" if unit and name and not name.endswith(("]", ")")) else name
         for name, unit in zip(names, units, strict=True)
@@ -268,7 +268,7 @@ def _end_in_delimiter(rows: Sequence[str], delimiter: str, columns: int) -> bool
 
 
 def _sound_fields(row: str, columns: int) -> int:
-    """Count numbers and dates in a row of that many columns; -1 if it has more or fewer."""
+    """Counts numbers and dates in a row of that many columns; -1 if it has more or fewer."""
     delimiter = _row_delimiter(row, columns)
     fields = split_line(row, delimiter)
     if len(fields) != columns:
@@ -323,7 +323,7 @@ def _unnamed(
 
 
 def _typical_row(rows: Sequence[str]) -> tuple[str, str]:
-    """Give the first row as wide as most, and their delimiter: the very first may be torn."""
+    """Returns the first row as wide as most, and their delimiter: the very first may be torn."""
     delimiters = [(row, numbers_delimiter(row)) for row in rows[:_ROWS_COMPARED]]
     numeric = [(row, delimiter) for row, delimiter in delimiters if delimiter is not None]
     shapes = [(delimiter, len(split_line(row, delimiter))) for row, delimiter in numeric]

@@ -20,7 +20,7 @@ _LONGEST_MAGIC = 6
 
 
 def open_text(path: Path, offset: int = 0) -> BinaryIO:
-    """Open a file of text as UTF-8, `offset` bytes of that behind its beginning.
+    """Opens a file of text as UTF-8, `offset` bytes of that behind its beginning.
 
     Reading raises `LogError` where a packed file is damaged or cut short.
     """
@@ -39,7 +39,7 @@ def open_text(path: Path, offset: int = 0) -> BinaryIO:
 
 
 def text_size(path: Path) -> int | None:
-    """Give the number of bytes of a file of text; None where only unpacking it would tell."""
+    """Returns the number of bytes of a file of text; None where only unpacking it would tell."""
     with path.open("rb") as file:
         return None if packing_of(file.read(_LONGEST_MAGIC)) else path.stat().st_size
 
@@ -58,7 +58,7 @@ class _Stream(io.RawIOBase):
         return True
 
     def readinto(self, buffer: bytearray | memoryview) -> int:  # type: ignore[override]
-        """Fill as much of the buffer as one piece does; 0 at the end."""
+        """Fills as much of the buffer as one piece does; 0 at the end."""
         while not self._left:
             piece = next(self._pieces, None)
             if piece is None:
@@ -117,7 +117,7 @@ def _unpacked_by_pyarrow(file: BinaryIO, name: str) -> Iterator[bytes]:
 
 
 def _unpacked_xz(file: BinaryIO, _: str) -> Iterator[bytes]:
-    """Unpack one stream after the other; zeros may stand between them."""
+    """Unpacks one stream after the other; zeros may stand between them."""
     unpacker, packed = _xz_unpacker(), file.read(_PIECE)
     while True:
         if piece := unpacker.decompress(packed, _PIECE):

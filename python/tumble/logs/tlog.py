@@ -87,7 +87,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def _length(data: bytes, at: int) -> int:
-    """Give the bytes of the message that begins there, its time among them; 0 where none does."""
+    """Returns the bytes of the message that begins there, its time among them; 0 where none does."""
     if at + ARRIVAL + 3 > len(data):
         return 0
     magic, size = data[at + ARRIVAL], data[at + ARRIVAL + 1]
@@ -99,12 +99,12 @@ def _length(data: bytes, at: int) -> int:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of all IMUs: messages, with the number of the sensor and of the vehicle if needed."""
+    """Returns the names of all IMUs: messages, with the number of the sensor and of the vehicle if needed."""
     return list_of(path, _imus(path), SOUGHT)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find an IMU; raises `LogError` where there is no such one, or several and none is named."""
+    """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
     imus = _imus(path)
     list_of(path, imus, SOUGHT)
     return open_flight_imu(path, imus, imu, options, "tlog", f"{path.resolve()}#time of the autopilot")
@@ -138,7 +138,7 @@ def _name(sender: _Sender, several: bool) -> str:
 
 
 def _kind(sender: _Sender, scan: _Scan) -> Kind:
-    """Give units; those of RAW_IMU are known of ArduPilot."""
+    """Returns units; those of RAW_IMU are known of ArduPilot."""
     kind = KINDS[sender.message]
     if kind.accelerometer_unit is None and sender.system in scan.ardupilots:
         return Kind(kind.time, kind.time_unit, SCALED.accelerometer_unit, SCALED.gyroscope_unit)
@@ -176,7 +176,7 @@ def _scanned(path: Path) -> _Scan:
 
 
 def _key(packet: bytes) -> tuple[int, int, int]:
-    """Give number, system and sensor of a message that is not decoded."""
+    """Returns number, system and sensor of a message that is not decoded."""
     number = _number(packet, 0)
     head = _HEAD_1 if packet[0] == VERSION_1 else _HEAD_2
     last = _SENSORS.get(number, 0)
@@ -225,7 +225,7 @@ def _scaled(readings: FloatArray, triad: Triad, unit: str | None) -> FloatArray:
 
 
 def _messages(path: Path, damage: Damage, names: Sequence[str]) -> Iterator[list[MavlinkMessage]]:
-    """Give the decoded messages of these names, those of about a megabyte of file at a time."""
+    """Returns the decoded messages of these names, those of about a megabyte of file at a time."""
     dialect = _dialect(path)
     for packets in _packets(path, dialect, damage, names):
         yield list(_decoded(dialect, packets, damage))
@@ -236,7 +236,7 @@ def _dialect(path: Path) -> Any:  # noqa: ANN401 - pymavlink has no types
 
 
 def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> Iterator[list[bytes]]:  # noqa: ANN401
-    """Give the messages of these names as they stand in the file."""
+    """Returns the messages of these names as they stand in the file."""
     numbers = frozenset(getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in names)
     packets = _Packets(numbers, damage)
     with path.open("rb") as file:
@@ -285,7 +285,7 @@ class _Packets:
         return at
 
     def _next(self, data: bytes, at: int) -> int:
-        """Find where the next message may begin."""
+        """Finds where the next message may begin."""
         found = _MAGIC.search(data, at + ARRIVAL + 1)
         return found.start() - ARRIVAL if found else max(at + 1, len(data) - ARRIVAL - 2)
 

@@ -110,7 +110,7 @@ class LoggedImu:
 
 
 def choose(path: Path, names: tuple[str, ...], wanted: str | None, what: str) -> str:
-    """Pick the wanted one of several IMUs; `what` is what names one here: `topic`, `column prefix`.
+    """Picks the wanted one of several IMUs; `what` is what names one here: `topic`, `column prefix`.
 
     Raises `LogError` where there is no such name, or where there are several and none is wanted.
     """
@@ -127,7 +127,7 @@ def choose(path: Path, names: tuple[str, ...], wanted: str | None, what: str) ->
 
 
 def one_name(source: Path | str, named: str | None, topic: str | None) -> str | None:
-    """Give the name of an IMU, typed behind its source or with --topic; raises `LogError` for two names."""
+    """Name of an IMU, typed behind its source or with --topic; raises `LogError` for two names."""
     if named and topic and named != topic:
         raise LogError(f"{source}: {named!r} and --topic {topic!r} both name an IMU; give one")
     return named or topic
@@ -147,7 +147,7 @@ def none_such(source: Path | str, what: str, wanted: str, names: Sequence[str]) 
 
 
 def stack(batch: Mapping[str, FloatArray], names: tuple[str, str, str] | None) -> FloatArray:
-    """Gather three columns as (n, 3), NaN where there are none."""
+    """Gathers three columns as (n, 3), NaN where there are none."""
     if names is None:
         return np.full((len(next(iter(batch.values()))), 3), np.nan)
     stacked = np.empty((len(batch[names[0]]), 3))

@@ -70,19 +70,19 @@ class _Scan:
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of all IMUs, in each form in which they were logged."""
+    """Returns the names of all IMUs, in each form in which they were logged."""
     return list_of(path, _imus(path), SOUGHT)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find an IMU; raises `LogError` where there is no such one, or several and none is named."""
+    """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
     imus = _imus(path)
     list_of(path, imus, SOUGHT)
     return open_flight_imu(path, imus, imu, options, "ulog", opened(path).clock)
 
 
 def parameters_in(path: Path) -> dict[str, float]:
-    """Give the parameters as they were when the log ended."""
+    """Returns the parameters as they were when the log ended."""
     log = opened(path)
     return {**log.parameters, **{name: value for _, name, value in _scanned(path).changes}}
 
@@ -121,7 +121,7 @@ def _is_fifo(topic: Topic) -> bool:
 
 
 def _time(records: Records) -> FloatArray:
-    """Give the (n,) s at which the sensor was read, where that is known."""
+    """Returns the (n,) s at which the sensor was read, where that is known."""
     names = records.dtype.names or ()
     name = next((each for each in ("timestamp_sample", "timestamp") if each in names), None)
     if name is None:
@@ -148,7 +148,7 @@ def _apart(
     decode: Callable[[Triad, Records], TriadSamples],
     fields: tuple[str, ...] = (),
 ) -> Iterator[FlightImu]:
-    """Find the instances of which accelerometer and gyroscope were logged, each with x, y, z and `fields`."""
+    """Finds instances whose accelerometer and gyroscope were logged, with x, y, z and `fields`."""
     for instance in sorted({topic.instance for topic in scan.topics}):
         topics = {triad: Topic(name, instance) for triad, name in names.items()}
         facts = {triad: scan.topics[topic] for triad, topic in topics.items() if topic in scan.topics}
@@ -182,7 +182,7 @@ def _stamps_sensors(facts: _TopicFacts) -> bool:
 
 
 def _only(devices: set[int]) -> int:
-    """Give the one device; 0 where it is not known, or changed."""
+    """Returns the one device; 0 where it is not known, or changed."""
     return next(iter(devices)) if len(devices) == 1 else 0
 
 
@@ -268,7 +268,7 @@ def _turned(number: int) -> FloatArray:
 def _together(
     log: ULogFile, scan: _Scan, name: str, decode: Callable[[Records], RawSamples]
 ) -> Iterator[FlightImu]:
-    """Find the instances of a topic that holds both triads."""
+    """Finds the instances of a topic that holds both triads."""
     for topic, facts in sorted(scan.topics.items()):
         if topic.name != name or not _has(facts, *_FIELDS[name]):
             continue
@@ -301,7 +301,7 @@ def _notices_together(facts: _TopicFacts) -> Iterator[str]:
 
 
 def _devices(log: ULogFile, scan: _Scan, facts: _TopicFacts) -> dict[Triad, int]:
-    """Give the devices a topic is about: its own, else those that PX4 had selected."""
+    """Returns the devices a topic is about: its own, else those that PX4 had selected."""
     selected = scan.topics.get(Topic(SELECTION, 0))
     found: dict[Triad, int] = {}
     for triad, name in _DEVICE.items():
@@ -314,7 +314,7 @@ def _devices(log: ULogFile, scan: _Scan, facts: _TopicFacts) -> dict[Triad, int]
 
 
 def _thermometer(scan: _Scan, device: int) -> Topic | None:
-    """Find the topic that holds the temperature of a device."""
+    """Finds the topic that holds the temperature of a device."""
     for topic, facts in scan.topics.items():
         is_of_device = _only(facts.devices.get("device_id", set())) == device != 0
         if topic.name in SENSOR.values() and _has(facts, "temperature") and is_of_device:
@@ -345,7 +345,7 @@ def _combined(records: Records) -> RawSamples:
 
 
 def _deltas(records: Records) -> RawSamples:
-    """Divide what angle and velocity changed by through the time that took."""
+    """Divides what angle and velocity changed by through the time that took."""
     force, rate = (
         doubles(records[name]) / _interval(records, name)[:, np.newaxis]
         for name in ("delta_velocity", "delta_angle")
@@ -354,7 +354,7 @@ def _deltas(records: Records) -> RawSamples:
 
 
 def _interval(records: Records, name: str) -> FloatArray:
-    """Give (n,) s; NaN where it is none."""
+    """Returns (n,) s; NaN where it is none."""
     stated = f"{name}_dt" if f"{name}_dt" in (records.dtype.names or ()) else "dt"
     if stated not in (records.dtype.names or ()):
         raise LogError(f"{DELTAS} has no field {name}_dt; read another form of this IMU")
@@ -376,7 +376,7 @@ def _corrects_as_now(log: ULogFile, scan: _Scan) -> bool:
 
 
 def _corrections(log: ULogFile, scan: _Scan, devices: Mapping[Triad, int]) -> dict[Triad, Corrections]:
-    """Give what PX4 did, by the parameters of the devices."""
+    """Returns what PX4 did, by the parameters of the devices."""
     if not _corrects_as_now(log, scan):
         raise LogError(
             f"{log.path}: --undo-correction: is of PX4 before 1.11, whose drivers corrected as well; only "

@@ -77,7 +77,7 @@ class ULogFile:
     """Release of PX4: major, minor, patch; empty where it is not stated."""
 
     def layout(self, topic: str) -> np.dtype[np.void]:
-        """Give the fields of a topic without padding at the end; no fields where it has no format."""
+        """Returns the fields of a topic without padding at the end; no fields where it has no format."""
         return _layout(self.formats, topic)
 
     def blocks(
@@ -86,7 +86,7 @@ class ULogFile:
         damage: Damage,
         changed: Callable[[int, str, float], None] | None = None,
     ) -> Iterator[dict[Topic, Records]]:
-        """Give the messages of these topics, those of about a megabyte of file at a time.
+        """Returns the messages of these topics, those of about a megabyte of file at a time.
 
         `damage` is told what is not as it should be; `changed` the time, us, name and value of each parameter
         that changes.
@@ -101,7 +101,7 @@ class ULogFile:
 
 @once_per_file
 def opened(path: Path) -> ULogFile:
-    """Read what stands before the data.
+    """Reads what stands before the data.
 
     Raises `LogError` where it is not whole.
     """
@@ -126,7 +126,7 @@ def opened(path: Path) -> ULogFile:
 
 
 def _definitions(path: Path) -> tuple[int, bytes]:
-    """Give where data begin, and all that stands before."""
+    """Returns where data begin, and all that stands before."""
     with path.open("rb") as file:
         read = file.read(HEADER_BYTES)
         if len(read) < HEADER_BYTES:
@@ -177,7 +177,7 @@ _DEEPEST = 8
 
 
 def _size(formats: Mapping[str, Any], kind: str, depth: int) -> int:
-    """Give the bytes of a type; more than any message has where its format makes no sense."""
+    """Returns the bytes of a type; more than any message has where its format makes no sense."""
     if kind in _TYPES:
         return np.dtype(_TYPES[kind]).itemsize
     if kind not in formats or depth > _DEEPEST:
@@ -233,7 +233,7 @@ class _Walk:
         return at
 
     def _past_damage(self, data: bytes, at: int, whole: bool) -> int:
-        """Find where to go on: behind the next mark that is there for that."""
+        """Finds where to go on: behind the next mark that is there for that."""
         found = data.find(SYNC, at + 1)
         if found >= 0:
             return found + len(SYNC)
@@ -264,7 +264,7 @@ class _Walk:
                 self.changed(self._last, name, float(number))
 
     def records(self) -> dict[Topic, Records]:
-        """Give what stands in the last block, and forget where."""
+        """Returns what stands in the last block, and forgets where."""
         found: dict[Topic, Records] = {}
         content = np.frombuffer(self._block, np.uint8)
         for number, places in self._places.items():

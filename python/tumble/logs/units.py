@@ -142,19 +142,19 @@ _LARGEST_BIAS_DEG_PER_S = 100.0
 
 
 def find_unit(text: str, quantity: Quantity) -> str | None:
-    """Give the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
+    """Returns the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
     plain = text.strip().lower().replace("²", "^2").replace("**", "^").replace("µ", "u").replace("μ", "u")
     return SPELLINGS[quantity].get(re.sub(r"\s+", "", plain))
 
 
 def credible(readings: FloatArray) -> FloatArray:
-    """Give (n, 3) readings, those larger than any sensor's in any unit as NaN."""
+    """Returns (n, 3) readings, those larger than any sensor's in any unit as NaN."""
     large = ~(np.abs(readings) < LARGEST_READING)
     return np.where(large.any(axis=1, keepdims=True), np.nan, readings) if large.any() else readings
 
 
 def peak(readings: FloatArray) -> float:
-    """Give the largest finite reading of (n, 3), but for the few that garbled lines may have made."""
+    """Returns the largest finite reading of (n, 3), but for the few that garbled lines may have made."""
     largest = np.abs(readings[np.isfinite(readings).all(axis=1)]).max(axis=1, initial=0.0)
     left_out = -(-len(largest) // _SAMPLES_PER_SPIKE) if len(largest) >= _FEW_SAMPLES else 0
     place = len(largest) - 1 - left_out
@@ -162,7 +162,7 @@ def peak(readings: FloatArray) -> float:
 
 
 def rest_norm(vectors: FloatArray) -> float:
-    """Give the typical length of (n, 3) vectors while they change least, NaN where there are none."""
+    """Returns the typical length of (n, 3) vectors while they change least, NaN where there are none."""
     pieces = _pieces(vectors)
     if len(pieces) == 0:
         return math.nan
@@ -172,7 +172,7 @@ def rest_norm(vectors: FloatArray) -> float:
 
 
 def smallest_norm(vectors: FloatArray) -> float:
-    """Give the smallest length that short means of (n, 3) vectors have, NaN where there are none."""
+    """Returns the smallest length that short means of (n, 3) vectors have, NaN where there are none."""
     pieces = _pieces(vectors)
     return float(np.linalg.norm(pieces.mean(axis=1), axis=1).min()) if len(pieces) else math.nan
 
@@ -186,7 +186,7 @@ def _pieces(vectors: FloatArray) -> FloatArray:
 
 
 def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
-    """Give the unit in which a resting accelerometer reads that length, None if no unit fits."""
+    """Returns the unit in which a resting accelerometer reads that length, None if no unit fits."""
     for name, scale in UNITS["accelerometer"].items():
         if 0.75 <= norm_at_rest * scale / STANDARD_GRAVITY <= 1.3:
             return name
@@ -194,12 +194,12 @@ def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
 
 
 def guess_range(norm_at_rest: float) -> float | None:
-    """Give the range, g, of a sensor of 16 bits that reads so many counts at rest; None if none fits."""
+    """Returns the range, g, of a sensor of 16 bits that reads so many counts at rest; None if none fits."""
     return next((span for span in _RANGES_G if 0.9 <= norm_at_rest * span / COUNTS <= 1.1), None)
 
 
 def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]:
-    """Give the unit of a gyroscope from the length of its smallest and its largest reading, and why.
+    """Returns the unit of a gyroscope from the length of its smallest and its largest reading, and why.
 
     None if no unit fits. Only the fastest motion tells rad/s from deg/s: a slow table looks alike in both,
     and a steady turn is as quiet as a rest.
@@ -212,7 +212,7 @@ def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]
 
 
 def guess_time_unit(time: FloatArray) -> tuple[str, str]:
-    """Give the unit of time stamps and why: from their size if they count from 1970, else from their step.
+    """Returns the unit of time stamps and why: from their size if they count from 1970, else from their step.
 
     A counter of microseconds may have the size of seconds since 1970, but not their step. Most IMUs sample at
     10 Hz to 10 kHz, so steps of 0.1 ms to 100 ms are taken for granted.
@@ -231,7 +231,7 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
 
 
 def usual_step(time: FloatArray) -> float:
-    """Give the median step between successive (n,) times that advances, NaN where none does.
+    """Returns the median step between successive (n,) times that advances, NaN where none does.
 
     Where readers stamp several samples in one burst, it is that of the samples: a share of the step between
     bursts.

@@ -87,7 +87,7 @@ class _Place:
         return dtype.kind == "M"
 
     def of(self, piece: NDArray[Any]) -> FloatArray:
-        """Give its numbers in a piece, (m,): a copy, which a transform may change."""
+        """Returns its numbers in a piece, (m,): a copy, which a transform may change."""
         for key in self.keys:
             along = isinstance(key, str) or self.axis == 1
             piece = piece[key] if along else piece[:, key]  # type: ignore[index]
@@ -107,12 +107,12 @@ def is_numeric(dtype: np.dtype[Any]) -> bool:
 
 
 def list_variable_imus(file: VariablesFile, options: ReadOptions) -> tuple[str, ...]:
-    """Give the names of the IMUs in a file of variables."""
+    """Returns the names of the IMUs in a file of variables."""
     return tuple(find_imus(list(_places(file)), file.path, options))
 
 
 def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Find the variables of one IMU.
+    """Finds the variables of one IMU.
 
     Raises `LogError` where there is no such IMU, or its variables differ in their number of samples.
     """
@@ -147,7 +147,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
 
 
 def _places(file: VariablesFile) -> dict[str, _Place]:
-    """Give all columns; arrays of six or seven are those of an IMU where no name says what they are."""
+    """Returns all columns; arrays of six or seven are those of an IMU where no name says what they are."""
     if len(file.variables) > MOST_VARIABLES:
         raise LogError(f"{file.path}: holds {len(file.variables)} variables, which is no log; check the file")
     arrays = [each for each in file.variables if 1 <= len(each.shape) <= 2 and 0 not in each.shape]
@@ -172,7 +172,7 @@ def _places(file: VariablesFile) -> dict[str, _Place]:
 
 
 def _common_group(names: Sequence[str]) -> str:
-    """Give the group that all are in, with the separator behind it; empty where there is none."""
+    """Returns the group that all are in, with the separator behind it; empty where there is none."""
     groups = [name.split(_SEPARATOR)[:-1] for name in names]
     shared = 0
     while all(len(group) > shared and group[shared] == groups[0][shared] for group in groups):
@@ -208,7 +208,7 @@ def _columns_of(variable: Variable, name: str) -> Iterator[tuple[str, _Place]]:
 
 
 def _fields_of(dtype: np.dtype[Any], prefix: str) -> Iterator[tuple[str, tuple[int | str, ...]]]:
-    """Give the numbers in a structured type: fields, fields of fields, and what stands in short rows."""
+    """Returns the numbers in a structured type: fields, fields of fields, and what stands in short rows."""
     for name in dtype.names or ():
         field = dtype[name]
         if field.names is not None and field.shape == ():
@@ -222,13 +222,13 @@ def _fields_of(dtype: np.dtype[Any], prefix: str) -> Iterator[tuple[str, tuple[i
 
 
 def _label(name: str, number: int, of: int) -> str:
-    """Name one of several columns that a variable has."""
+    """Names one of several columns that a variable has."""
     is_triad = of == _AXES and _is_of_triad(f"{name}.x")
     return f"{name}.{'xyz'[number]}" if is_triad else f"{name}#{number + 1}"
 
 
 def _plain_columns(variable: Variable, prefix: str) -> Iterator[tuple[str, _Place]]:
-    """Name the columns of a table without names, as those of a text table."""
+    """Names the columns of a table without names, as those of a text table."""
     axis = int(variable.shape[1] > variable.shape[0])
     for number, label in enumerate(PLAIN_NAMES[variable.shape[1 - axis]]):
         yield f"{prefix}{label}", _Place(variable, axis, (number,))
@@ -294,7 +294,7 @@ class _Pieces:
     """By the identity of the variable."""
 
     def samples(self, columns: ImuColumns, places: Mapping[str, _Place]) -> RawSamples:
-        """Put the columns of one IMU together."""
+        """Puts the columns of one IMU together."""
         triads = [
             None if names is None else self.triad([places[name] for name in names])
             for names in (columns.accelerometer, columns.gyroscope)
@@ -308,11 +308,11 @@ class _Pieces:
         )
 
     def column(self, place: _Place) -> FloatArray:
-        """Give the numbers of one column, (m,)."""
+        """Returns the numbers of one column, (m,)."""
         return place.of(self.of_variable[id(place.variable)])
 
     def triad(self, places: Sequence[_Place]) -> FloatArray:
-        """Give the numbers of three columns, (m, 3); in one go where they stand beside one another."""
+        """Returns the numbers of three columns, (m, 3); in one go where they stand beside one another."""
         first = places[0]
         keys = [place.keys for place in places if place.variable is first.variable]
         start = first.keys[-1] if len(first.keys) == 1 else None
@@ -330,7 +330,7 @@ def _or_unknown(triad: FloatArray | None, triads: Sequence[FloatArray | None]) -
 
 
 def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator[_Pieces]:
-    """Pass over the variables, each of which is read once, in pieces as long as it likes."""
+    """Passes over the variables, each of which is read once, in pieces as long as it likes."""
     sources = list({id(place.variable): place for place in wanted.values()}.values())
     with damage_said(file.path, file.remedy):
         for pieces in zip(*(_even(file, place) for place in sources), strict=True):
@@ -338,7 +338,7 @@ def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator
 
 
 def _even(file: VariablesFile, place: _Place) -> Iterator[NDArray[Any]]:
-    """Cut the pieces of a variable to chunks, the last of which may be shorter.
+    """Cuts the pieces of a variable to chunks, the last of which may be shorter.
 
     Raises `LogError` where it ends before its shape says.
     """

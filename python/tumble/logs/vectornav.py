@@ -63,13 +63,13 @@ _Mask = NDArray[np.bool_]
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the kinds of sentences that hold both triads; one alone needs no name."""
+    """Returns the kinds of sentences that hold both triads; one alone needs no name."""
     kinds = tuple(_kinds(path))
     return kinds if len(kinds) > 1 else ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read the sentences of one kind; what stands before them, if a number or a date, is their time.
+    """Reads the sentences of one kind; what stands before them, if a number or a date, is their time.
 
     Raises `LogError` where there is none that holds both triads.
     """
@@ -98,7 +98,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _message_of(kind: str) -> _Message:
-    """Find a kind of sentence, or of register as `VNRRG,54`."""
+    """Finds a kind of sentence, or of register as `VNRRG,54`."""
     register = kind.partition(",")[2]
     return _MESSAGES.get(kind) or next(each for each in _MESSAGES.values() if each.register == register)
 
@@ -116,7 +116,7 @@ class _Sentence:
 
 
 def _kinds(path: Path) -> dict[str, _Sentence]:
-    """Find the kinds of sentences in the head of a file that hold both triads."""
+    """Finds the kinds of sentences in the head of a file that hold both triads."""
     with open_text(path) as file:
         head = file.read(_HEAD_BYTES)
     registers = {message.register for message in _MESSAGES.values()}
@@ -182,7 +182,7 @@ class SentenceTable(TextTable):
         return not self._sentences(np.frombuffer(line, dtype=np.uint8))[0]
 
     def _sentences(self, data: NDArray[np.uint8]) -> tuple[bytes, _Positions, dict[int, str]]:
-        """Give the good lines of this kind, their numbers from 0, and what is wrong with others."""
+        """Returns the good lines of this kind, their numbers from 0, and what is wrong with others."""
         if not len(data) or data[-1] != _NEWLINE:
             data = np.append(data, np.uint8(_NEWLINE))
         marks = np.flatnonzero(np.frombuffer(data.tobytes().translate(_IS_MARK), dtype=np.bool_))
@@ -237,7 +237,7 @@ def _layout(sentence: _Sentence) -> TextLayout:
 
 
 def _first_in(places: _Positions, starts: _Positions, lasts: _Positions, end: int) -> _Positions:
-    """Give the first of some places in each line, or its end."""
+    """Returns the first of some places in each line, or its end."""
     places = np.append(places, end)
     first: _Positions = np.minimum(places[np.searchsorted(places, starts)], lasts)
     return first

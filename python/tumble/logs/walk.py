@@ -40,7 +40,7 @@ class Damage:
     """Indicates whether the last message is incomplete."""
 
     def add(self, position: int, count: int) -> None:
-        """Count bytes that were stepped over."""
+        """Counts bytes that were stepped over."""
         if not self.bytes:
             self.first = position
         self.bytes += count
@@ -65,7 +65,7 @@ class Damage:
 
 
 def doubles(numbers: NDArray[Any]) -> FloatArray:
-    """Give numbers in double precision; those that are garbled are left to whoever checks them."""
+    """Returns numbers in double precision; those that are garbled are left to whoever checks them."""
     with np.errstate(invalid="ignore"):
         return numbers.astype(np.float64)
 
@@ -73,7 +73,7 @@ def doubles(numbers: NDArray[Any]) -> FloatArray:
 def walk(
     file: BufferedReader, start: int, end: int, take: Take, damage: Damage, block: int = BLOCK
 ) -> Iterator[None]:
-    """Pass over the bytes from `start` to `end`; comes back after each block was taken apart."""
+    """Passes over the bytes from `start` to `end`; comes back after each block was taken apart."""
     file.seek(start)
     rest, position = b"", start
     while True:

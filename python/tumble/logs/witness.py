@@ -124,7 +124,7 @@ class Witness:
 
     @classmethod
     def load(cls, path: str | Path, sigma: float | None = None) -> tuple[Witness, ...]:
-        """Read a table (CSV) of one or several: columns `time`, s, and what is measured, m/s.
+        """Reads a table (CSV) of one or several: columns `time`, s, and what is measured, m/s.
 
         Known are vx, vy, vz, or ve, vn and vu or vd, or climb alone; body_vx, body_vy, body_vz; yaw, rad, or
         heading_deg, degrees clockwise; score_UNIT. Sigmas stand in columns sigma_vx ... or sigma, or are
@@ -135,7 +135,7 @@ class Witness:
         return witnesses_in(_table(Path(path)), str(path), sigma)
 
     def save(self, path: str | Path) -> Path:
-        """Write the table that `load` reads; give its path.
+        """Writes the table that `load` reads; returns its path.
 
         Raises `OutputError` where it cannot be written.
         """
@@ -159,20 +159,20 @@ WitnessSource: TypeAlias = Witness | str | Path
 def witnesses_of(
     given: WitnessSource | Sequence[WitnessSource], sigma: float | None = None
 ) -> tuple[Witness, ...]:
-    """List what may be one or several, of files what they hold."""
+    """Lists what may be one or several, of files what they hold."""
     sources = [given] if isinstance(given, Witness | str | Path) else given
     loaded = ((each,) if isinstance(each, Witness) else Witness.load(each, sigma) for each in sources)
     return tuple(witness for found in loaded for witness in found)
 
 
 def recorded_witness(session: str | Path) -> tuple[Witness, ...]:
-    """Give what was heard while a session was recorded; nothing where it is none, or nobody spoke."""
+    """Returns what was heard while a session was recorded; nothing where it is none, or nobody spoke."""
     path = Path(session) / WITNESS_FILE
     return Witness.load(path) if path.is_file() else ()
 
 
 def in_order(witnesses: Iterable[Witness], names: Sequence[str]) -> list[NativeWitness]:
-    """Give all that was said in order of arrival, where that is known of all, and of time.
+    """Returns all that was said in order of arrival, where that is known of all, and of time.
 
     Units are given by their numbers; `names` are those, primary first.
 
@@ -185,7 +185,7 @@ def in_order(witnesses: Iterable[Witness], names: Sequence[str]) -> list[NativeW
 
 
 def order(witness: NativeWitness) -> tuple[float, float, str, int]:
-    """Give what the order of witnesses goes by."""
+    """Returns what the order of witnesses goes by."""
     time, kind, unit, _, _, turn = witness
     return turn, time, kind, unit
 
@@ -207,7 +207,7 @@ def _native(witness: Witness, names: Sequence[str]) -> Iterator[NativeWitness]:
 def witnesses_in(
     columns: Mapping[str, FloatArray], source: str, sigma: float | None = None
 ) -> tuple[Witness, ...]:
-    """Find what columns of a table say; `time`, s, is one of them, and what they say is left out elsewhere.
+    """Finds what columns of a table say; `time`, s, is one of them, and what they say is left out elsewhere.
 
     `sigma`, m/s, is that of velocities without a column of theirs.
 
@@ -223,7 +223,7 @@ def witnesses_in(
 
 
 def measured_columns(kind: WitnessKind) -> tuple[str, ...]:
-    """Give the names of the columns that a velocity is written under, x, y and z, or a heading."""
+    """Returns the names of the columns that a velocity is written under, x, y and z, or a heading."""
     if kind == "heading":
         return (YAW,)
     return tuple(LEVEL)[:3] if kind == "velocity" else tuple(BODY)

@@ -30,7 +30,7 @@ class Facts:
     """Other notes that the file keeps; Parquet only."""
 
     def of_the_samples(self) -> dict[str, str]:
-        """Give what is kept of the samples in the head or the metadata of the file, by its name."""
+        """Returns what is kept of the samples in the head or the metadata of the file, by its name."""
         found = {"serial": self.serial, "corrected": self.corrected, "warning": "; ".join(self.doubts)}
         return {key: value for key, value in found.items() if value}
 
@@ -39,9 +39,9 @@ class Writer(Protocol):
     """Takes the chunks of one recording, in order."""
 
     def write(self, chunk: Chunk) -> None:
-        """Append samples."""
+        """Appends samples."""
         ...
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finishes the file."""
         ...

@@ -45,7 +45,7 @@ class EurocWriter:
         self._path = path
 
     def write(self, chunk: Chunk) -> None:
-        """Append rows; stamps are whole nanoseconds."""
+        """Appends rows; stamps are whole nanoseconds."""
         columns = [nanoseconds_of(chunk.time, self._path), *chunk.gyroscope.T, *chunk.accelerometer.T]
         arrays = [pa.array(np.ascontiguousarray(column)) for column in columns]
         self._writer.write_batch(pa.record_batch(arrays, schema=_schema()))
@@ -57,7 +57,7 @@ def _schema() -> pa.Schema:
 
 @contextmanager
 def open_euroc_writer(folder: Path, inputs: tuple[Path, ...] = ()) -> Iterator[EurocWriter]:
-    """Open `folder/data.csv`, which is there once the block ends without error; folders are made."""
+    """Opens `folder/data.csv`, which is there once the block ends without error; folders are made."""
     path = folder / "data.csv"
     with no_empty_folder(folder), replacing(_in_folder(path), _TABLE, inputs=inputs) as file:
         file.write((",".join(_NAMES) + "\n").encode())
@@ -67,7 +67,7 @@ def open_euroc_writer(folder: Path, inputs: tuple[Path, ...] = ()) -> Iterator[E
 
 
 def write_sensor(folder: Path, comment: str, rate: float) -> None:
-    """Write `folder/sensor.yaml`, with what is known."""
+    """Writes `folder/sensor.yaml`, with what is known."""
     quoted = '"' + comment.replace("\\", "/").replace('"', "'") + '"'
     write_text(folder / "sensor.yaml", _SENSOR_TEXT.format(comment=quoted, rate=rate), _SENSOR)
 

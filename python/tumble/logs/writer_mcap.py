@@ -41,7 +41,7 @@ class McapWriter:
     def write(
         self, chunk: Chunk, imu: str = "", arrival: FloatArray | None = None, frame: str | None = None
     ) -> None:
-        """Append a message a sample, and its temperature just before it.
+        """Appends a message a sample, and its temperature just before it.
 
         `imu` names one of several, which becomes its topic; `arrival` (n,) s is when each was received, the
         time of the sample if not given; `frame` that of this IMU, where they differ.
@@ -64,7 +64,7 @@ class McapWriter:
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF
 
     def close(self) -> None:
-        """Write what is known beside the samples, and the index."""
+        """Writes what is known beside the samples, and the index."""
         self._writer.add_metadata(FACTS, self._facts.of_the_samples())
         self._writer.finish()  # type: ignore[no-untyped-call]
 

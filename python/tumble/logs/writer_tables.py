@@ -46,7 +46,7 @@ def _batch(
 
 
 def _further(chunk: Chunk, name: str) -> pa.Array:
-    """Give a column that only some logs have: numbers, whole ones, or one word for all samples."""
+    """Returns a column that only some logs have: numbers, whole ones, or one word for all samples."""
     values = getattr(chunk, name)
     if isinstance(values, str):
         return pa.array([values] * len(chunk), pa.string())
@@ -57,7 +57,7 @@ def _further(chunk: Chunk, name: str) -> pa.Array:
 
 
 def _arrow(column: FloatArray) -> pa.Array:
-    """Wrap numbers as they lie in memory; `pa.array` would import pandas first, which takes a second."""
+    """Wraps numbers as they lie in memory; `pa.array` would import pandas first, which takes a second."""
     numbers = np.ascontiguousarray(column, dtype=np.float64)
     return pa.Array.from_buffers(pa.float64(), len(numbers), [None, pa.py_buffer(numbers)])
 
@@ -72,7 +72,7 @@ class CsvWriter:
         self._schema: pa.Schema | None = None
 
     def write(self, chunk: Chunk) -> None:
-        """Append rows; the first chunk decides whether there is a temperature column."""
+        """Appends rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
             self._schema = _schema(chunk, self._facts.triads, self._facts.further)
             self._file.write(self._head(self._schema).encode())
@@ -81,7 +81,7 @@ class CsvWriter:
         self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads, self._facts.further))
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finishes the file."""
         if self._writer is not None:
             self._writer.close()
 
@@ -100,7 +100,7 @@ class ParquetWriter:
         self._schema: pa.Schema | None = None
 
     def write(self, chunk: Chunk) -> None:
-        """Append rows; the first chunk decides whether there is a temperature column."""
+        """Appends rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
             facts = {**self._facts.of_the_samples(), **self._facts.notes}
             kept = {f"tumble.{key}": value for key, value in facts.items() if value}
@@ -109,13 +109,13 @@ class ParquetWriter:
         self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads, self._facts.further))
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finishes the file."""
         if self._writer is not None:
             self._writer.close()
 
 
 def join_parquet(files: Sequence[Path], joined: BinaryIO, notes: Mapping[str, str]) -> None:
-    """Write the rows of Parquet files of the same columns one after another, bit by bit, in large row groups.
+    """Writes the rows of Parquet files of the same columns in sequence, bit by bit, in large row groups.
 
     The metadata is that of the first, and `notes`.
     """

@@ -25,7 +25,7 @@ FORMATS = {
 
 
 def format_for(path: Path, name: str | None = None) -> str:
-    """Give the format to write: the one named, else that of the extension.
+    """Returns the format to write: the one named, else that of the extension.
 
     Raises `OutputError` where neither is one that can be written.
     """
@@ -47,7 +47,7 @@ def open_writer(
     inputs: Iterable[Path] = (),
     durable: bool = False,
 ) -> Iterator[Writer]:
-    """Open a file to write one recording to; it takes its place only when the block ends without an error.
+    """Opens a file to write one recording to; it takes its place only when the block ends without an error.
 
     Columns are `time` s, `ax ay az` m/s^2, `gx gy gz` rad/s and, if the first chunk has it, `temperature`
     degC.
@@ -69,7 +69,7 @@ def open_writer(
 def open_mcap_writer(
     path: str | Path, facts: Facts | None = None, *, inputs: Iterable[Path] = ()
 ) -> Iterator[McapWriter]:
-    """Open an MCAP file to write several IMUs to; as `open_writer` else.
+    """Opens an MCAP file to write several IMUs to; as `open_writer` else.
 
     Each is a topic of its own, so that `LOG:NAME` reads it.
     """
@@ -84,7 +84,7 @@ def open_mcap_writer(
 
 
 def _writer(format_name: str, file: BinaryIO, facts: Facts, path: Path) -> Writer:
-    """Import the writer of a format, and with it the library that it needs."""
+    """Imports the writer of a format, and with it the library that it needs."""
     if format_name == "mcap":
         if facts.triads != TRIADS:
             raise OutputError(

@@ -33,12 +33,12 @@ _RATES = ("update rate", "sample rate", "outputrate", "output rate")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
-    """Give the one IMU of an export, which needs no name."""
+    """Returns the one IMU of an export, which needs no name."""
     return ("",)
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
-    """Read an export; its time is that of SampleTimeFine, else of PacketCounter and the rate in its head."""
+    """Reads an export; its time is that of SampleTimeFine, else of PacketCounter and the rate in its head."""
     choose(path, ("",), imu, "IMU")
     layout = find_layout(path, options)
     columns = _columns(path, layout, options)
@@ -61,7 +61,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _columns(path: Path, layout: TextLayout, options: ReadOptions) -> ImuColumns:
-    """Find Acc and Gyr; raises `LogError` where acceleration was exported without gravity only."""
+    """Finds Acc and Gyr; raises `LogError` where acceleration was exported without gravity only."""
     if not options.columns and "Acc_X" not in layout.names and "FreeAcc_X" in layout.names:
         raise LogError(
             f"{path}: holds FreeAcc, from which gravity was taken off, but not Acc; export it again with "
@@ -91,7 +91,7 @@ class _Clock:
 def _clock_of(
     path: Path, layout: TextLayout, columns: ImuColumns, rate: float | None, options: ReadOptions
 ) -> _Clock | None:
-    """Choose the finest counter that counts; None where there is none that says time."""
+    """Chooses the finest counter that counts; None where there is none that says time."""
     for column in (_FINE, _COUNTER, _OLD_COUNTER):
         if column not in layout.names:
             continue
@@ -108,7 +108,7 @@ def _clock_of(
 
 
 def _unwrapped(found: LoggedImu, clock: _Clock) -> LoggedImu:
-    """Count on where the counter begins anew; blocks are converted in turn, as each needs the last."""
+    """Counts on where the counter begins anew; blocks are converted in turn, as each needs the last."""
 
     def read(transform: Transform) -> Iterator[RawSamples]:
         counter = _Counter(clock)

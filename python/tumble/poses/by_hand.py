@@ -19,7 +19,7 @@ MOST_ORIENTATIONS = 1000
 
 
 def natural() -> FloatArray:
-    """Give the directions (26, 3) that a person finds without thinking: faces, then corners, then edges."""
+    """Directions (26, 3) that a person finds without thinking: faces, then corners, then edges."""
     each = [np.array(signs, dtype=float) for signs in product((1, 0, -1), repeat=3) if any(signs)]
     each.sort(key=lambda up: (1, 3, 2).index(int(np.abs(up).sum())))
     return np.array([up / np.linalg.norm(up) for up in each])

@@ -89,7 +89,7 @@ class PoseList:
 
     @classmethod
     def load(cls, path: Path | str) -> PoseList:
-        """Read a pose list; raises `CalibrationFileError` in one line: file, line, key and remedy."""
+        """Reads a pose list; raises `CalibrationFileError` in one line: file, line, key and remedy."""
         document = read_document(path, PoseFile, POSES)
         return cls(
             tuple(entry.pose() for entry in document.poses),
@@ -99,20 +99,20 @@ class PoseList:
         )
 
     def save(self, path: Path | str) -> None:
-        """Write the list in full or not at all; raises `OutputError` where it cannot be written."""
+        """Writes the list in full or not at all; raises `OutputError` where it cannot be written."""
         entries = [{"name": pose.name, "up": pose.up, "file": pose.file} for pose in self.poses]
         rates = {"rates": [math.degrees(rate) for rate in self.rates], "rate_seconds": self.rate_seconds}
         content = PoseFile.model_validate({"poses": entries, **(rates if self.rates else {})}).content()
         write_document(path, _HEADER, content)
 
     def files(self) -> dict[str, Pose]:
-        """Give each pose by the name of its file, in lower case and without ending."""
+        """Returns each pose by the name of its file, in lower case and without ending."""
         return {
             PurePath(pose.file or pose.name.replace(" ", "_")).stem.casefold(): pose for pose in self.poses
         }
 
     def without(self, names: Collection[str]) -> PoseList | None:
-        """Give the list without some of its poses; None where too few are left."""
+        """Returns the list without some of its poses; None where too few are left."""
         left = tuple(pose for pose in self.poses if pose.name not in names)
         return replace(self, poses=left) if len(left) >= FEWEST_POSES else None
 

@@ -38,7 +38,7 @@ def triad_result(
     bias_instability: FloatArray,
     pose_names: dict[int, str],
 ) -> TriadResult | None:
-    """Describe one triad, None where it was not calibrated; what was not observed carries no number."""
+    """Describes one triad, None where it was not calibrated; what was not observed carries no number."""
     if figures is None:
         return None
     seen = np.array(figures["observed"])
@@ -124,13 +124,13 @@ def _shown(seen: Flags) -> list[bool]:
 
 
 def parameter(name: str, unit: str, value: float, sigma: float, freedom: float) -> Parameter:
-    """Give a number with its 95 % interval; `freedom` is that of sigma itself, infinite where it is known."""
+    """Number with its 95 % interval; `freedom` is that of sigma itself, infinite where it is known."""
     reach = sigma * _core.student_quantile(UPPER, min(freedom, VERY_MANY))
     return Parameter(name, unit, value, sigma, value - reach, value + reach)
 
 
 def _with_inherited(found: Parameter, inherited: float) -> Parameter:
-    """Add what the reference leaves on a parameter: to its sigma, and to both sides of its interval."""
+    """Adds what the reference leaves on a parameter: to its sigma, and to both sides of its interval."""
     reach = math.hypot(0.5 * (found.high - found.low), INTERVAL * inherited)  # uncertainty.md, eq. 8
     return replace(
         found,

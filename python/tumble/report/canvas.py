@@ -64,11 +64,11 @@ class Definitions:
         self._names: dict[str, str] = {}
 
     def name(self, element: str) -> str:
-        """Give the identifier of an element, which is written with `ID` in the place of its own."""
+        """Returns the identifier of an element, which is written with `ID` in the place of its own."""
         return self._names.setdefault(element, f"{self._prefix}-{len(self._names)}")
 
     def svg(self) -> str:
-        """Write all elements that were named."""
+        """Writes all elements that were named."""
         elements = [element.replace("ID", name, 1) for element, name in self._names.items()]
         return f"<defs>{''.join(elements)}</defs>" if elements else ""
 
@@ -87,19 +87,19 @@ class Axes:
         self._over: list[tuple[float, Mark]] = []
 
     def set_xlim(self, low: float, high: float) -> None:
-        """Set what the left and the right edge stand for."""
+        """Sets what the left and the right edge stand for."""
         self._across = float(low), float(high)
 
     def set_ylim(self, low: float, high: float) -> None:
-        """Set what the lower and the upper edge stand for."""
+        """Sets what the lower and the upper edge stand for."""
         self._up = float(low), float(high)
 
     def get_xlim(self) -> Range:
-        """Return what the left and the right edge stand for."""
+        """Returns what the left and the right edge stand for."""
         return self._across
 
     def get_ylim(self) -> Range:
-        """Return what the lower and the upper edge stand for."""
+        """Returns what the lower and the upper edge stand for."""
         return self._up
 
     def line(
@@ -112,7 +112,7 @@ class Axes:
         order: float = _LINES,
         dash: str = "",
     ) -> None:
-        """Draw a line through points (n,), broken where a number is not finite; `dash` is as SVG has it."""
+        """Draws a line through points (n,), broken where a number is not finite; `dash` is as SVG has it."""
         across, up = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
 
         def draw(paint: Paint, _: Definitions) -> str:
@@ -137,7 +137,7 @@ class Axes:
         clipped: bool = True,
         titles: Sequence[str] = (),
     ) -> None:
-        """Draw unconnected markers at (n,) places, those that are finite; `titles` show under the pointer."""
+        """Draws unconnected markers at (n,) places, the finite ones; `titles` show under the pointer."""
         across, up = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
 
         def draw(paint: Paint, definitions: Definitions) -> str:
@@ -172,7 +172,7 @@ class Axes:
         order: float = 1.0,
         title: str = "",
     ) -> None:
-        """Fill what lies between two places across, over one height; `hatch` is drawn on it in `ink`.
+        """Fills what lies between two places across, over one height; `hatch` is drawn on it in `ink`.
 
         The title shows under the pointer.
         """
@@ -191,7 +191,7 @@ class Axes:
         self._inside.append((order, draw))
 
     def band(self, low: float, high: float, colour: str) -> None:
-        """Fill what lies between two heights, across the whole panel, behind everything."""
+        """Fills what lies between two heights, across the whole panel, behind everything."""
 
         def draw(paint: Paint, _: Definitions) -> str:
             left, _top, width, _height = self._place
@@ -204,7 +204,7 @@ class Axes:
         self._inside.append((-1.0, draw))
 
     def grid(self, ticks: Sequence[float], direction: Literal["x", "y"], colour: str, zero: str = "") -> None:
-        """Draw a line at each tick, from edge to edge; `zero` is the colour of that at zero."""
+        """Draws a line at each tick, from edge to edge; `zero` is the colour of that at zero."""
 
         def draw(paint: Paint, _: Definitions) -> str:
             left, top, width, height = self._place
@@ -226,7 +226,7 @@ class Axes:
         self._inside.append((0.0, draw))
 
     def rounded(self, box: Box, radius: float, face: str, edge: str) -> None:
-        """Draw a rectangle with round corners; `box` is in the numbers of the panel, its radius in points."""
+        """Draws a rectangle with round corners; `box` is in numbers of the panel, its radius in points."""
         left, low, width, height = box
 
         def draw(paint: Paint, _: Definitions) -> str:
@@ -256,7 +256,7 @@ class Axes:
         rotation: float = 0.0,
         bold: bool = False,
     ) -> None:
-        """Write text beside a place, which is counted in `frames` and moved right and up by `shift`.
+        """Writes text beside a place, which is counted in `frames` and moved right and up by `shift`.
 
         `rotation` is in deg, counter-clockwise about the place. A new line begins a new line.
         """
@@ -281,7 +281,7 @@ class Axes:
         self._over.append((_TEXT, draw))
 
     def svg(self, paint: Paint, definitions: Definitions) -> Iterator[str]:
-        """Write what is inside, cut off at the edges, then what may stand over them."""
+        """Writes what is inside, cut off at the edges, then what may stand over them."""
         left, top, width, height = map(_short, self._place)
         if self._inside:
             edges = definitions.name(
@@ -312,14 +312,14 @@ class Figure:
         self._panels: list[Axes] = []
 
     def add_axes(self, box: Box) -> Axes:
-        """Add a panel."""
+        """Adds a panel."""
         left, bottom, width, height = (POINTS * length for length in box)
         axes = Axes(left, self.height - bottom - height, width, height)
         self._panels.append(axes)
         return axes
 
     def svg(self, paint: Paint, prefix: str) -> str:
-        """Write all panels; what is referred to has identifiers that begin with `prefix`."""
+        """Writes all panels; what is referred to has identifiers that begin with `prefix`."""
         definitions = Definitions(prefix)
         body = "".join(part for axes in self._panels for part in axes.svg(paint, definitions))
         return definitions.svg() + body
@@ -330,7 +330,7 @@ def _order(mark: tuple[float, Mark]) -> float:
 
 
 def _titled(element: str, title: str) -> str:
-    """Close an element, around its title if it has one."""
+    """Closes an element, around its title if it has one."""
     return f"><title>{escape(title)}</title></{element}>" if title else "/>"
 
 
@@ -340,7 +340,7 @@ def _short(number: float) -> str:
 
 
 def _path(right: NDArray[np.float64], down: NDArray[np.float64]) -> str:
-    """Write a line, without the points of a level stretch that are not its ends."""
+    """Writes a line, without the points of a level stretch that are not its ends."""
     known = np.isfinite(right) & np.isfinite(down)
     tenths = np.where(known, np.round(10.0 * np.where(known, down, 0.0)), np.nan)
     corner = np.ones(len(right), dtype=bool)

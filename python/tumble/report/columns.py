@@ -9,13 +9,13 @@ from tumble.report.numbers import NOT_OBSERVABLE, Scale, scales_of
 
 
 def parameter_scales(parameters: Iterable[Parameter]) -> dict[str, Scale]:
-    """Choose for each unit the scale that suits the largest of the parameters that were observed."""
+    """Chooses for each unit the scale that suits the largest of the parameters that were observed."""
     seen = [each for each in parameters if each.observable]
     return scales_of((each.unit, max(abs(each.value), each.sigma)) for each in seen)
 
 
 def parameter_cell(parameter: Parameter, scales: Mapping[str, Scale]) -> str:
-    """Print a parameter with its 1-sigma and unit."""
+    """Prints a parameter with its 1-sigma and unit."""
     if not parameter.observable:
         return NOT_OBSERVABLE
     return scales[parameter.unit].measurement(parameter.value, parameter.sigma)

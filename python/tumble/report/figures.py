@@ -48,7 +48,7 @@ _MOST_REST_LABELS = 40
 
 
 def residual_figure(triad: TriadResult, prefix: str) -> Markup:
-    """Draw the residual of each axis at each rest and turn with its error bar, and below it in sigmas."""
+    """Draws the residual of each axis at each rest and turn with its error bar, and below it in sigmas."""
     figure = Figure(HALF_WIDTH, 3.95)
     upper = figure.add_axes(box(HALF_WIDTH, bottom=2.32, height=1.38))
     lower = figure.add_axes(box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
@@ -77,7 +77,7 @@ def residual_figure(triad: TriadResult, prefix: str) -> Markup:
 
 
 def recording_figure(trace: Trace, rests: Sequence[Rest], time: LogTime, prefix: str) -> Markup:
-    """Draw specific force and angular rate over the recording, rests shaded and named, unused hatched."""
+    """Draws specific force and angular rate over the recording, rests shaded and named, unused hatched."""
     trace, rests = trace.from_start(time), [rest.from_start(time) for rest in rests]
     figure = Figure(FULL_WIDTH, 4.3)
     width = FULL_WIDTH - ROOM_FOR_LAST_NAME
@@ -104,19 +104,19 @@ def recording_figure(trace: Trace, rests: Sequence[Rest], time: LogTime, prefix:
 
 
 def box(width: float, *, bottom: float, height: float) -> Box:
-    """Place a panel across a figure of that width, all in inches."""
+    """Places a panel across a figure of that width, all in inches."""
     return LEFT, bottom, width - LEFT - RIGHT, height
 
 
 def largest(*arrays: FloatArray) -> float:
-    """Return the largest finite magnitude; 0 for none."""
+    """Returns the largest finite magnitude; 0 for none."""
     numbers = np.abs(np.concatenate([np.ravel(array) for array in arrays]))
     numbers = numbers[np.isfinite(numbers)]
     return float(numbers.max()) if numbers.size else 0.0
 
 
 def value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> None:
-    """Set a vertical range that holds zero and all `values`, which are in SI, shown in another unit."""
+    """Sets a vertical range that holds zero and all `values`, which are in SI, shown in another unit."""
     low, high = span(*(scale.factor * array for array in values), at_least=(0.0,))
     value_axis(axes, low, high, f"{title}, {scale.unit}")
 

@@ -32,7 +32,7 @@ class Identity:
 
     @property
     def lines(self) -> tuple[tuple[str, str], ...]:
-        """Give what stands on the first screen, by what it is."""
+        """Returns what stands on the first screen, by what it is."""
         made = self.provenance
         station = (("station", made.station),) if made.station else ()
         return (
@@ -46,7 +46,7 @@ class Identity:
 
     @property
     def footer(self) -> Markup:
-        """Give what stands at the foot of printed pages, as a string of CSS."""
+        """Returns what stands at the foot of printed pages, as a string of CSS."""
         found = dict(self.lines)
         parts = (
             self.procedure,
@@ -59,18 +59,18 @@ class Identity:
 
 
 def serials(known: Mapping[str, str] | Sequence[tuple[str, str]]) -> str:
-    """Print the serials of several units, as far as they are known: `drive 123, spare 456`."""
+    """Prints the serials of several units, as far as they are known: `drive 123, spare 456`."""
     pairs = known.items() if isinstance(known, Mapping) else known
     return ", ".join(f"{name} {serial}" for name, serial in pairs if serial)
 
 
 def printed_date(date: str) -> str:
-    """Print a date of ISO 8601 for people: `2026-11-22 06:20 UTC`; empty for none."""
+    """Prints a date of ISO 8601 for people: `2026-11-22 06:20 UTC`; empty for none."""
     return f"{date[:10]} {date[11:16]} UTC" if date else ""
 
 
 def css_string(text: str) -> Markup:
-    """Quote text of others for a style sheet: nothing in it ends the string, or the sheet."""
+    """Quotes text of others for a style sheet: nothing in it ends the string, or the sheet."""
     quoted = "".join(
         letter if letter.isalnum() or letter in " .,:-·" else f"\\{ord(letter):x} " for letter in text
     )

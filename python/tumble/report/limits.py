@@ -9,7 +9,7 @@ from tumble.report.numbers import significant
 
 
 def limit_share(check: LimitCheck) -> float:
-    """Return magnitude over limit; infinite where the value is not known or the limit is zero."""
+    """Returns magnitude over limit; infinite where the value is not known or the limit is zero."""
     if not math.isfinite(check.value):
         return math.inf
     if check.limit > 0:
@@ -18,7 +18,7 @@ def limit_share(check: LimitCheck) -> float:
 
 
 def used_share(check: LimitCheck) -> str:
-    """Print value over limit in per cent; words where the value is not known or the limit is zero."""
+    """Prints value over limit in per cent; words where the value is not known or the limit is zero."""
     ratio = limit_share(check)
     if math.isinf(ratio):
         return "an unknown share" if not math.isfinite(check.value) else "more than all"

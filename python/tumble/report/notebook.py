@@ -10,16 +10,16 @@ from tumble.report.parameters import ParameterRow
 
 
 def figures(printed: ParameterRow, unit: str) -> tuple[str, str, str]:
-    """Print value, sigma and unit of a parameter, or that it is not observable."""
+    """Prints value, sigma and unit of a parameter, or that it is not observable."""
     return ("not observable", "", "") if printed.reason else (printed.value, printed.sigma, unit)
 
 
 def paragraphs(sentences: Iterable[str]) -> Markup:
-    """Print each sentence as a paragraph."""
+    """Prints each sentence as a paragraph."""
     return Markup().join(Markup("<p>{}</p>").format(sentence) for sentence in sentences)
 
 
 def row(tag: str, cells: tuple[str, ...]) -> Markup:
-    """Print a row of a table; `tag` is `th` or `td`."""
+    """Prints a row of a table; `tag` is `th` or `td`."""
     opening, closing = Markup(f"<{tag}>"), Markup(f"</{tag}>")
     return Markup("<tr>{}</tr>").format(Markup().join(opening + escape(cell) + closing for cell in cells))

@@ -58,31 +58,31 @@ class Scale:
     factor: float
 
     def quantity(self, text: str) -> str:
-        """Return `text` with the unit behind it, where there is one and `text` is a number."""
+        """Returns `text` with the unit behind it, where there is one and `text` is a number."""
         if text == NOT_OBSERVABLE:
             return text
         return f"{text} {self.unit}" if self.unit else text
 
     def number(self, value: float, sigma: float) -> str:
-        """Print a value of the unscaled unit with its 1-sigma, to stand below or beside this unit."""
+        """Prints a value of the unscaled unit with its 1-sigma, to stand below or beside this unit."""
         return measurement(self.factor * value, self.factor * sigma)
 
     def measurement(self, value: float, sigma: float) -> str:
-        """Print the same with this unit behind it."""
+        """Prints the same with this unit behind it."""
         return self.quantity(self.number(value, sigma))
 
     def figure(self, value: float, digits: int = 3) -> str:
-        """Print a value of the unscaled unit that has no sigma, with this unit behind it."""
+        """Prints a value of the unscaled unit that has no sigma, with this unit behind it."""
         return self.quantity(significant(self.factor * value, digits))
 
 
 def readable_unit(unit: str) -> str:
-    """Return a unit as printed: `m/s^2` becomes `m/s²`; the unit of a ratio is empty."""
+    """Returns a unit as printed: `m/s^2` becomes `m/s²`; the unit of a ratio is empty."""
     return _SIGNS.get(unit, unit)
 
 
 def readable_scale(unit: str, magnitude: float) -> Scale:
-    """Choose the largest of unit, milli, micro and nano in which `magnitude` is not below 0.1.
+    """Chooses the largest of unit, milli, micro and nano in which `magnitude` is not below 0.1.
 
     A ratio (`1`) is shown in % or ppm, its change with temperature (`1/K`) in ppm/K, an angle in `deg` stays
     in degrees. A magnitude that is zero or not finite keeps the unit.
@@ -100,7 +100,7 @@ def readable_scale(unit: str, magnitude: float) -> Scale:
 
 
 def scales_of(magnitudes: Iterable[tuple[str, float]]) -> dict[str, Scale]:
-    """Choose for each unit the one scale in which all numbers of a column are shown: that of the largest.
+    """Chooses for each unit the one scale in which all numbers of a column are shown: that of the largest.
 
     `magnitudes` are pairs of an unscaled unit and a number in it.
     """
@@ -112,7 +112,7 @@ def scales_of(magnitudes: Iterable[tuple[str, float]]) -> dict[str, Scale]:
 
 
 def headed(title: str, scales: Mapping[str, Scale]) -> tuple[str, bool]:
-    """Give the head of a column, and whether it bears the unit, so that the cells need none.
+    """Returns the head of a column, and whether it bears the unit, so that the cells need none.
 
     Cells of several units, such as those of both triads, each have their own.
     """
@@ -123,12 +123,12 @@ def headed(title: str, scales: Mapping[str, Scale]) -> tuple[str, bool]:
 
 
 def typeset(sentence: str) -> str:
-    """Print the units and negative numbers of a sentence made for a terminal as all others of a page are."""
+    """Prints the units and negative numbers of a sentence made for a terminal as all others of a page are."""
     return _NEGATIVE.sub(MINUS, _ROOT_HERTZ.sub("√Hz", _CUBED.sub("³", _SQUARED.sub("²", sentence))))
 
 
 def round_pair(value: float, sigma: float) -> tuple[str, str]:
-    """Round value and sigma to plain decimals, sigma to two significant digits, value to the same place.
+    """Rounds value and sigma to plain decimals, sigma to two significant digits, value to the same place.
 
     Errors: ValueError if either is not finite or sigma is not positive.
     """
@@ -143,7 +143,7 @@ def round_pair(value: float, sigma: float) -> tuple[str, str]:
 
 
 def round_like(value: float, sigma: float) -> str:
-    """Round the value alone, to the place of its sigma; three significant digits where sigma is zero."""
+    """Rounds the value alone, to the place of its sigma; three significant digits where sigma is zero."""
     if not math.isfinite(value) or math.isnan(sigma) or math.isinf(sigma):
         return NOT_OBSERVABLE
     if sigma <= 0:
@@ -152,7 +152,7 @@ def round_like(value: float, sigma: float) -> str:
 
 
 def measurement(value: float, sigma: float, unit: str = "") -> str:
-    """Print `0.4123 ± 0.0012 m/s²`; an exact value stands alone, no finite sigma means not observable."""
+    """Prints `0.4123 ± 0.0012 m/s²`; an exact value stands alone, no finite sigma means not observable."""
     if not math.isfinite(value) or not math.isfinite(sigma):
         return NOT_OBSERVABLE
     scale = Scale(readable_unit(unit), 1.0)
@@ -163,7 +163,7 @@ def measurement(value: float, sigma: float, unit: str = "") -> str:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Print a number without an uncertainty, in plain decimals with that many significant digits."""
+    """Prints a number without an uncertainty, in plain decimals with that many significant digits."""
     if not math.isfinite(value):
         return NOT_OBSERVABLE
     if value == 0:
@@ -175,13 +175,13 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def exact(value: float) -> str:
-    """Print a number someone chose, such as a limit: up to six significant digits, no trailing zeros."""
+    """Prints a number someone chose, such as a limit: up to six significant digits, no trailing zeros."""
     text = significant(value, 6)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def fixed(value: float, decimals: int) -> str:
-    """Print a number with that many decimals and a true minus sign, never a negative zero."""
+    """Prints a number with that many decimals and a true minus sign, never a negative zero."""
     if not math.isfinite(value):
         return NOT_OBSERVABLE
     text = f"{value:.{decimals}f}"

@@ -41,11 +41,11 @@ class ResultPage(Generic[Result]):
     """Says of a result what it is of, when and by whom it was found."""
 
     def render(self, result: Result) -> str:
-        """Give the page as HTML."""
+        """Returns the page as HTML."""
         return render(self.package, self.template, self.identify(result), page=self.gather(result))
 
     def write(self, result: Result, path: Path) -> None:
-        """Write the page; the file takes its name only once it is whole.
+        """Writes the page; the file takes its name only once it is whole.
 
         Raises `OutputError` where it cannot be written; what stood there before is untouched.
         """
@@ -53,7 +53,7 @@ class ResultPage(Generic[Result]):
 
 
 def render(package: str, template: str, identity: Identity, **values: object) -> str:
-    """Fill a template of a package, such as `tumble.procedures.spin.report`, with what it names."""
+    """Fills a template of a package, such as `tumble.procedures.spin.report`, with what it names."""
     return _environment(package).get_template(template).render(values | {"identity": identity})
 
 

@@ -22,7 +22,7 @@ _TICK_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 
 def span(*arrays: FloatArray, at_least: Sequence[float] = (), margin: float = 0.08) -> tuple[float, float]:
-    """Return the lowest and highest finite number of all arrays and of `at_least`, with a margin."""
+    """Returns the lowest and highest finite number of all arrays and of `at_least`, with a margin."""
     numbers = np.concatenate([np.ravel(array) for array in (*arrays, np.asarray(at_least, dtype=float))])
     numbers = numbers[np.isfinite(numbers)]
     if numbers.size == 0:
@@ -33,7 +33,7 @@ def span(*arrays: FloatArray, at_least: Sequence[float] = (), margin: float = 0.
 
 
 def ticks_between(low: float, high: float, most: int) -> list[float]:
-    """Choose round numbers inside the interval, at most about `most` of them."""
+    """Chooses round numbers inside the interval, at most about `most` of them."""
     raw = (high - low) / most
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(step * power for step in _TICK_STEPS if step * power >= raw * (1.0 - 1e-9))
@@ -42,7 +42,7 @@ def ticks_between(low: float, high: float, most: int) -> list[float]:
 
 
 def tick_texts(ticks: Sequence[float]) -> list[str]:
-    """Print the ticks with as many decimals as it takes to tell them apart, and a true minus sign."""
+    """Prints the ticks with as many decimals as it takes to tell them apart, and a true minus sign."""
     step = min((abs(b - a) for a, b in pairwise(ticks)), default=1.0)
     decimals = next((n for n in range(12) if abs(round(step, n) - step) < 1e-3 * step), 12)
     texts = [f"{0.0 if abs(tick) < 1e-9 * step else tick:.{decimals}f}" for tick in ticks]
@@ -50,7 +50,7 @@ def tick_texts(ticks: Sequence[float]) -> list[str]:
 
 
 def value_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 5) -> None:
-    """Set the vertical range, with grid lines, numbers at the left and the quantity and its unit above."""
+    """Sets the vertical range, with grid lines, numbers at the left and the quantity and its unit above."""
     axes.set_ylim(low, high)
     ticks = ticks_between(low, high, most)
     numbered_value_axis(axes, ticks, tick_texts(ticks), title)
@@ -58,7 +58,7 @@ def value_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 5
 
 
 def numbered_value_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
-    """Write numbers at the left, and the quantity and its unit above."""
+    """Writes numbers at the left, and the quantity and its unit above."""
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             0,
@@ -84,7 +84,7 @@ def horizontal_axis(
     ticks: Sequence[float] = (),
     zero: str = "",
 ) -> None:
-    """Set the horizontal range, with grid lines, numbers below and the quantity and its unit below them.
+    """Sets the horizontal range, with grid lines, numbers below and the quantity and its unit below them.
 
     `ticks` are the numbers to write; where there are none, round ones are chosen, at most about `most`.
     `zero` is the colour of the line at zero, where that is more than any other number.
@@ -96,7 +96,7 @@ def horizontal_axis(
 
 
 def log_axis(axes: Axes, low: float, high: float, title: str) -> None:
-    """Set a horizontal axis of decadic logarithms that holds both ends, decades written as numbers."""
+    """Sets a horizontal axis of decadic logarithms that holds both ends, decades written as numbers."""
     first, last = math.floor(math.log10(low) + 0.05), math.ceil(math.log10(high) - 0.05)
     decades = range(first, last + 1)
     axes.set_xlim(min(first, math.log10(low)) - 0.05, max(last, math.log10(high)) + 0.05)
@@ -107,7 +107,7 @@ def log_axis(axes: Axes, low: float, high: float, title: str) -> None:
 
 
 def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
-    """Set a vertical range of decadic logarithms, with grid lines at 1, 2 and 5 of each decade."""
+    """Sets a vertical range of decadic logarithms, with grid lines at 1, 2 and 5 of each decade."""
     axes.set_ylim(low, high)
     decades = range(math.floor(low), math.ceil(high) + 1)
     numbers = [(digit, decade) for decade in decades for digit in (1, 2, 5)]
@@ -121,7 +121,7 @@ def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
 
 
 def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
-    """Write numbers below, and the quantity and its unit below them."""
+    """Writes numbers below, and the quantity and its unit below them."""
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             tick,
@@ -148,7 +148,7 @@ def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence
 
 
 def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
-    """Name the places 0, 1, 2 ... along the bottom; of many names only every so-manyth is written."""
+    """Names the places 0, 1, 2 ... along the bottom; of many names only every so-manyth is written."""
     axes.set_xlim(-0.6, len(labels) - 0.4)
     stride = max(1, -(-len(labels) // most))
     for place, label in list(enumerate(labels))[::stride]:
@@ -167,18 +167,18 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
 
 
 def short(name: str, longest: int = LONGEST_NAME) -> str:
-    """Cut a name that has no room in a figure."""
+    """Cuts a name that has no room in a figure."""
     return name if len(name) <= longest else f"{name[: longest - 1]}…"
 
 
 def row_labels(axes: Axes, labels: Sequence[str]) -> None:
-    """Write the names of the rows 0, 1, 2 ... at the left."""
+    """Writes the names of the rows 0, 1, 2 ... at the left."""
     for row, label in enumerate(labels):
         row_label(axes, row, label, LABEL_SIZE)
 
 
 def row_label(axes: Axes, height: float, label: str, size: float) -> None:
-    """Write a name at the left, at that height."""
+    """Writes a name at the left, at that height."""
     axes.text(
         0,
         height,
@@ -193,7 +193,7 @@ def row_label(axes: Axes, height: float, label: str, size: float) -> None:
 
 
 def error_bars(axes: Axes, x: FloatArray, y: FloatArray, sigma: FloatArray, colour: str) -> None:
-    """Draw vertical bars of one sigma, all in one path. Shapes (k,), units of the axes."""
+    """Draws vertical bars of one sigma, all in one path. Shapes (k,), units of the axes."""
     segments(axes, x, y - sigma, x, y + sigma, colour, 1.1)
 
 
@@ -206,7 +206,7 @@ def segments(
     colour: str,
     width: float,
 ) -> None:
-    """Draw straight lines from point to point, all in one path. Shapes (k,)."""
+    """Draws straight lines from point to point, all in one path. Shapes (k,)."""
     gap = np.full_like(x_from, np.nan)
     across = np.column_stack([x_from, x_to, gap]).ravel()
     up = np.column_stack([y_from, y_to, gap]).ravel()

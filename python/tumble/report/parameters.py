@@ -102,7 +102,7 @@ class NoiseRow:
 
 
 def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[ParameterGroup, ...]:
-    """Print the parameter table of a triad, held against the limits that name its parameters."""
+    """Prints the parameter table of a triad, held against the limits that name its parameters."""
     by_name = {check.parameter: check for check in checks}
     return tuple(
         printed_group(
@@ -115,7 +115,7 @@ def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[
 def limited_groups(
     triad: TriadName, found: TriadResult | None, checks: Sequence[LimitCheck]
 ) -> tuple[ParameterGroup, ...]:
-    """Print what else of a triad has limits: noise and residuals, and all where it has no result."""
+    """Prints what else of a triad has limits: noise and residuals, and all where it has no result."""
     estimated = {parameter.name for parameter in found.parameters} if found else set()
     groups: dict[str, list[LimitCheck]] = {}
     for check in checks:
@@ -126,7 +126,7 @@ def limited_groups(
 
 
 def matrices(triad: TriadResult) -> tuple[PrintedMatrix, ...]:
-    """Print M, b and the factors K, L, Q; M and b to the digits their sigma carries."""
+    """Prints M, b and the factors K, L, Q; M and b to the digits their sigma carries."""
     sigma = np.sqrt(np.diag(triad.covariance))
     sigma_M, sigma_b = sigma[:9].reshape(3, 3), sigma[9:].reshape(3, 1)
     unit = readable_unit(triad.unit)
@@ -143,7 +143,7 @@ def matrices(triad: TriadResult) -> tuple[PrintedMatrix, ...]:
 
 
 def g_sensitivity(triad: TriadResult) -> PrintedMatrix | None:
-    """Print the sensitivity of the gyroscope to specific force; None where it was not asked for."""
+    """Prints the sensitivity of the gyroscope to specific force; None where it was not asked for."""
     if triad.g_sensitivity is None:
         return None
     sigma = triad.g_sensitivity_sigma
@@ -154,7 +154,7 @@ def g_sensitivity(triad: TriadResult) -> PrintedMatrix | None:
 
 
 def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:
-    """Print noise density and bias instability of the three axes."""
+    """Prints noise density and bias instability of the three axes."""
     if triad.triad == "accelerometer":
         sheet_density, sheet_bias = (
             Scale("µg/√Hz", 1e6 / STANDARD_GRAVITY),
@@ -173,7 +173,7 @@ def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:
 def printed_group(
     title: str, members: Sequence[Parameter], checks: Sequence[LimitCheck | None]
 ) -> ParameterGroup:
-    """Print parameters of one kind and unit on a common ruler, each held against its limit, if it has one."""
+    """Prints parameters of one kind and unit on a common ruler, each against its limit, if any."""
     seen = [member for member in members if member.observable]
     values = [abs(shown_value(member, member.value)) for member in seen]
     ends = [shown_value(member, end) for member in seen for end in (member.low, member.high)]
@@ -232,7 +232,7 @@ def _row(parameter: Parameter, check: LimitCheck | None, scale: Scale, ruler: Ru
 
 
 def _held(name: str, check: LimitCheck | None, scale: Scale) -> ParameterRow:
-    """Print the limit of a row, and how much of it is used."""
+    """Prints the limit of a row, and how much of it is used."""
     if check is None:
         return ParameterRow(name)
     share = used_share(check) if math.isfinite(check.value) else ""

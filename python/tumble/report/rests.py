@@ -26,7 +26,7 @@ class RestRow:
 
 
 def rest_rows(rests: Sequence[Rest], time: LogTime) -> tuple[RestRow, ...]:
-    """Print the rests found, numbered from one, with their mean readings to the digits of their sigma."""
+    """Prints the rests found, numbered from one, with their mean readings to the digits of their sigma."""
     return tuple(
         RestRow(
             number=number,

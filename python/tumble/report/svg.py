@@ -43,7 +43,7 @@ _FONTS = "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
 
 
 def inline_svg(figure: Figure, prefix: str, label: str) -> Markup:
-    """Turn the figure into an `<svg>` element for a page, in the page's colours.
+    """Turns the figure into an `<svg>` element for a page, in the page's colours.
 
     Its identifiers start with `prefix`, so that no two figures of a page share one. `label` is what
     a screen reader says.
@@ -56,7 +56,7 @@ def inline_svg(figure: Figure, prefix: str, label: str) -> Markup:
 
 
 def standalone_svg(figure: Figure, title: str) -> str:
-    """Turn the figure into a file of its own, with fixed colours."""
+    """Turns the figure into a file of its own, with fixed colours."""
     width, height = f"{figure.width:g}", f"{figure.height:g}"
     return (
         f'<svg viewBox="0 0 {width} {height}" xmlns="{_NAMESPACE}" width="{width}" height="{height}" '

@@ -38,7 +38,7 @@ class Ruler:
         return cls(0.0, round_up(numbers))
 
     def place(self, number: float) -> float:
-        """Return the horizontal place in pixels; numbers outside stand at the edge."""
+        """Returns the horizontal place in pixels; numbers outside stand at the edge."""
         inside = min(max((number - self.low) / (self.high - self.low), 0.0), 1.0)
         return _EDGE + inside * (WIDTH - 2 * _EDGE)
 
@@ -46,7 +46,7 @@ class Ruler:
 def whisker(
     ruler: Ruler, value: float, low: float, high: float, limit: float | None, *, alarm: bool
 ) -> Markup:
-    """Draw a value and its interval; `limit` is the largest magnitude allowed, all in one unit.
+    """Draws a value and its interval; `limit` is the largest magnitude allowed, all in one unit.
 
     Empty where the value or an end of the interval is not finite.
     """
@@ -69,7 +69,7 @@ def whisker(
 
 
 def round_up(numbers: Iterable[float]) -> float:
-    """Find the smallest of our round numbers that no finite one of `numbers` exceeds; 1 for none."""
+    """Finds the smallest of our round numbers that no finite one of `numbers` exceeds; 1 for none."""
     largest = max((abs(number) for number in numbers if math.isfinite(number)), default=0.0)
     # The power of ten is unknown for numbers too small to keep all their digits.
     if largest < sys.float_info.min:

@@ -38,7 +38,7 @@ def release(archive, tmp_path_factory):
 
 
 def pack(folder):
-    """Pack a release as its maker does; its path."""
+    """Packs a release as its maker does; its path."""
     said = run(ROOT / "scripts" / "package_c.sh", folder, CARGO_FOLDER)
     return folder / said.strip().rpartition("/")[2]
 

@@ -51,7 +51,7 @@ class Names:
 
 
 def names_of(triad: Triad, number: int) -> Names:
-    """Return the names of a sensor of IMU `number`, counted from 1.
+    """Returns the names of a sensor of IMU `number`, counted from 1.
 
     The first accelerometer and the first gyroscope bear no number: `INS_ACCOFFS_X`, `INS_GYROFFS_X`.
     """
@@ -70,7 +70,7 @@ def names_of(triad: Triad, number: int) -> Names:
 
 
 def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored:
-    """Return the parameters of a sensor, counted from 1.
+    """Returns the parameters of a sensor, counted from 1.
 
     Raises `CalibrationFileError` where one makes no sense.
     """
@@ -84,14 +84,14 @@ def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored
 
 
 def _scale(parameters: Mapping[str, float], names: Names) -> FloatArray:
-    """Return (3,) factors; three zeros, the default of older firmware, it replaces by ones as it starts."""
+    """Returns (3,) factors; three zeros, the default of older firmware, it replaces by ones as it starts."""
     if not triple(parameters, names.scale, 1.0).any():
         return np.ones(3)
     return scales(parameters, names.scale)
 
 
 def _thermal(parameters: Mapping[str, float], triad: Triad, names: Names) -> Thermal | None:
-    """Return the thermal correction of a sensor, about the temperature of its calibration."""
+    """Returns the thermal correction of a sensor, about the temperature of its calibration."""
     if parameters.get(f"{names.thermal}ENABLE") != _APPLIED:
         return None
     low, high = parameters.get(f"{names.thermal}TMIN", 0.0), parameters.get(f"{names.thermal}TMAX", 70.0)
@@ -101,14 +101,14 @@ def _thermal(parameters: Mapping[str, float], triad: Triad, names: Names) -> The
 
 
 def about(powers: FloatArray, old: float, new: float) -> FloatArray:
-    """Give powers 1 to 3 of T less `new`, degC, that change by as much as those of T less `old` do."""
+    """Returns powers 1 to 3 of T less `new`, degC, that change by as much as those of T less `old` do."""
     first, second, third = powers
     h = new - old
     return np.array([first + 2.0 * h * second + 3.0 * h * h * third, second + 3.0 * h * third, third])
 
 
 def correction_of(parameters: Mapping[str, float], triad: Triad, number: int) -> Correction:
-    """Give what ArduPilot does to the readings of a sensor, counted from 1.
+    """Returns what ArduPilot does to the readings of a sensor, counted from 1.
 
     Raises `CalibrationFileError` where a parameter makes no sense.
     """

@@ -33,7 +33,7 @@ class Thermal:
     """(3, 3): a row a power, a column an axis."""
 
     def at(self, temperature: FloatArray) -> FloatArray:
-        """Give (n, 3) of (n,) degC."""
+        """Returns (n, 3) of (n,) degC."""
         apart = np.clip(temperature, *self.range) - self.reference
         return self.constant + np.stack([apart**power for power in POWERS], axis=-1) @ self.coefficients
 
@@ -72,7 +72,7 @@ class Correction:
         return not (same and str(self.thermal) == str(before.thermal))
 
     def undo(self, corrected: FloatArray, temperature: FloatArray | None) -> FloatArray:
-        """Give the (n, 3) readings that these (n, 3) were before; a thermal needs (n,) degC."""
+        """Returns the (n, 3) readings that these (n, 3) were before; a thermal needs (n,) degC."""
         with np.errstate(invalid="ignore"):  # of readings that garbling made infinite
             readings = corrected @ self.body_from_sensor / self.scale + self.offset
         if self.thermal is not None:
@@ -95,7 +95,7 @@ class Corrections:
         return any(correction.thermal is not None for correction in self.each)
 
     def undo(self, time: FloatArray, corrected: FloatArray, temperature: FloatArray | None) -> FloatArray:
-        """Give the (n, 3) readings that these, at (n,) s, were before."""
+        """Returns the (n, 3) readings that these, at (n,) s, were before."""
         which = np.maximum(np.searchsorted(self.since, time, side="right") - 1, 0)
         readings = np.empty_like(corrected, dtype=np.float64)
         for index in np.unique(which):
@@ -110,7 +110,7 @@ def over_time(
     changes: Iterable[tuple[float, str, float]],
     correction: Callable[[Mapping[str, float]], Correction],
 ) -> Corrections:
-    """Follow parameters through their changes: time, s, name and value."""
+    """Follows parameters through their changes: time, s, name and value."""
     now, since, each = dict(parameters), [-np.inf], [correction(parameters)]
     for time, name, value in changes:
         now[name] = value
@@ -122,12 +122,12 @@ def over_time(
 
 
 def triple(parameters: Mapping[str, float], names: str, otherwise: float) -> FloatArray:
-    """Give (3,) values of parameters, `{}` in whose names stands for the axis."""
+    """Returns (3,) values of parameters, `{}` in whose names stands for the axis."""
     return np.array([parameters.get(names.format(axis), otherwise) for axis in "XYZ"])
 
 
 def whole(parameters: Mapping[str, float], name: str, otherwise: int = 0) -> int:
-    """Give a parameter that is an id, or one of a list.
+    """Returns a parameter that is an id, or one of a list.
 
     Raises `CalibrationFileError` where it is no number that can be either.
     """
@@ -138,7 +138,7 @@ def whole(parameters: Mapping[str, float], name: str, otherwise: int = 0) -> int
 
 
 def scales(parameters: Mapping[str, float], names: str) -> FloatArray:
-    """Give (3,) factors that readings are multiplied by.
+    """Returns (3,) factors that readings are multiplied by.
 
     Raises `CalibrationFileError` where one is none.
     """

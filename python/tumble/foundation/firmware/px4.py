@@ -27,12 +27,12 @@ _INTERNAL = -1
 
 
 def prefix(triad: Triad, number: int) -> str:
-    """Begin the names of the parameters of a sensor."""
+    """Begins the names of the parameters of a sensor."""
     return f"CAL_{SENSOR[triad]}{number}_"
 
 
 def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored | None:
-    """Return what is stored of a sensor; None for device id 0, which was never calibrated.
+    """Returns what is stored of a sensor; None for device id 0, which was never calibrated.
 
     Scales of zero and below, and numbers that are not finite, PX4 refuses and keeps its defaults.
     """
@@ -50,12 +50,12 @@ def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored
 
 
 def _taken(values: FloatArray, otherwise: FloatArray) -> FloatArray:
-    """Return (3,) values if all are finite: others PX4 leaves as they were."""
+    """Returns (3,) values if all are finite: others PX4 leaves as they were."""
     return values if np.isfinite(values).all() else otherwise
 
 
 def _thermal(parameters: Mapping[str, float], triad: Triad, device: int) -> Thermal | None:
-    """Return what is subtracted over temperature: the first `TC_*` that names the device, of any number."""
+    """Returns what is subtracted over temperature: the first `TC_*` that names the device, of any number."""
     letter = LETTER[triad]
     if parameters.get(f"TC_{letter}_ENABLE") != _ENABLED:
         return None
@@ -73,7 +73,7 @@ def _thermal(parameters: Mapping[str, float], triad: Triad, device: int) -> Ther
 
 
 def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) -> Correction:
-    """Give what PX4 does to the readings of a device; without parameters it only turns them.
+    """Returns what PX4 does to the readings of a device; without parameters it only turns them.
 
     Raises `CalibrationFileError` where a parameter makes no sense.
     """
@@ -89,7 +89,7 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) ->
 
 
 def _body_from_sensor(parameters: Mapping[str, float], sensor: str) -> FloatArray:
-    """Turn a sensor outside the autopilot by its own rotation, one inside by that of the board."""
+    """Turns a sensor outside the autopilot by its own rotation, one inside by that of the board."""
     own = whole(parameters, f"{sensor}ROT", _INTERNAL)
     name = "SENS_BOARD_ROT" if own == _INTERNAL else f"{sensor}ROT"
     number = own if own != _INTERNAL else whole(parameters, name)

@@ -18,7 +18,7 @@ _ANGLES = (
 
 
 def rotation(number: int) -> FloatArray:
-    """Give (3, 3) body_from_sensor; raises `KeyError` for a number that only one of them knows."""
+    """Returns (3, 3) body_from_sensor; raises `KeyError` for a number that only one of them knows."""
     if not 0 <= number < len(_ANGLES):
         raise KeyError(number)
     # Right angles come out exact, as the firmware turns them without a matrix.
@@ -28,7 +28,7 @@ def rotation(number: int) -> FloatArray:
 
 
 def from_euler(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Give (3, 3) of angles in degrees, turned about z, then y, then x."""
+    """Returns (3, 3) of angles in degrees, turned about z, then y, then x."""
     angles = np.radians([roll, pitch, yaw])
     (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
     return np.array(

@@ -31,7 +31,7 @@ TURN_MORE = "turn the units about two axes or more"
 def describe_alignment(
     name: str, source: str, figures: _core.AlignFigures, around: float, time: LogTime
 ) -> UnitAlignment:
-    """Put into a result what the core found; `around` is the offset, s, that the search began with.
+    """Puts into a result what the core found; `around` is the offset, s, that the search began with.
 
     `time` is the clock of the primary.
     """
@@ -79,7 +79,7 @@ def describe_alignment(
 
 
 def _if_shown(value: FloatArray, sigma: FloatArray, limit: float) -> FloatArray:
-    """Put NaN for what is less certain than a limit."""
+    """Puts NaN for what is less certain than a limit."""
     shown: FloatArray = np.where(sigma < limit, value, np.nan)
     return shown
 
@@ -109,7 +109,7 @@ def _rotation(figures: _core.AlignFigures) -> Iterator[Parameter]:
 
 
 def _skew(figures: _core.AlignFigures) -> tuple[float, float]:
-    """Give the skew with its sigma: one clock does not drift apart from itself."""
+    """Returns the skew with its sigma: one clock does not drift apart from itself."""
     return (0.0, 0.0) if figures["one_clock"] else (figures["skew"], figures["skew_sigma"])
 
 
@@ -130,7 +130,7 @@ def _lever_arm(forces: _core.AlignForceFigures) -> Iterator[Parameter]:
 
 
 def _no_forces() -> _core.AlignForceFigures:
-    """Give figures that say nothing."""
+    """Returns figures that say nothing."""
     unknown, everywhere = np.full(3, np.nan), np.full(3, np.inf)
     return {
         "lever_arm": unknown,
@@ -167,7 +167,7 @@ def _unknown(name: str, unit: str, reason: str) -> Parameter:
 
 
 def _direction(axis: FloatArray, of: str) -> str:
-    """Name a direction; an axis has no sign, so its largest component is given as positive."""
+    """Names a direction; an axis has no sign, so its largest component is given as positive."""
     # Adding zero makes a zero of the negative zero that rounding leaves.
     shown = np.round(axis * np.sign(axis[np.argmax(np.abs(axis))]), 2) + 0.0
     return f"({', '.join(f'{component:.2f}' for component in shown)}) {of}"

@@ -39,7 +39,7 @@ def align(
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     progress: SampleProgress | None = None,
 ) -> AlignResult:
-    """Find rotation, time offset and lever arm of secondaries against a primary that moved with them.
+    """Finds rotation, time offset and lever arm of secondaries against a primary that moved with them.
 
     Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
     `search`, s; where logs have no time in common at all, their beginnings are aligned first.
@@ -112,13 +112,13 @@ def _share_a_clock(ours: Recording, theirs: Recording) -> bool:
 
 
 def _difference(ours: UnitSamples, theirs: UnitSamples) -> float:
-    """Give the offset to search around, s: none, unless the logs have no time in common."""
+    """Returns the offset to search around, s: none, unless the logs have no time in common."""
     apart = ours.end < theirs.start or theirs.end < ours.start
     return ours.start - theirs.start if apart else 0.0
 
 
 def unit_settings(result: AlignResult) -> dict[str, dict[str, object]]:
-    """Give what `tumble redundancy` is to know of each secondary: what was shown, and nothing else."""
+    """Returns what `tumble redundancy` is to know of each secondary: what was shown, and nothing else."""
     return {unit.name: _settings(unit) for unit in result.units}
 
 
@@ -132,7 +132,7 @@ def _settings(unit: UnitAlignment) -> dict[str, object]:
 
 
 def write_settings(result: AlignResult, path: Path | str) -> None:
-    """Write the settings of the units as YAML that `tumble redundancy --settings` reads."""
+    """Writes the settings of the units as YAML that `tumble redundancy --settings` reads."""
     header = (
         f"Units of a redundant set relative to {result.primary}: rotation from its case frame, place in it "
         "(m), and what is to be added to their time (s). What the motion did not show is left out."

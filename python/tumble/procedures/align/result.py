@@ -71,7 +71,7 @@ class UnitAlignment:
     warnings: tuple[str, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
-        """Find a parameter by its name; raises `KeyError` where there is none."""
+        """Finds a parameter by its name; raises `KeyError` where there is none."""
         for parameter in self.parameters:
             if parameter.name == name:
                 return parameter
@@ -100,13 +100,13 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
         return self.units
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter of each unit."""
+        """Returns a line for each parameter of each unit."""
         for unit in self.units:
             for parameter in unit.parameters:
                 yield {"secondary": unit.name} | parameter.row()
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble align` writes; give the path of each file by what it is.
+        """Writes what `tumble align` writes; returns the path of each file by what it is.
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """

@@ -47,7 +47,7 @@ class UnitSamples:
 
 
 def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> list[UnitSamples]:
-    """Read all units, primary first; raises `TumbleError` where a log cannot be read or is out of order."""
+    """Reads all units, primary first; raises `TumbleError` where a log cannot be read or is out of order."""
     read: list[UnitSamples] = []
     done = 0
     for unit in units:

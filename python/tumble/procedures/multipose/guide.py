@@ -45,7 +45,7 @@ class OrientationGuide:
         return not self._counted and seconds >= self.wanted_seconds
 
     def follow(self, result: MultiposeResult | None) -> None:
-        """Ask for what the calibration so far lacks most."""
+        """Asks for what the calibration so far lacks most."""
         if result is not None and result.next_orientation is not None:
             self.wanted = result.next_orientation.up
 
@@ -61,7 +61,7 @@ class OrientationGuide:
 
 
 def farthest(candidates: FloatArray, shown: list[FloatArray]) -> FloatArray:
-    """Give of candidates (n, 3) that which is farthest from all that were shown, the first of several."""
+    """Returns of candidates (n, 3) that which is farthest from all that were shown, the first of several."""
     ups = np.array(shown)
     ups /= np.linalg.norm(ups, axis=1)[:, np.newaxis]
     nearest = (candidates @ ups.T).max(axis=1)

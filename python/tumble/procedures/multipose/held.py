@@ -28,7 +28,7 @@ class HeldRests:
         self._kept.append(rest)
 
     def since(self, newest: Chunk) -> float:
-        """Give when the rest that ends the newest samples began, s; their end where none does."""
+        """Returns when the rest that ends the newest samples began, s; their end where none does."""
         after = self._kept[-1].time[-1] if self._kept else -np.inf
         beside = joined([*self._kept, during(newest, (np.nextafter(after, np.inf), np.inf))])
         end = float(newest.time[-1])
@@ -37,13 +37,13 @@ class HeldRests:
 
 
 def held_spans(samples: Chunk) -> list[Span]:
-    """Give where a unit kept its mean orientation for `SHORTEST_REST` or longer, trembling or not."""
+    """Returns where a unit kept its mean orientation for `SHORTEST_REST` or longer, trembling or not."""
     spans = _core.held_rests(samples.time, samples.accelerometer, samples.gyroscope, SHORTEST_REST)
     return [(float(samples.time[first]), float(samples.time[last])) for first, last in spans]
 
 
 def rests_by_hand(samples: Chunk, lying: FloatArray) -> list[Span]:
-    """Give all rests in order of time: those (n, 2), s, that are still, and those that tremble.
+    """Returns all rests in order of time: those (n, 2), s, that are still, and those that tremble.
 
     Of two that overlap, the longer one is given.
     """
@@ -56,14 +56,14 @@ def rests_by_hand(samples: Chunk, lying: FloatArray) -> list[Span]:
 
 
 def during(samples: Chunk, span: Span) -> Chunk:
-    """Give the samples of a span, its ends included."""
+    """Returns the samples of a span, its ends included."""
     first, end = np.searchsorted(samples.time, span[0]), np.searchsorted(samples.time, span[1], side="right")
     which = slice(int(first), int(end))
     return Chunk(samples.time[which], samples.accelerometer[which], samples.gyroscope[which])
 
 
 def joined(chunks: Iterable[Chunk]) -> Chunk:
-    """Put samples behind each other."""
+    """Puts samples behind each other."""
     parts = list(chunks)
     return Chunk(
         np.concatenate([part.time for part in parts]),

@@ -307,7 +307,7 @@ class LiveMultipose:
         yield self._step("orientation wanted", step, orientation_words(up))
 
     def _ended(self, step: RecordStep) -> Iterator[MultiposeStep]:
-        """Find out how far it is by all that was recorded."""
+        """Finds out how far it is by all that was recorded."""
         self._by_will = self._was_stopped or step.reason == "duration"
         if self.is_heard and not self._is_complete:
             self._finding.wait()
@@ -344,7 +344,7 @@ class LiveMultipose:
         return max(self.guide.orientations, result.directions if result else 0)
 
     def _describe_what_was_reached(self) -> None:
-        """Keep the sigma reached of each term of the goal, for those who certify."""
+        """Keeps the sigma reached of each term of the goal, for those who certify."""
         reached: dict[str, JsonValue] = {
             f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._goals
         }
@@ -430,7 +430,7 @@ def _refuse_what_no_hand_shows(goal: Goal | None, orientations: int | None) -> N
 
 
 def _evaluate(recording: Recording, calibrate: Calibrate, goal: Goal | None) -> MultiposeSoFar:
-    """Run the procedure on what there is; what is amiss with the unit is no want of poses."""
+    """Runs the procedure on what there is; what is amiss with the unit is no want of poses."""
     name = recording.name
     try:
         objections = list(faults(name, acquire(recording)))

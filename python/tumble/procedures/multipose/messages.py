@@ -70,7 +70,7 @@ def _faces_missing(figures: RefusalFigures) -> str:
 
 
 def _open(shares: Sequence[float]) -> str:
-    """Name what is left open, the largest share first."""
+    """Names what is left open, the largest share first."""
     order = sorted(range(len(shares)), key=lambda place: -shares[place])
     named = [_UNKNOWNS[place] for place in order if shares[place] > NOTABLE_SHARE]
     return ", ".join(named)

@@ -116,7 +116,7 @@ def multipose(
     station: str = "",
     progress: SampleProgress | None = None,
 ) -> MultiposeResult:
-    """Calibrate a unit that was held still in many orientations and turned by hand in between.
+    """Calibrates a unit that was held still in many orientations and turned by hand in between.
 
     At rest the length of specific force is gravity in any orientation, which shows scale, non-orthogonality
     and bias of the accelerometer; between rests the gyroscope has to turn gravity as the accelerometer finds
@@ -246,7 +246,7 @@ def as_counts(read: ReadOptions | None) -> ReadOptions:
 
 
 def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: SampleProgress | None) -> Imu:
-    """Read the recording for the first time, and refuse what cannot serve."""
+    """Reads the recording for the first time, and refuses what cannot serve."""
     if "accelerometer" not in recording.metadata.triads:
         raise ProcedureError(
             "holds no accelerometer readings, which show gravity; name a log that has them",
@@ -266,7 +266,7 @@ def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: Samp
 
 
 def _with_biases(before: Calibration, figures: _core.MultiposeFigures) -> Calibration:
-    """Put the biases that were found in place of those of before."""
+    """Puts the biases that were found in place of those of before."""
     gyroscope = figures["gyroscope"]
     found = {
         "accelerometer": figures["accelerometer"]["b"],
@@ -279,7 +279,7 @@ def _with_biases(before: Calibration, figures: _core.MultiposeFigures) -> Calibr
 
 
 def _known(before: Calibration | None, term: str) -> FloatArray | None:
-    """Give a term of the noise of all channels, (6,), NaN where it is not known."""
+    """Returns a term of the noise of all channels, (6,), NaN where it is not known."""
     if before is None:
         return None
     stated = [getattr(getattr(before, triad), term, None) for triad in TRIADS]
@@ -287,7 +287,7 @@ def _known(before: Calibration | None, term: str) -> FloatArray | None:
 
 
 def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgress | None) -> Chunk:
-    """Read all samples, those without a number left out."""
+    """Reads all samples, those without a number left out."""
     chunks = []
     for chunk in unit.recording.chunks():
         good = _holds_numbers(chunk, unit)
@@ -316,7 +316,7 @@ def _holds_numbers(chunk: Chunk, unit: Imu) -> NDArray[np.bool_]:
 
 
 def _placed(sections: Sequence[Section], unit: Imu) -> list[tuple[str, int, int]]:
-    """Give sections by their places among the samples that hold numbers.
+    """Returns sections by their places among the samples that hold numbers.
 
     Raises `ProcedureError` where one ends after the log.
     """
@@ -362,7 +362,7 @@ def _trembling(rests: Sequence[Rest], figures: _core.MultiposeFigures) -> Iterat
 
 
 def _left_out(figures: _core.MultiposeFigures, unit: _core.Acquired) -> Iterator[Rest]:
-    """List the stretches in which the unit was held still that are not used, but for those rejected."""
+    """Lists the stretches in which the unit was held still that are not used, but for those rejected."""
     rejected = [(start, end) for start, end, _ in unit.rejected_rests]
     for start, end, tremor in figures["left_out"]:
         if not any(first < end and start < last for first, last in rejected):

@@ -223,7 +223,7 @@ class MultiposeResult(Tabular):
         return "partly calibrated" if self.gyroscope is None else "calibrated"
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter of each triad."""
+        """Returns a line for each parameter of each triad."""
         for triad in self.triads:
             for parameter in triad.parameters:
                 yield {"sensor": triad.triad} | parameter.row()
@@ -236,7 +236,7 @@ class MultiposeResult(Tabular):
         return calibration_of(self)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble multipose` writes; give the path of each file by what it is.
+        """Writes what `tumble multipose` writes; returns the path of each file by what it is.
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """

@@ -46,7 +46,7 @@ Sections: TypeAlias = str | Path | Sequence[Section]
 
 
 def sections_of(given: Sections) -> tuple[Section, ...]:
-    """Read a section list: CSV with the columns label, start and end, or JSON {label: {start, end}}.
+    """Reads a section list: CSV with the columns label, start and end, or JSON {label: {start, end}}.
 
     Raises `ProcedureError`, in one line, for what is not such a list, a label that nobody knows, and sections
     that are too short or overlap.
@@ -65,7 +65,7 @@ def sections_of(given: Sections) -> tuple[Section, ...]:
 
 
 def sections_of_folder(recording: Recording) -> tuple[Section, ...]:
-    """Give the rest of each file of a folder with one a pose; a file named as a label bears it.
+    """Returns the rest of each file of a folder with one a pose; a file named as a label bears it.
 
     Raises `ProcedureError` where a file shows no rest, or two have one name.
     """

@@ -33,7 +33,7 @@ class NoiseKey:
 
 
 def kalibr_keys(result: NoiseResult) -> list[NoiseKey]:
-    """Give N and K of each triad as Kalibr and OpenVINS read them."""
+    """Returns N and K of each triad as Kalibr and OpenVINS read them."""
     return [
         _of_triad(result, triad, term, name, 1.0, unit)
         for triad in result.triads
@@ -42,7 +42,7 @@ def kalibr_keys(result: NoiseResult) -> list[NoiseKey]:
 
 
 def vins_keys(result: NoiseResult) -> list[NoiseKey]:
-    """Give N and K of each triad as VINS-Mono and VINS-Fusion read them, for the rate of the log."""
+    """Returns N and K of each triad as VINS-Mono and VINS-Fusion read them, for the rate of the log."""
     scale = sqrt(result.rate)
     return [
         _of_triad(result, triad, term, name, scale, UNITS[triad] if term == WHITE else f"{UNITS[triad]}/s")
@@ -52,7 +52,7 @@ def vins_keys(result: NoiseResult) -> list[NoiseKey]:
 
 
 def keys_text(result: NoiseResult) -> str:
-    """Write a file that Kalibr reads with --imu; the keys of VINS are comments in it."""
+    """Writes a file that Kalibr reads with --imu; the keys of VINS are comments in it."""
     lines = [
         f"# Noise of {result.name}, root mean square over the axes, by {result.software}.",
         "# Kalibr and OpenVINS: continuous time. Many set two to ten times as much for a unit that moves.",
@@ -78,7 +78,7 @@ def _line(key: NoiseKey) -> str:
 
 
 def filter_density(channel: ChannelNoise) -> float:
-    """Give N for a filter: as it was found, or conservative, the curve's own value at 1 s."""
+    """Returns N for a filter: as it was found, or conservative, the curve's own value at 1 s."""
     term = channel.term(WHITE)
     if term.observable and channel.misfit == 0.0:
         return term.value
@@ -87,7 +87,7 @@ def filter_density(channel: ChannelNoise) -> float:
 
 
 def filter_random_walk(channel: ChannelNoise) -> float:
-    """Give K for a filter: as it was found, or conservative, its upper bound."""
+    """Returns K for a filter: as it was found, or conservative, its upper bound."""
     term = channel.term(RANDOM_WALK)
     return term.value if term.observable and channel.misfit == 0.0 else term.high
 

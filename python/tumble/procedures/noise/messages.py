@@ -34,7 +34,7 @@ NO_NOISE = "not identifiable: the channel is rounded to steps far coarser than i
 
 
 def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterator[str]:
-    """Report samples left out, and where the terms do not explain the curve."""
+    """Reports samples left out, and where the terms do not explain the curve."""
     left_out = still.samples - still.used
     if left_out > NOTABLE_SHARE * still.samples:
         yield (
@@ -62,7 +62,7 @@ def warnings_of(still: StillPart, channels: tuple[ChannelNoise, ...]) -> Iterato
 
 
 def disturbances(found: Sequence[Disturbance], logs: Mapping[str, LogTime]) -> Iterator[str]:
-    """Name steps, ramps and knocks, those of several channels at one time together."""
+    """Names steps, ramps and knocks, those of several channels at one time together."""
     names, times = list(logs), list(logs.values())
     groups: list[list[Disturbance]] = []
     for each in (each for each in found if each.left_out):
@@ -100,7 +100,7 @@ def _disturbance(group: Sequence[Disturbance], time: LogTime) -> str:
 
 
 def _names(channels: Iterable[str]) -> str:
-    """Join `accelerometer x`, `accelerometer y` to `accelerometer x and y`."""
+    """Joins `accelerometer x`, `accelerometer y` to `accelerometer x and y`."""
     axes: dict[str, list[str]] = {}
     for channel in dict.fromkeys(channels):
         triad, axis = channel.split()

@@ -38,7 +38,7 @@ def noise(
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> NoiseResult:
-    """Find the noise of a sensor from one log or several in which it stands still.
+    """Finds the noise of a sensor from one log or several in which it stands still.
 
     Of each log only the part that stands still is used; gaps part it into stretches, and no difference spans
     one. Steps, ramps and knocks are found, named and left out.
@@ -93,7 +93,7 @@ def noise(
 def _without_disturbances(
     recordings: Sequence[Recording], rests: Sequence[FloatArray], progress: SampleProgress | None
 ) -> tuple[list[_core.NoiseFigures], StillPart, tuple[Disturbance, ...]]:
-    """Read logs at their rests (k, 2), s; again without what disturbs them, where anything does."""
+    """Reads logs at their rests (k, 2), s; again without what disturbs them, where anything does."""
     triads = recordings[0].metadata.triads
     watch = _core.NoiseWatch(3 * len(triads))
     figures, part = _read(recordings, rests, progress, watch)
@@ -140,7 +140,7 @@ def _disturbances(watch: _core.NoiseWatch, triads: Sequence[Triad]) -> list[Dist
 
 
 def _refuse_unless_still(unit: Imu) -> None:
-    """Raise `ProcedureError`, in one line, where a log has no part that stands still."""
+    """Raises `ProcedureError`, in one line, where a log has no part that stands still."""
     refuse_if_damaged(unit.name, unit, unit.faults)
     if len(unit.acquired.rest_times):
         return

@@ -65,7 +65,7 @@ class ChannelNoise:
         return UNITS[self.triad]
 
     def term(self, name: str) -> Parameter:
-        """Give one term by its word; raises `KeyError` where there is none of that name."""
+        """Returns one term by its word; raises `KeyError` where there is none of that name."""
         for each in self.terms:
             if each.name == name:
                 return each
@@ -164,7 +164,7 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
         return np.array([each.value if each.observable else np.nan for each in found])
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each term of each channel."""
+        """Returns a line for each term of each channel."""
         for channel in self.channels:
             for term in channel.terms:
                 yield {"channel": channel.name} | term.row()
@@ -177,7 +177,7 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
         return calibration_of(self)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble noise` writes; give the path of each file by what it is.
+        """Writes what `tumble noise` writes; returns the path of each file by what it is.
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """

@@ -30,7 +30,7 @@ class StillSamples:
         self._steps = 0
 
     def read(self, recording: Recording, rests: FloatArray, progress: SampleProgress | None = None) -> None:
-        """Read a log; `rests` (k, 2) are the times, s, in which it stood still."""
+        """Reads a log; `rests` (k, 2) are the times, s, in which it stood still."""
         self._logs += 1
         for part in recording.parts or (recording,):
             self._read_part(part, rests, progress)
@@ -38,7 +38,7 @@ class StillSamples:
             self._watch.end_log()
 
     def finish(self) -> tuple[list[_core.NoiseFigures], StillPart]:
-        """Give what the core found, and how much it was given."""
+        """Returns what the core found, and how much it was given."""
         interval = self._time / self._steps if self._steps else float("nan")
         found = self.record.conclude(interval)
         return found, StillPart(
@@ -95,7 +95,7 @@ class StillSamples:
 
 
 def without(rests: FloatArray, disturbed: Sequence[tuple[float, float]]) -> FloatArray:
-    """Give rests (k, 2), s, parted where they were disturbed; those times are in none of them."""
+    """Returns rests (k, 2), s, parted where they were disturbed; those times are in none of them."""
     left = [(float(start), float(end)) for start, end in rests]
     for first, last in disturbed:
         left = [
@@ -121,6 +121,6 @@ def _rest_of(time: FloatArray, rests: FloatArray) -> np.ndarray[tuple[int], np.d
 
 
 def _runs(joined: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Iterator[slice]:
-    """Give runs of rows, of which each but the first row is joined to the one before it."""
+    """Returns runs of rows, of which each but the first row is joined to the one before it."""
     starts = [0, *(np.flatnonzero(~joined[1:]) + 1).tolist(), len(joined)]
     return (slice(start, end) for start, end in pairwise(starts))

@@ -110,7 +110,7 @@ def warnings_of(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Iterator[st
 
 
 def ambiguous_lag(found: tuple[float, float] | None) -> Iterator[str]:
-    """Report a lag that explains the difference of warming and cooling as well as hysteresis does."""
+    """Reports a lag that explains the difference of warming and cooling as well as hysteresis does."""
     if found is not None:
         yield (
             f"a thermometer behind the sensor by {found[0]:.3g} s would explain the difference of warming "

@@ -41,7 +41,7 @@ def thermal(
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> ThermalResult:
-    """Find how bias and scale of a unit change with temperature, from logs of it at rest.
+    """Finds how bias and scale of a unit change with temperature, from logs of it at rest.
 
     Of each log only what stands still is used. Several logs are sessions of one unit, each with a turn-on
     bias of its own. Nobody needs to know how the unit lies: what it reads in a pose at the reference
@@ -124,7 +124,7 @@ def _reference(before: Calibration | None, stated: float | None) -> float | None
 
 
 def _references(calibration: Calibration) -> Iterator[float]:
-    """Give the temperature of each triad that changes any reading; one that holds noise alone does not."""
+    """Returns the temperature of each triad that changes any reading; one that holds noise alone does not."""
     drifts = calibration.temperature_drifts()
     for name in TRIADS:
         triad = getattr(calibration, name)
@@ -137,7 +137,7 @@ def _references(calibration: Calibration) -> Iterator[float]:
 
 
 def _refuse_unfit(unit: Imu) -> None:
-    """Raise `ProcedureError`, in one line, where a log is damaged or without temperature, or never rests."""
+    """Raises `ProcedureError`, in one line, where a log is damaged or without temperature, or never rests."""
     if unit.acquired.temperature is None:
         raise ProcedureError(messages.NO_TEMPERATURE, about=unit.name)
     refuse_if_damaged(unit.name, unit, unit.faults)

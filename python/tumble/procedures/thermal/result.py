@@ -83,17 +83,17 @@ class AxisDrift:
         return UNITS[self.triad]
 
     def difference(self, temperature: FloatArray) -> FloatArray:
-        """Give t (n,), K, of temperatures (n,), degC: held at the edge beyond the range."""
+        """Returns t (n,), K, of temperatures (n,), degC: held at the edge beyond the range."""
         return np.asarray(np.clip(temperature, *self.range) - self.reference)  # thermal.md, eq. 2
 
     def bias_at(self, temperature: FloatArray) -> FloatArray:
-        """Give the change of the bias (n,), unit of the axis, at temperatures (n,), degC."""
+        """Returns the change of the bias (n,), unit of the axis, at temperatures (n,), degC."""
         return np.asarray(
             _powers(self.difference(temperature), len(self.bias)) @ self.bias
         )  # thermal.md, eq. 1
 
     def bias_sigma_at(self, temperature: FloatArray) -> FloatArray:
-        """Give its 1-sigma (n,): of the coefficients, and half the largest hysteresis where it is clear."""
+        """Its 1-sigma (n,): of the coefficients, and half the largest hysteresis where it is clear."""
         count = len(self.bias)
         powers = _powers(self.difference(temperature), count)
         variance = np.einsum("nk,kl,nl->n", powers, self.covariance[:count, :count], powers)
@@ -124,7 +124,7 @@ class AxisDrift:
         return 0.5 * abs(self.clear_hysteresis) <= LARGEST_HYSTERESIS * self.swing.value
 
     def parameters(self) -> Iterator[Parameter]:
-        """Give every coefficient, the change of scale and the hysteresis, with intervals."""
+        """Returns every coefficient, the change of scale and the hysteresis, with intervals."""
         sigmas = np.sqrt(np.diag(self.covariance))
         if not len(self.bias):
             yield self.slope
@@ -203,7 +203,7 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
         return tuple(dict.fromkeys(axis.triad for axis in self.axes))
 
     def of_triad(self, triad: Triad) -> tuple[AxisDrift, ...]:
-        """Give the three axes of a triad."""
+        """Returns the three axes of a triad."""
         return tuple(axis for axis in self.axes if axis.triad == triad)
 
     @property
@@ -215,7 +215,7 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
         return "measured" if both else "partly measured"
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter of each axis."""
+        """Returns a line for each parameter of each axis."""
         for axis in self.axes:
             for parameter in axis.parameters():
                 yield {"channel": axis.name} | parameter.row()
@@ -228,7 +228,7 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
         return calibration_of(self)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble thermal` writes; give the path of each file by what it is.
+        """Writes what `tumble thermal` writes; returns the path of each file by what it is.
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """

@@ -44,7 +44,7 @@ class Batch:
     """The targets of one folder, in the order in which they were first attempted."""
 
     def __init__(self, folder: Path) -> None:
-        """Read what is there; raises `OutputError` where the file of that name is not ours."""
+        """Reads what is there; raises `OutputError` where the file of that name is not ours."""
         self.folder = folder
         self.path = folder / ATTEMPTS
         self.last: dict[str, LastAttempt] = {}
@@ -72,7 +72,7 @@ class Batch:
             )
 
     def latest(self) -> Iterator[TargetRecord]:
-        """Read the last attempt at each target, one after another."""
+        """Reads the last attempt at each target, one after another."""
         if not self.last:
             return
         with self.path.open("rb") as file:
@@ -81,17 +81,17 @@ class Batch:
                 yield TargetRecord.from_line(file.readline())
 
     def record(self, name: str) -> TargetRecord:
-        """Read the last attempt at one target."""
+        """Reads the last attempt at one target."""
         with self.path.open("rb") as file:
             file.seek(self.last[name].place)
             return TargetRecord.from_line(file.readline())
 
     def attempt(self, name: str) -> int:
-        """Give the number of the next attempt at a target."""
+        """Returns the number of the next attempt at a target."""
         return self.last[name].attempt + 1 if name in self.last else 1
 
     def stem(self, name: str) -> str:
-        """Give the name of a target's files: its own where a file can bear it, and none twice."""
+        """Returns the name of a target's files: its own where a file can bear it, and none twice."""
         if name in self.last:
             return self.last[name].stem
         stem = file_stem(name)
@@ -101,12 +101,12 @@ class Batch:
         return chosen
 
     def namesake(self, name: str, serial: str) -> str:
-        """Give the other serial that a target of that name has in this batch; empty where there is none."""
+        """Other serial that a target of that name has in this batch; empty where there is none."""
         known = self.last[name].serial if name in self.last else ""
         return known if serial and known and known != serial else ""
 
     def bearer(self, serial: str) -> str:
-        """Give the target of this batch that has that serial; empty where there is none."""
+        """Returns the target of this batch that has that serial; empty where there is none."""
         return self._names_by_serial.get(serial, "")
 
     def is_done(self, name: str, key: str, *, page: bool) -> bool:
@@ -120,7 +120,7 @@ class Batch:
         return not last.calibration_sha256 or (file.is_file() and sha256_of(file) == last.calibration_sha256)
 
     def set_aside(self, name: str, stem: str, *, calibration: bool, page: bool) -> list[Path]:
-        """Move what an earlier attempt left and the new one does not replace to `earlier`, and say where.
+        """Moves what an earlier attempt left and the new one does not replace to `earlier`, and says where.
 
         Raises `OutputError` where that cannot be done.
         """
@@ -134,12 +134,12 @@ class Batch:
         return moved
 
     def add(self, record: TargetRecord) -> None:
-        """Append an attempt; raises `OutputError` where that cannot be done."""
+        """Appends an attempt; raises `OutputError` where that cannot be done."""
         self.drop_lost_lines()
         self._note(record, append_line(self.path, record.line()))
 
     def drop_lost_lines(self) -> None:
-        """Write the file again without the lines that could not be read; the others get new places.
+        """Writes the file again without the lines that could not be read; the others get new places.
 
         Raises `OutputError` where that cannot be done.
         """

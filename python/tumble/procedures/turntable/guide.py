@@ -29,11 +29,11 @@ class RestTime:
 
     @property
     def seconds(self) -> float:
-        """Rest so far, s."""
+        """Rests so far, s."""
         return self.done + self.now
 
     def end(self) -> None:
-        """End the rest under way."""
+        """Ends the rest under way."""
         self.done, self.now = self.seconds, 0.0
 
 
@@ -56,7 +56,7 @@ class WantedPose:
 
     @property
     def seconds(self) -> float:
-        """Rest so far that all units have shown, s."""
+        """Rests so far that all units have shown, s."""
         return min(each.seconds for each in self._each)
 
     @property
@@ -79,13 +79,13 @@ class WantedPose:
         return not (self.is_rested and set(self.lacking) <= set(away))
 
     def forget(self) -> None:
-        """Forget what was shown."""
+        """Forgets what was shown."""
         for each in self._each:
             each.done = each.now = 0.0
         self.told = False
 
     def leave(self) -> None:
-        """End the rest under way."""
+        """Ends the rest under way."""
         for each in self._each:
             each.end()
 
@@ -168,7 +168,7 @@ class Guide:
         return {name: [pose for pose, lacking in shown if name in lacking] for name in names}
 
     def begin_anew(self) -> None:
-        """Forget what was shown, not what is wanted."""
+        """Forgets what was shown, not what is wanted."""
         for pose in self.poses:
             pose.forget()
         for turn in self.turns:

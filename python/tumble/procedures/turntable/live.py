@@ -393,7 +393,7 @@ class LiveTurntable:
         return unit.name != self._reference and not is_there
 
     def _shown_by_targets(self) -> dict[str, float]:
-        """Give s of the rest under way that each target has shown."""
+        """Returns s of the rest under way that each target has shown."""
         since = self._time if self._rest.since is None else self._rest.since
         return {
             name: 0.0
@@ -403,7 +403,7 @@ class LiveTurntable:
         }
 
     def _missed_at(self, pose: WantedPose) -> Iterator[Objection]:
-        """Name the targets that did not show a pose which the table leaves."""
+        """Names the targets that did not show a pose which the table leaves."""
         for name in pose.lacking if pose.is_rested else ():
             text = (
                 f"missed {pose.name}: {pose.targets[name].seconds:.1f} of {pose.wanted:.1f} s came of it; "
@@ -412,7 +412,7 @@ class LiveTurntable:
             yield Objection(name, f"missed {pose.name} {pose.table.done}", text)
 
     def _wait_for_targets(self) -> None:
-        """End where all is done but what targets lack that stay away."""
+        """Ends where all is done but what targets lack that stay away."""
         if self._driver is not None and not self._driver.is_done:
             waits = False
         else:
@@ -457,7 +457,7 @@ class LiveTurntable:
         return self.guide.is_done and (self._driver is None or self._driver.is_done)
 
     def _note_rest(self, step: RecordStep) -> tuple[FloatArray, float] | None:
-        """Give specific force and length, s, of the rest under way; None while anything moves."""
+        """Returns specific force and length, s, of the rest under way; None while anything moves."""
         here = {unit.name: unit.condition for unit in step.units}
         heard = [each for each in here.values() if each in ("rest", "motion")]
         if here[self._reference] != "rest" or "motion" in heard:
@@ -496,7 +496,7 @@ class LiveTurntable:
             self._begin_to_find(is_final)
 
     def _found_at_last(self, step: RecordStep) -> Iterator[TurntableStep]:
-        """Find out how far it is by all that was recorded."""
+        """Finds out how far it is by all that was recorded."""
         self._finding.wait()
         self._finding.take()
         self._begin_to_find(is_final=True)
@@ -521,7 +521,7 @@ class LiveTurntable:
         )
 
     def _end_or_go_on(self, step: RecordStep) -> Iterator[TurntableStep]:
-        """End once all is done; with a goal that is not met, ask for more where more would do."""
+        """Ends once all is done; with a goal that is not met, asks for more where more would do."""
         if not self._found_last:
             return
         self._found_last = False
@@ -561,7 +561,7 @@ class LiveTurntable:
         return Objection(missed.target, f"out of reach {missed.term.name}", text)
 
     def _describe_what_was_reached(self) -> None:
-        """Keep the sigma reached of each term of the goal, and poses missed, for those who certify."""
+        """Keeps the sigma reached of each term of the goal, and poses missed, for those who certify."""
         reached: dict[str, JsonValue] = {
             f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._so_far.goals
         }
@@ -609,7 +609,7 @@ class LiveTurntable:
             self._leave_out_what_was_shown(self._driver)
 
     def _tick_what_was_recorded(self) -> None:
-        """Tick poses and turns by all samples there are."""
+        """Ticks poses and turns by all samples there are."""
         recording = self._acquired.recordings().get(self._reference)
         if recording is None:
             return

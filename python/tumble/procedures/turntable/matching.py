@@ -45,7 +45,7 @@ def match_poses(
     poses: PoseList | None,
     after_rates: Collection[int] = (),
 ) -> PoseMatch:
-    """Match rests, by mean specific force (k, 3), to poses; those `after_rates` follow a constant rate.
+    """Matches rests, by mean specific force (k, 3), to poses; those `after_rates` follow a constant rate.
 
     Raises `ProcedureError` where a pose of the list is missing, tipped, or mislabelled.
     """

@@ -22,7 +22,7 @@ ELEMENTS = tuple((row, column) for row in range(3) for column in range(3) if row
 
 
 def off_diagonals(fits: Mapping[Treatment, _core.TriadFigures]) -> tuple[OffDiagonal, ...]:
-    """Compare the off-diagonals of three fits of one accelerometer to the same readings.
+    """Compares the off-diagonals of three fits of one accelerometer to the same readings.
 
     Empty where a fit does not show all of M. Method: docs/theory/turntable.md, section 8.
     """
@@ -40,7 +40,7 @@ def off_diagonals(fits: Mapping[Treatment, _core.TriadFigures]) -> tuple[OffDiag
 
 
 def _lean(fit: _core.TriadFigures, row: int, column: int) -> Parameter:
-    """Give the angle by which sensing axis `row` leans towards axis `column`, with its sigma."""
+    """Returns the angle by which sensing axis `row` leans towards axis `column`, with its sigma."""
     axis = fit["M"][row]
     covariance = fit["covariance"][3 * row : 3 * row + 3, 3 * row : 3 * row + 3]
     sine, slope = sine_of_lean(axis, column)

@@ -57,7 +57,7 @@ class Session:
     _source: RecordingSource
 
     def acquire(self, source: RecordingSource, read: ReadOptions | None = None) -> UnitRead:
-        """Read a target; what hinders that is returned."""
+        """Reads a target; what hinders that is returned."""
         if _same(source, self._source):
             return ProcedureError(
                 "is the reference itself; leave it out of the targets", about=_name_of(source)
@@ -65,7 +65,7 @@ class Session:
         return _acquire(source, None, read, "target")
 
     def calibrate(self, name: str, unit: UnitRead, provenance: Provenance | None = None) -> TargetResult:
-        """Calibrate a target that was read; what hinders that becomes its failure."""
+        """Calibrates a target that was read; what hinders that becomes its failure."""
         found = self._procedure.calibrate(name, unit)
         return replace(found, provenance=provenance or self.provenance)
 
@@ -111,7 +111,7 @@ def open_session(
     operator: str = "",
     station: str = "",
 ) -> Session:
-    """Read and fit the reference; arguments are those of `turntable`, `read` is for the reference alone.
+    """Reads and fits the reference; arguments are those of `turntable`, `read` is for the reference alone.
 
     Raises `TumbleError` where the reference is unfit.
     """
@@ -211,7 +211,7 @@ def turntable(
     jobs: int | None = None,
     progress: RecordingsRead | None = None,
 ) -> TurntableResult:
-    """Calibrate targets that were bolted beside a high-precision reference on a turntable.
+    """Calibrates targets that were bolted beside a high-precision reference on a turntable.
 
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
@@ -270,12 +270,12 @@ def turntable(
 
 
 def serial_of(unit: UnitRead) -> str:
-    """Give the serial number that a log states; empty where it states none."""
+    """Returns the serial number that a log states; empty where it states none."""
     return "" if isinstance(unit, TumbleError) else unit.recording.metadata.serial
 
 
 def with_serial(unit: UnitRead, serial: str) -> UnitRead:
-    """Give the unit a serial number that is known from elsewhere."""
+    """Returns the unit a serial number that is known from elsewhere."""
     if isinstance(unit, TumbleError):
         return unit
     metadata = replace(unit.recording.metadata, serial=serial)
@@ -283,7 +283,7 @@ def with_serial(unit: UnitRead, serial: str) -> UnitRead:
 
 
 def refuse_if_all_failed(results: Sequence[TargetResult]) -> None:
-    """Raise `ProcedureError`, with a line for each target, where none could be calibrated."""
+    """Raises `ProcedureError`, with a line for each target, where none could be calibrated."""
     if all(result.failure for result in results):
         raise ProcedureError("\n".join(result.failure for result in results))
 
@@ -312,7 +312,7 @@ def _acquire(
 
 
 def _without_folders(text: str, source: str | Path) -> str:
-    """Name a log by its file and the last folder: what is above that is of this machine."""
+    """Names a log by its file and the last folder: what is above that is of this machine."""
     try:
         path = parse_spec(source).path
     except LogError:

@@ -73,7 +73,7 @@ class Production:
     """Targets of this run by serial."""
 
     def run(self, targets: Sequence[Target]) -> Iterator[Made]:
-        """Calibrate and write one target after the other, in their order.
+        """Calibrates and writes one target after the other, in their order.
 
         Raises `TumbleError` where nothing can be done, or one of the first targets must be the reference, and
         nothing is written then; `OutputError` where a file cannot be written.
@@ -121,7 +121,7 @@ class Production:
         return Calibrated(found, self.session.calibrate(target.name, known, provenance))
 
     def _identified(self, target: Target, unit: UnitRead) -> UnitRead:
-        """Give a unit its serial; an error where that of another target is the same.
+        """Returns a unit its serial; an error where that of another target is the same.
 
         Raises `ProcedureError` where the folder holds another unit of that name.
         """
@@ -211,7 +211,7 @@ class Made:
 
 
 def refuse_namesake(batch: Batch, name: str, serial: str) -> None:
-    """Raise `ProcedureError` where the folder holds another unit of that name."""
+    """Raises `ProcedureError` where the folder holds another unit of that name."""
     if other := batch.namesake(name, serial):
         raise ProcedureError(
             f"{batch.folder} holds results of serial {other} under the name {name}, and this "
@@ -220,7 +220,7 @@ def refuse_namesake(batch: Batch, name: str, serial: str) -> None:
 
 
 def keep(batch: Batch, printed: Printed) -> Made:
-    """Write the files of a target into the folder of the batch, and then its record."""
+    """Writes the files of a target into the folder of the batch, and then its record."""
     record = printed.record
     if not printed.fresh:
         return Made(record, None, False, ())
@@ -243,7 +243,7 @@ def pages_for(targets: int) -> Pages:
 
 
 def save(result: TurntableResult, folder: Path | str) -> dict[str, Path]:
-    """Write a result as the command does: into the batch of `folder`; give each path by what it is.
+    """Writes a result as the command does: into the batch of `folder`; returns each path by what it is.
 
     Raises `ProcedureError` where the folder holds another unit of the same name, `OutputError` where a file
     cannot be written.
@@ -261,7 +261,7 @@ def save(result: TurntableResult, folder: Path | str) -> dict[str, Path]:
 
 
 def write_views(shared: TurntableResult, batch: Batch) -> dict[str, Path]:
-    """Write summary and report of all targets in the folder; give the path of each file by what it is."""
+    """Writes summary and report of all targets in the folder; returns the path of each file by what it is."""
     batch.drop_lost_lines()
     summary, report = batch.folder / SUMMARY, batch.folder / TURNTABLE_PAGE
     write_summary(summary, batch.latest)
@@ -272,7 +272,7 @@ def write_views(shared: TurntableResult, batch: Batch) -> dict[str, Path]:
 def key_of_run(
     session: Session, poses: PoseList | None, read: ReadOptions | None, latitude: float | None
 ) -> str:
-    """Give one digest of all that every result of a run follows from, besides the target's own log."""
+    """Returns one digest of all that every result of a run follows from, besides the target's own log."""
     batch = session.batch
     listed = [[pose.name, pose.up, pose.file] for pose in poses] if poses else None
     return digest_of(
@@ -299,7 +299,7 @@ def digest_of(content: object) -> str:
 def ahead(
     pool: Executor, function: Callable[[Item], Result], items: Iterable[Item], most: int
 ) -> Iterator[Result]:
-    """Apply a function in a pool, in order, at most so many items ahead of the one that is asked for."""
+    """Applies a function in a pool, in order, at most so many items ahead of the one that is asked for."""
     waiting: deque[Future[Result]] = deque()
     source = iter(items)
     try:
@@ -327,7 +327,7 @@ def _printers(workers: int) -> Executor:
 
 
 def print_target(order: PrintOrder | Printed) -> Printed:
-    """Print the files of a target, and what is to be recorded of it, unless that is done already."""
+    """Prints the files of a target, and what is to be recorded of it, unless that is done already."""
     if isinstance(order, Printed):
         return order
     batch, target = order.batch, order.target

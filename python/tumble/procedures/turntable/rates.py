@@ -12,7 +12,7 @@ PARTS_PER_MILLION = 1e6
 
 
 def axis_responses(figures: Sequence[_core.ResponseFigures]) -> tuple[AxisResponse, ...]:
-    """Give the response of each axis that turned at constant rates, in deg/s and ppm."""
+    """Returns the response of each axis that turned at constant rates, in deg/s and ppm."""
     return tuple(_response(each) for each in figures)
 
 

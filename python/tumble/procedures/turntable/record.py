@@ -83,12 +83,12 @@ class TargetRecord:
         return self.verdict not in GOOD
 
     def line(self) -> str:
-        """Print it as one line of JSON."""
+        """Prints it as one line of JSON."""
         return json.dumps(finite(asdict(self)), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
     @classmethod
     def from_line(cls, line: str | bytes) -> TargetRecord:
-        """Read a line; raises `ValueError` where it is not one of these."""
+        """Reads a line; raises `ValueError` where it is not one of these."""
         try:
             content: dict[str, Any] = json.loads(line)
             known = {each.name for each in fields(cls)}

@@ -32,7 +32,7 @@ def reference_result(
     applied: Calibration | None,
     uncertainty: UncertaintySources,
 ) -> ReferenceResult:
-    """Describe the reference; `applied` is the calibration that was applied to it."""
+    """Describes the reference; `applied` is the calibration that was applied to it."""
     figures, mounting = fitted.figures, mounting_result(fitted)
     return ReferenceResult(
         name=unit.name,
@@ -56,7 +56,7 @@ def reference_result(
 
 
 def mounting_result(fitted: _core.Reference) -> MountingResult | None:
-    """Give the mounting angle of the reference; `None` where the poses did not show it."""
+    """Returns the mounting angle of the reference; `None` where the poses did not show it."""
     figures = fitted.figures
     if "R_e" not in figures:
         return None
@@ -116,7 +116,7 @@ def _unclear_rests(unit: Imu, *, by_table: bool) -> Iterator[str]:
 
 
 def _rates_apart(unit: Imu) -> Iterator[str]:
-    """Report constant rates that no clock joins, which gyroscopes are not fitted to."""
+    """Reports constant rates that no clock joins, which gyroscopes are not fitted to."""
     turning = sum(kind == "constant" for *_, kind, _, _ in unit.acquired.constant_rates)
     if unit.recording.parts and turning:
         yield (
@@ -138,7 +138,7 @@ def _remedy(gravity_source: str, applied: Calibration | None) -> str:
 
 
 def pose_results(match: PoseMatch, fitted: _core.Reference) -> tuple[PoseResult, ...]:
-    """Give the error of the table at each pose; repeats of a pose share one result, their mean."""
+    """Returns the error of the table at each pose; repeats of a pose share one result, their mean."""
     figures = fitted.figures
     if "R_e" not in figures:
         return ()

@@ -62,7 +62,7 @@ class MountingResult:
     """(3, 3) rotation, case_from_table."""
 
     def in_table_frame(self, readings: FloatArray) -> FloatArray:
-        """Compensate readings (k, 3) of the case frame for the mounting angle: R_e^-1 m, row by row."""
+        """Compensates readings (k, 3) of the case frame for the mounting angle: R_e^-1 m, row by row."""
         return readings @ self.R_e
 
 
@@ -149,7 +149,7 @@ class AxisResponse:
     """The rates, from the most negative up."""
 
     def figures(self) -> Iterator[tuple[str, float, float]]:
-        """Give name, value and sigma of linearity and asymmetry, ppm."""
+        """Returns name, value and sigma of linearity and asymmetry, ppm."""
         yield f"linearity {self.axis}", self.linearity, self.linearity_sigma
         if self.asymmetry is not None and self.asymmetry_sigma is not None:
             yield f"asymmetry {self.axis}", self.asymmetry, self.asymmetry_sigma
@@ -203,7 +203,7 @@ class TargetResult(Tabular):
         return target_html(self)
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter; one without a parameter where the target was not calibrated."""
+        """Returns a line for each parameter; one without a parameter where the target was not calibrated."""
         about = {"target": self.name, "serial": self.serial, "verdict": self.verdict}
         triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad and not self.failure]
         for triad in triads:
@@ -221,7 +221,7 @@ class TargetResult(Tabular):
 
     @property
     def verdict(self) -> Verdict:
-        """Pass or fail against the limits, `calibrated` where there are none; the model comes first."""
+        """Passes or fail against the limits, `calibrated` where there are none; the model comes first."""
         if self.failure:
             return "not calibrated"
         if self.misfits:
@@ -246,11 +246,11 @@ class CommandedRates:
     """Indicates whether the accuracy is an assumption."""
 
     def for_core(self) -> tuple[list[float], float]:
-        """Give them in rad/s, and their accuracy without unit."""
+        """Returns them in rad/s, and their accuracy without unit."""
         return [math.radians(rate) for rate in self.rates], 1e-6 * self.accuracy
 
     def options(self) -> dict[str, object]:
-        """Give them as options that results and calibration files keep."""
+        """Returns them as options that results and calibration files keep."""
         return {
             "rates (deg/s)": list(self.rates),
             "rate accuracy (ppm)": self.accuracy,
@@ -352,7 +352,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
         return calibration_of(self, target)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble turntable` writes; give the path of each file by what it is.
+        """Writes what `tumble turntable` writes; returns the path of each file by what it is.
 
         The folder is a batch: targets of earlier runs stay in it. Raises `ProcedureError` where it holds
         another unit of the same name, `OutputError` where a file cannot be written.
@@ -362,6 +362,6 @@ class TurntableResult(Tabular, Collection[TargetResult]):
         return save(self, folder)
 
     def rows(self) -> Iterator[Row]:
-        """Give the lines of all targets, one after the other."""
+        """Returns the lines of all targets, one after the other."""
         for target in self.targets:
             yield from target.rows()

@@ -10,7 +10,7 @@ FILE = "poses.yaml"
 
 
 def poses_of(session: Path | str) -> PoseList | None:
-    """Give the list that lies in the folder of a session; None where there is none."""
+    """Returns the list that lies in the folder of a session; None where there is none."""
     path = Path(session) / FILE
     return PoseList.load(path) if path.is_file() else None
 

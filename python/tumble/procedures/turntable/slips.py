@@ -56,7 +56,7 @@ class Slip:
 def visits_of(
     reference: _core.Acquired, targets: Mapping[str, _core.Acquired], poses: PoseList
 ) -> list[Visit]:
-    """Give all rests at poses of the list; all times are of one clock."""
+    """Returns all rests at poses of the list; all times are of one clock."""
     visits = []
     for span, force in zip(reference.rest_times, reference.rest_specific_force, strict=True):
         angles = [angle_between(force, pose.up) for pose in poses]
@@ -69,7 +69,7 @@ def visits_of(
 
 
 def slips(visits: Sequence[Visit], matrices: Mapping[str, FloatArray], gravity: float) -> Iterator[Slip]:
-    """Compare each visit with the first of the same pose; `matrices` (3, 3) turn truth into readings."""
+    """Compares each visit with the first of the same pose; `matrices` (3, 3) turn truth into readings."""
     first: dict[str, Visit] = {}
     for visit in visits:
         before = first.setdefault(visit.pose, visit)
@@ -90,7 +90,7 @@ def _during(span: FloatArray, unit: _core.Acquired) -> FloatArray | None:
 def _moved(
     before: Visit, visit: Visit, matrices: Mapping[str, FloatArray], gravity: float
 ) -> Iterator[tuple[str, float]]:
-    """Name the targets whose gravity did not move as that of the reference did, with the angle, deg."""
+    """Names the targets whose gravity did not move as that of the reference did, with the angle, deg."""
     itself = visit.reference - before.reference
     most = LOOSE + NOT_KNOWN * np.degrees(np.linalg.norm(itself) / gravity)
     for name in before.targets.keys() & visit.targets.keys():
@@ -107,7 +107,7 @@ def _swapped_with(
     visit: Visit,
     matrices: Mapping[str, FloatArray],
 ) -> str:
-    """Name the target that changed places with this one; empty if none did."""
+    """Names the target that changed places with this one; empty if none did."""
     itself = visit.reference - before.reference
 
     def off(shows: str, showed: str) -> float:
@@ -131,7 +131,7 @@ class Exchange:
 
 
 def exchanges(visits: Sequence[Visit], suspects: Sequence[str]) -> Iterator[Exchange]:
-    """Find pairs of targets that fit the reference far better with their readings exchanged from a visit on.
+    """Finds pairs of targets that fit the reference far better with their readings exchanged from a visit on.
 
     Every target is fitted by y = M u + b to the reference's specific force u of the visits; no pose need come
     again. Both targets of a pair have to fit badly as they are, and well exchanged.

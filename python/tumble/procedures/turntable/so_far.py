@@ -43,7 +43,7 @@ def evaluate(
     *,
     complete: bool,
 ) -> SoFar:
-    """Run the procedure; `complete` says that each pose was shown, so that what fails is no want of poses."""
+    """Runs the procedure; `complete` says that no pose is missing, whatever fails."""
     units: dict[str, Imu] = {}
     objections: list[Objection] = []
     for name, recording in recordings.items():

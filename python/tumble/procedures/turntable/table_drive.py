@@ -142,7 +142,7 @@ class TableDrive:
             self._go(now)
 
     def _go(self, now: float) -> None:
-        """Begin the motion to the stop that is due."""
+        """Begins the motion to the stop that is due."""
         self._motion = "none"
         if self.is_done:
             return
@@ -160,7 +160,7 @@ class TableDrive:
         self._left_at = now if took > 0.0 else -math.inf
 
     def _count_whole_turns(self) -> None:
-        """Keep the whole turns that a run made, so that no later motion takes them back."""
+        """Keeps the whole turns that a run made, so that no later motion takes them back."""
         last = self._stops[self._stop - 1]
         if isinstance(last, RateRun):
             turned = self._table.position() - last.start
@@ -176,7 +176,7 @@ class TableDrive:
 
 
 def stops_of_runs(runs: Sequence[RateRun]) -> list[Stop]:
-    """Return runs at constant rate, where each sets out from, and a rest before and after those of one axis.
+    """Returns runs at constant rate, where each sets out from, and a rest before and after those of one axis.
 
     Runs of an axis without limits follow each other without a rest; a sweep sets out from one end of its
     range.
@@ -195,7 +195,7 @@ def _holds_a_rate(stop: Stop | None) -> TypeGuard[RateRun]:
 
 
 def _only(axis: int, value: float, others: FloatArray) -> FloatArray:
-    """Return (axes,) numbers: `value` at one axis, those of `others` elsewhere."""
+    """Returns (axes,) numbers: `value` at one axis, those of `others` elsewhere."""
     return np.where(np.arange(len(others)) == axis, value, others)
 
 
@@ -207,7 +207,7 @@ def stop_name(axes: tuple[Axis, ...], angles: FloatArray) -> str:
 
 
 def angles_at(axes: tuple[Axis, ...], poses: PoseList) -> tuple[FloatArray, tuple[Pose, ...]]:
-    """Give angles (n, axes), rad, at which a table shows poses, and the poses where it does not come.
+    """Returns angles (n, axes), rad, at which a table shows poses, and the poses where it does not come.
 
     Raises `TableError` where it comes to none.
     """

@@ -58,7 +58,7 @@ class TurnedTable:
 
     @contextmanager
     def entered(self) -> Iterator[TableDrive]:
-        """Open the table, armed; it is stopped on every way out."""
+        """Opens the table, armed; it is stopped on every way out."""
         limits = parse_limits(self.limits, self.table.axes)
         with GuardedTable(self.table, limits, armed=True) as table:
             yield TableDrive(table, self.plan, self.runs)
@@ -82,7 +82,7 @@ def turned_table(
 def planned(
     axes: tuple[Axis, ...], seconds: float, poses: PoseList | None, turns: bool
 ) -> tuple[PosePlan, PoseList, tuple[Pose, ...]]:
-    """Give a plan for axes, all poses that are wanted, and those by hand; arguments as of `turned_table`."""
+    """Plan for axes, all poses that are wanted, and those by hand; arguments as of `turned_table`."""
     rest = seconds + AFTER_STOP
     by_hand: tuple[Pose, ...] = ()
     if poses is None:
@@ -99,7 +99,7 @@ def planned(
 def _with_rests(
     poses: PoseList, axes: tuple[Axis, ...], rests: Sequence[FloatArray] | FloatArray
 ) -> PoseList:
-    """Add where else the units rest: a few degrees beside a pose it would count as that pose, badly set."""
+    """Adds where else the units rest: a few degrees beside a pose it would count as that pose, badly set."""
     added = list(poses)
     for angles in rests:
         (up,) = ups(axes, angles[np.newaxis])

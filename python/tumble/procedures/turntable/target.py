@@ -62,7 +62,7 @@ class TargetProcedure:
     """Name of the first unit with each gyroscope, by its digest."""
 
     def first_with_gyroscope(self, name: str, unit: Imu | TumbleError) -> str:
-        """Give the first unit with the gyroscope of this one: itself, unless one sensor has two names."""
+        """Returns the first unit with the gyroscope of this one: itself, unless one sensor has two names."""
         if isinstance(unit, TumbleError) or not unit.gyroscope_digest:
             return name
         return self.gyroscopes.setdefault(unit.gyroscope_digest, name)
@@ -72,7 +72,7 @@ class TargetProcedure:
         return twins([(each, unit.gyroscope_digest) for each in (first, name)] if first != name else [])
 
     def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
-        """Calibrate one target; what hinders it becomes its failure."""
+        """Calibrates one target; what hinders it becomes its failure."""
         if isinstance(unit, TumbleError):
             return _failed(name, unit)
         seen = _core.as_reference(self.reference.acquired, unit.acquired, self.settings)
@@ -108,7 +108,7 @@ class TargetProcedure:
         return accelerometer, gyroscope
 
     def _stray_rest(self, figures: _core.TargetFigures) -> str:
-        """Name the rest at which the target cannot have stood as the reference did; empty if none."""
+        """Names the rest at which the target cannot have stood as the reference did; empty if none."""
         accelerometer = figures["accelerometer"]
         if accelerometer is None:
             return ""
@@ -164,7 +164,7 @@ class TargetProcedure:
         )
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
-        """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
+        """Prepares the source's figures: X and Y at the poses, before and after R_e^-1."""
         mounting = mounting_result(self.fitted)
         known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
         if mounting is None or not known or figures["accelerometer"] is None:
@@ -181,7 +181,7 @@ class TargetProcedure:
         )
 
     def _off_diagonals(self, unit: Imu) -> tuple[OffDiagonal, ...]:
-        """Fit once more as if mounting were ignored, compensated as published, and measured."""
+        """Fits once more as if mounting were ignored, compensated as published, and measured."""
         if mounting_result(self.fitted) is None or "accelerometer" not in unit.triads:
             return ()
         try:
@@ -253,7 +253,7 @@ class TargetProcedure:
 
 
 def _skewed_axes(triad: TriadResult) -> Iterator[str]:
-    """Name axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
+    """Names axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
     for parameter in triad.parameters:
         if parameter.name.startswith("non-orthogonality") and parameter.observable:
             at_least = max(parameter.low, -parameter.high)

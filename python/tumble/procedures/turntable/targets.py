@@ -64,7 +64,7 @@ def find_targets(
     output: Path | None = None,
     read: ReadOptionsOf = lambda _: None,
 ) -> TargetsFound:
-    """Find the recordings that arguments stand for, and name them.
+    """Finds the recordings that arguments stand for, and names them.
 
     A folder is one target where the reference is one too, or its logs are named for `poses`; else every log
     in it is one, those in `output` left out. The reference itself is left out. Folders and patterns are taken
@@ -99,7 +99,7 @@ def find_targets(
 
 
 def natural(text: str) -> list[tuple[bool, int, str]]:
-    """Sort as people count: target_9 before target_10."""
+    """Sorts as people count: target_9 before target_10."""
     parts = _DIGITS.split(text.casefold())
     return [(part.isdigit(), int(part) if part.isdigit() else 0, part) for part in parts]
 
@@ -163,7 +163,7 @@ def _matching(pattern: str) -> list[str]:
 
 
 def _manifest_columns(path: Path) -> list[str]:
-    """Give the columns of a list of logs; none where the file is a log itself, which has no column `file`."""
+    """Columns of a list of logs; none where the file is a log itself, which has no column `file`."""
     if is_special(path):
         return []
     with path.open("rb") as file:

@@ -42,7 +42,7 @@ def apply(
     force: bool = False,
     progress: SampleProgress | None = None,
 ) -> Applied:
-    """Write a recording, corrected, to `output`, in SI units; memory does not grow with its length.
+    """Writes a recording, corrected, to `output`, in SI units; memory does not grow with its length.
 
     `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
     decides. `progress` is told samples done, and samples expected where they are known beforehand. `force`
@@ -96,7 +96,7 @@ def apply(
 
 
 def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
-    """Raise `ProcedureError` where the gyroscope is corrected by specific force that was not recorded."""
+    """Raises `ProcedureError` where the gyroscope is corrected by specific force that was not recorded."""
     gyroscope = calibration.gyroscope
     if gyroscope and gyroscope.g_sensitivity is not None and "accelerometer" not in recording.metadata.triads:
         raise ProcedureError(

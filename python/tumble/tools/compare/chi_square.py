@@ -18,12 +18,12 @@ _DEGENERATE = 1e-10
 
 
 def joint_test(found: Differences) -> JointTest | None:
-    """Test all that can be compared together; None where that is nothing."""
+    """Tests all that can be compared together; None where that is nothing."""
     return _test(ALL, found, [k for k, row in enumerate(found.rows) if row.compared])
 
 
 def group_tests(found: Differences) -> Iterator[JointTest]:
-    """Test each kind of parameter by itself."""
+    """Tests each kind of parameter by itself."""
     for group in dict.fromkeys(row.group for row in found.rows):
         places = [k for k, row in enumerate(found.rows) if row.compared and row.group == group]
         if (test := _test(group, found, places)) is not None:
@@ -31,7 +31,7 @@ def group_tests(found: Differences) -> Iterator[JointTest]:
 
 
 def largest_of(rows: Sequence[Difference]) -> JointTest | None:
-    """Test the largest of differences whose correlations are not known, eq. 8."""
+    """Tests the largest of differences whose correlations are not known, eq. 8."""
     squares = [row.sigmas**2 for row in rows if row.compared]
     if not squares:
         return None
@@ -48,7 +48,7 @@ def _test(name: str, found: Differences, places: Sequence[int]) -> JointTest | N
 
 
 def chi_square(values: FloatArray, covariance: FloatArray) -> tuple[float, int]:
-    """Give d^T P^+ d of (n,) differences and (n, n) covariance, and its degrees of freedom, eq. 7."""
+    """Returns d^T P^+ d of (n,) differences and (n, n) covariance, and its degrees of freedom, eq. 7."""
     sigma = np.sqrt(np.diag(covariance))
     sizes, directions = np.linalg.eigh(covariance / np.outer(sigma, sigma))
     own = sizes > _DEGENERATE * sizes[-1]

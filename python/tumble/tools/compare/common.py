@@ -20,7 +20,7 @@ _SKEW = 1e-12
 
 
 def common_temperature(calibrations: Sequence[Calibration], triad: Triad) -> float | None:
-    """Choose the temperature, degC, to compare a triad at; None where no calibration knows its drift.
+    """Chooses the temperature, degC, to compare a triad at; None where no calibration knows its drift.
 
     It is that at which those were made that know no drift, as far as they say, or else the reference of the
     first that does, and lies within the ranges of all if these have any temperature in common.
@@ -44,7 +44,7 @@ def common_range(drifts: Sequence[TemperatureDrift]) -> tuple[float, float]:
 
 
 def brought_to(unit: UnitModel, triad: Triad, drift: TemperatureDrift, temperature: float) -> UnitModel:
-    """Give a unit as it is at another temperature, degC, eq. 2 and 3."""
+    """Returns a unit as it is at another temperature, degC, eq. 2 and 3."""
     bias, bias_variance = change(drift.bias, drift.bias_sigma, drift, temperature)
     scale, scale_variance = change(drift.scale, drift.scale_sigma, drift, temperature)
     matrix = unit.matrix(triad)
@@ -91,7 +91,7 @@ def in_own_axes(unit: UnitModel) -> bool:
 
 
 def turned_to_own_axes(unit: UnitModel) -> UnitModel:
-    """Give a unit in the frame of its accelerometer's axes, eq. 4."""
+    """Returns a unit in the frame of its accelerometer's axes, eq. 4."""
 
     def turned(values: FloatArray) -> FloatArray:
         matrices = [values[PLACES[triad]][:9].reshape(3, 3) for triad in TRIADS]

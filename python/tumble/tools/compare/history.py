@@ -58,7 +58,7 @@ def histories(units: Sequence[UnitModel], years: FloatArray, own_axes: bool) -> 
 
 
 def line_through(name: str, unit: str, years: FloatArray, values: FloatArray, sigmas: FloatArray) -> History:
-    """Fit a straight line, by the sigmas or, where one is not stated, alike, eq. 12."""
+    """Fits a straight line, by the sigmas or, where one is not stated, alike, eq. 12."""
     stated = bool((sigmas <= 0.0).any())
     weights = np.ones(len(values)) if stated else sigmas**-2.0
     middle = float(weights @ years / weights.sum())

@@ -27,7 +27,7 @@ def motion_errors(first: UnitModel, second: UnitModel, largest_rate: float) -> I
 
 
 def motion_of(triad: Triad, largest_rate: float) -> str:
-    """Name the motion."""
+    """Names the motion."""
     if triad == ACCELEROMETER:
         return "rests in all orientations"
     return f"turns about all axes at up to {largest_rate:g} rad/s"

@@ -52,7 +52,7 @@ def parameter_covariance(unit: UnitModel) -> FloatArray:
 
 
 def parameter_names(triad: Triad) -> list[tuple[str, str]]:
-    """Name and unit of the twelve parameters of a triad."""
+    """Names and unit of the twelve parameters of a triad."""
     units = (UNITS[triad], "1", "deg", "deg")
     return [
         (f"{triad} {group} {axis}", unit)
@@ -120,7 +120,7 @@ def parameter_variance(unit: UnitModel) -> FloatArray:
 
 
 def _responses(first: UnitModel, second: UnitModel) -> Iterator[Difference]:
-    """Compare the g-sensitivity, where both hold one."""
+    """Compares the g-sensitivity, where both hold one."""
     if first.response is None or second.response is None:
         return
     sigma = np.hypot(first.response_sigma, second.response_sigma)

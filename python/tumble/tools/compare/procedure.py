@@ -126,7 +126,7 @@ def _history(
     *,
     own_axes: bool,
 ) -> tuple[tuple[History, ...], list[str]]:
-    """Give what three calibrations or more show over time, or why they do not."""
+    """Returns what three calibrations or more show over time, or why they do not."""
     if len(units) < FEWEST:
         return (), []
     if len({each.serial for each in calibrations}) > 1:
@@ -136,7 +136,7 @@ def _history(
 
 
 def _labels(sources: Sequence[CalibrationSource], calibrations: Sequence[Calibration]) -> list[str]:
-    """Name each by its file, or itself, with a number where names are alike."""
+    """Names each by its file, or itself, with a number where names are alike."""
     labels: list[str] = []
     for source, calibration in zip(sources, calibrations, strict=True):
         wanted = calibration.name if isinstance(source, Calibration) else _name_of(source)
@@ -146,6 +146,6 @@ def _labels(sources: Sequence[CalibrationSource], calibrations: Sequence[Calibra
 
 
 def _name_of(source: Path | str) -> str:
-    """Give `vehicle` of `logs/vehicle.params`, `vehicle:imu1` of `logs/vehicle.params:imu1`."""
+    """Returns `vehicle` of `logs/vehicle.params`, `vehicle:imu1` of `logs/vehicle.params:imu1`."""
     spec = parse_spec(source)
     return spec.path.stem if spec.imu is None else f"{spec.path.stem}:{spec.imu}"

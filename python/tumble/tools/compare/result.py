@@ -50,7 +50,7 @@ class Difference:
         return self.value / self.sigma if self.compared else nan
 
     def row(self) -> Row:
-        """Give it as columns of a table."""
+        """Returns it as columns of a table."""
         return {
             "parameter": self.name,
             "first": self.first,
@@ -176,7 +176,7 @@ class History:
         return abs(self.rate) > self.reach * self.rate_sigma
 
     def row(self) -> Row:
-        """Give the line as columns of a table."""
+        """Returns the line as columns of a table."""
         return {
             "parameter": self.name,
             "rate": self.rate,
@@ -220,7 +220,7 @@ class CompareResult(Tabular, Collection[Pair]):
         return next((verdict for verdict in worst if verdict in found), "same")
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter of each pair."""
+        """Returns a line for each parameter of each pair."""
         for pair in self.pairs:
             for each in pair.differences:
                 yield {"calibrations": pair.name} | each.row()

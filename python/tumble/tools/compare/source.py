@@ -15,7 +15,7 @@ CalibrationSource: TypeAlias = Calibration | Path | str
 
 
 def open_calibration(source: CalibrationSource) -> Calibration:
-    """Give one calibration: FILE, or FILE:NAME for one IMU of several in a file of another program.
+    """Returns one calibration: FILE, or FILE:NAME for one IMU of several in a file of another program.
 
     Raises `TumbleError`, in one line, where there is no such file, it cannot be read, or nobody says which
     IMU is meant.
@@ -35,7 +35,7 @@ def open_calibration(source: CalibrationSource) -> Calibration:
 
 
 def _is_of_another_program(path: Path) -> bool:
-    """Return True for a file to import; folders, devices and pipes are left to the loader of calibrations."""
+    """True for a file to import; folders, devices and pipes are left to the loader of calibrations."""
     return path.is_file() and path.suffix != ".yml" and not KIND.begins(path)
 
 

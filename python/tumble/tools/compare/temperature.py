@@ -20,7 +20,7 @@ _NEAR = 1.0
 def drift_differences(
     first: Calibration, second: Calibration, triad: Triad, temperature: float
 ) -> Iterator[Difference]:
-    """Compare the change from the common temperature to both ends of the range that both know."""
+    """Compares the change from the common temperature to both ends of the range that both know."""
     drifts = [each.temperature_drifts().get(triad) for each in (first, second)]
     if drifts[0] is None or drifts[1] is None:
         return

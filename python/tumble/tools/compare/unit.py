@@ -54,7 +54,7 @@ class UnitModel:
 
 
 def unit_model(calibration: Calibration, label: str) -> UnitModel:
-    """Gather what a calibration says."""
+    """Gathers what a calibration says."""
     sections = {
         triad: section
         for triad in TRIADS

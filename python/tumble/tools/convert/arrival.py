@@ -41,7 +41,7 @@ class ArrivalWatch:
             add_corner(self._hull, (float(t[at]), float(d[at])))
 
     def conclude(self) -> Arrival | None:
-        """Give what was found; None where the recorder kept no time of its own."""
+        """Returns what was found; None where the recorder kept no time of its own."""
         if self._origin is None or len(self._hull) < 2:
             return None
         n, (t, d, tt, td, dd) = self._count, self._sums

@@ -70,7 +70,7 @@ class _Imu:
     """Quantities in the log that the target cannot hold."""
 
     def advance(self) -> None:
-        """Write what is next, and read on."""
+        """Writes what is next, and reads on."""
         chunk = self.chunk
         assert chunk is not None
         self.place.write(chunk)
@@ -89,7 +89,7 @@ def convert(
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> Converted:
-    """Write a log, all its IMUs or those named, as `to`; memory does not grow with its length.
+    """Writes a log, all its IMUs or those named, as `to`; memory does not grow with its length.
 
     `to` is `csv`, `parquet`, `mcap` or `euroc`, else the extension of `output` decides. Several IMUs are
     topics of one MCAP file, or folders of one EuRoC folder; of tables each is a file, `OUT-NAME.csv`.
@@ -126,7 +126,7 @@ def _target(output: Path, to: str | None) -> str:
 
 
 def _names(log: str | Path, imus: Sequence[str], read: ReadOptions | None) -> tuple[str, ...]:
-    """List the IMUs to write: those named, the one behind the colon, or all."""
+    """Lists the IMUs to write: those named, the one behind the colon, or all."""
     spec = parse_spec(log)
     topic = None if read is None else read.topic
     named = tuple(dict.fromkeys(filter(None, (spec.imu, topic, *imus))))
@@ -144,7 +144,7 @@ def _open(log: str | Path, name: str, read: ReadOptions | None) -> Recording:
 
 
 def _opened(stack: ExitStack, recordings: dict[str, Recording], output: Path, target: str) -> Iterator[_Imu]:
-    """Open what each IMU is written to; the files take their places when `stack` ends without an error."""
+    """Opens what each IMU is written to; the files take their places when `stack` ends without an error."""
     open_place = _PLACES.get(target, _tables)(stack, recordings, output, target)
     for name, recording in recordings.items():
         stream = recording.chunks()
@@ -158,7 +158,7 @@ def _opened(stack: ExitStack, recordings: dict[str, Recording], output: Path, ta
 
 
 def _folders(stack: ExitStack, recordings: dict[str, Recording], output: Path, _target: str) -> OpenPlace:
-    """Give each IMU a folder of one EuRoC folder."""
+    """Returns each IMU a folder of one EuRoC folder."""
     from tumble.logs.writer_euroc import open_euroc_writer
 
     folders = {name: output / "mav0" / f"imu{number}" for number, name in enumerate(recordings)}
@@ -172,7 +172,7 @@ def _folders(stack: ExitStack, recordings: dict[str, Recording], output: Path, _
 
 
 def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _target: str) -> OpenPlace:
-    """Give each of several IMUs a topic of one MCAP file, which says what is true of all of them."""
+    """Returns each of several IMUs a topic of one MCAP file, which says what is true of all of them."""
     inputs = _inputs(recordings)
 
     def opened(facts: Facts) -> McapWriter:
@@ -190,7 +190,7 @@ def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _t
 
 
 def _tables(stack: ExitStack, recordings: dict[str, Recording], output: Path, target: str) -> OpenPlace:
-    """Give each IMU a table, a file of its own."""
+    """Returns each IMU a table, a file of its own."""
     inputs = _inputs(recordings)
 
     def open_place(name: str, first: Chunk) -> _Place:
@@ -225,7 +225,7 @@ def _facts(recording: Recording, first: Chunk, *, further: bool = False) -> Fact
 
 
 def _common_facts(recordings: dict[str, Recording]) -> Facts:
-    """Give what one MCAP file says of all its IMUs."""
+    """Returns what one MCAP file says of all its IMUs."""
     serials = {each.metadata.serial for each in recordings.values()}
     corrected = all(each.metadata.already_corrected for each in recordings.values())
     serial = serials.pop() if len(serials) == 1 else ""
@@ -253,7 +253,7 @@ def _held(recording: Recording, first: Chunk) -> set[str]:
 
 
 def _write(imus: Sequence[_Imu], progress: SampleProgress | None) -> None:
-    """Write all side by side, what is earliest first."""
+    """Writes all side by side, what is earliest first."""
     lengths = [each.stream.expected for each in imus if isinstance(each.stream, ChunkStream)]
     expected = None if None in lengths or len(lengths) < len(imus) else sum(filter(None, lengths))
     done = 0

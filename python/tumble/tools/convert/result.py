@@ -60,7 +60,7 @@ class Converted(Tabular):
         return tuple(dict.fromkeys(each.path for each in self.imus))
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each IMU."""
+        """Returns a line for each IMU."""
         for each in self.imus:
             yield {
                 "imu": each.imu,

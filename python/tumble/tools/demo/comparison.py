@@ -45,7 +45,7 @@ class TargetDifference:
 
 
 def differences(folder: Path) -> Iterator[TargetDifference]:
-    """Compare each calibration in the folder of results with the truth of the session.
+    """Compares each calibration in the folder of results with the truth of the session.
 
     Raises `ArithmeticError`, a bug of ours, where one is further off than noise explains.
     """

@@ -19,14 +19,14 @@ LIMITS = "limits.yaml"
 
 
 def simulating(folder: Path) -> list[str]:
-    """Give what follows `tumble` to make the session, in a folder of its own."""
+    """Returns what follows `tumble` to make the session, in a folder of its own."""
     fault = f"{FAULTY}:scale:axis=y:size=1.1"
     scene = ["--grades", ",".join(GRADES), "--fault", fault, "--clocks", "apart", "--seed", SEED]
     return ["simulate", "turntable", *scene, "-o", str(folder / SESSION)]
 
 
 def calibrating(folder: Path) -> list[str]:
-    """Give what follows `tumble` to calibrate the targets of the session."""
+    """Returns what follows `tumble` to calibrate the targets of the session."""
     session = folder / SESSION
     recordings = [str(session / f"{name}.csv") for name in ("reference", *TARGETS)]
     options = ["--poses", str(session / "poses.yaml"), "--limits", str(folder / LIMITS), "--g-sensitivity"]
@@ -34,6 +34,6 @@ def calibrating(folder: Path) -> list[str]:
 
 
 def write_limits(folder: Path) -> None:
-    """Put the limits beside the results; raises `OutputError` where the folder cannot be written to."""
+    """Puts the limits beside the results; raises `OutputError` where the folder cannot be written to."""
     text = (resources.files("tumble.tools.demo") / LIMITS).read_text(encoding="utf-8")
     write_text(prepare_folder(folder) / LIMITS, text, document_kind("tumble-limits/1"))

@@ -29,7 +29,7 @@ def serial_ports(root: Path) -> Iterator[Finding]:
 
 
 def _listed() -> list[str]:
-    """List the ports of this machine, by pyserial where it is installed."""
+    """Lists the ports of this machine, by pyserial where it is installed."""
     try:
         known = import_module("serial.tools.list_ports").comports()
     except ImportError:

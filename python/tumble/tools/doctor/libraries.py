@@ -40,7 +40,7 @@ class Requirement:
 
 
 def requirements() -> Iterator[Requirement]:
-    """Read what the installed package asks for."""
+    """Reads what the installed package asks for."""
     for line in metadata.requires(PACKAGE) or ():
         found = _REQUIREMENT.match(line)
         if found and found["name"] != PACKAGE:
@@ -63,7 +63,7 @@ def library(requirement: Requirement, remedy: str) -> Finding:
 
 
 def why_not_imported(module: str) -> str:
-    """Import a module; say why that fails, empty where it does not."""
+    """Imports a module; says why that fails, empty where it does not."""
     try:
         import_module(module)
     except Exception as error:
@@ -73,7 +73,7 @@ def why_not_imported(module: str) -> str:
 
 @lru_cache(maxsize=1)
 def _modules() -> Mapping[str, list[str]]:
-    """Find the modules that each library brings, those of its own only."""
+    """Finds the modules that each library brings, those of its own only."""
     found: dict[str, list[str]] = {}
     for module, names in metadata.packages_distributions().items():
         if len(names) == 1 and not module.startswith("_") and module.isidentifier():
@@ -86,6 +86,6 @@ def _normal(name: str) -> str:
 
 
 def _numbers(version: str) -> tuple[int, ...]:
-    """Give the numbers of a version, those after its first letter left out."""
+    """Returns the numbers of a version, those after its first letter left out."""
     plain = re.match(r"[\d.]*", version)
     return tuple(int(part) for part in (plain[0] if plain else "").split(".") if part)

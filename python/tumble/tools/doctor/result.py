@@ -55,7 +55,7 @@ class Diagnosis:
         return all(finding.state is State.WORKS for finding in needed)
 
     def content(self) -> Mapping[str, Any]:
-        """Give it as plain data."""
+        """Returns it as plain data."""
         sections = {
             section.name: [asdict(each) | {"state": each.state.value} for each in section.findings]
             for section in self.sections

@@ -35,7 +35,7 @@ _AXES = "XYZ"
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the parameters of up to five IMUs."""
+    """Writes the parameters of up to five IMUs."""
     lines = ["# Calibration by Tumble for ArduPilot: NAME,VALUE"]
     for place, calibration in enumerate(calibrations):
         number = place + settings.whole_number("instance")
@@ -108,12 +108,12 @@ def _not_zero(offset: FloatArray) -> FloatArray:
 
 
 def read(text: str) -> list[Content]:
-    """Read the calibrations of all IMUs."""
+    """Reads the calibrations of all IMUs."""
     return calibrations_in(numbers_of(text, r"[,\s]+", 0, 1))
 
 
 def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
-    """Give the calibrations of all IMUs that parameters hold."""
+    """Returns the calibrations of all IMUs that parameters hold."""
     return stored_calibrations(
         {
             f"imu{number}": {

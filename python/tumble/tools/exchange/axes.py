@@ -28,7 +28,7 @@ _AnyTriad = TypeVar("_AnyTriad", bound=Triad)
 
 
 def turned(calibration: Calibration, to: str) -> Calibration:
-    """Return a calibration of known axes in axes `to`, as far as programs take it."""
+    """Returns a calibration of known axes in axes `to`, as far as programs take it."""
     assert calibration.axes is not None, "axes are known"
     matrix = np.array(rotation(to, calibration.axes), dtype=np.float64)
     sections: dict[str, Triad] = {
@@ -40,13 +40,13 @@ def turned(calibration: Calibration, to: str) -> Calibration:
 
 
 def statement(expected: str, words: str, before: Sequence[Calibration]) -> str:
-    """State the axes of a program, `expected` of a vehicle or empty, and those of the calibrations before."""
+    """States the axes of a program, `expected` of a vehicle or empty, and those of earlier calibrations."""
     found = list(dict.fromkeys(filter(None, (_about(expected, each) for each in before))))
     return f"axes: {'; '.join([words, *found])}"
 
 
 def _about(expected: str, calibration: Calibration) -> str:
-    """State how a calibration got into the axes of the program."""
+    """States how a calibration got into the axes of the program."""
     if not expected:
         return (
             f"{calibration.name} was calibrated in {in_words(calibration.axes)}" if calibration.axes else ""
@@ -98,7 +98,7 @@ def _turned_drift(drift: TemperatureDrift, matrix: FloatArray) -> TemperatureDri
 
 
 def _turned_covariance(covariance: FloatArray, matrix: FloatArray) -> FloatArray:
-    """Turn (12, 12) of [M row by row, b]; gaps, NaN, go where their parameter goes."""
+    """Turns (12, 12) of [M row by row, b]; gaps, NaN, goes where their parameter goes."""
     whole = np.zeros((12, 12))
     whole[:9, :9] = np.kron(matrix, matrix)
     whole[9:, 9:] = matrix

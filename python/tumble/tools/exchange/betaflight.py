@@ -25,7 +25,7 @@ LARGEST = 2**15 - 1
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the offset of one accelerometer."""
+    """Writes the offset of one accelerometer."""
     (calibration,) = calibrations
     if calibration.accelerometer is None:
         raise ProcedureError(

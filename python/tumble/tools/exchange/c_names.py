@@ -31,5 +31,5 @@ _PATTERNS: Final = re.compile(
 
 
 def is_reserved(name: str) -> bool:
-    """Return True for a keyword, and for names of the language, of its headers and of `tumble.h`."""
+    """Returns True for a keyword, and for names of the language, of its headers and of `tumble.h`."""
     return name in _KEYWORDS or name in _OTHERS or _PATTERNS.fullmatch(name) is not None

@@ -21,7 +21,7 @@ _HELD: tuple[Part, ...] = (*BIAS, *MATRIX, "bias over temperature", "scale over 
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write `tumble_calibration`, and a `tumble_temperature_drift` for each triad that has one."""
+    """Writes `tumble_calibration`, and a `tumble_temperature_drift` for each triad that has one."""
     (calibration,) = calibrations
     name = settings.c_name("name")
     lines = [

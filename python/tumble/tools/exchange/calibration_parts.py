@@ -74,7 +74,7 @@ def sensing_axes(matrix: FloatArray) -> SensingAxes:
 
 
 def lower_and_rotation(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give lower triangular A with a positive diagonal and orthogonal R with `A R` the (3, 3) matrix."""
+    """Returns lower triangular A with a positive diagonal and orthogonal R with `A R` the (3, 3) matrix."""
     scale, lower, rotation = factors(matrix)
     return scale @ lower, rotation
 
@@ -118,7 +118,7 @@ def _beside_identity(triad: TriadName, matrix: FloatArray) -> float:
 
 
 def _costs(triad: TriadName, section: Triad) -> list[tuple[Part, float, str]]:
-    """Give the largest error that leaving each part out would make."""
+    """Returns the largest error that leaving each part out would make."""
     axes, words = sensing_axes(section.M), _TYPICAL_WORDS[triad]
     costs: list[tuple[Part, float, str]] = [
         ("bias", float(np.abs(section.b).max()), ""),

@@ -33,17 +33,17 @@ _A_LINE = 12
 
 
 def write_bytes(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write records one after the other."""
+    """Writes records one after the other."""
     return Written("".join(record.decode(BYTES) for _, record in _records(calibrations, settings)))
 
 
 def write_hexadecimal(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write a record a line."""
+    """Writes a record a line."""
     return Written("".join(f"{record.hex()}\n" for _, record in _records(calibrations, settings)))
 
 
 def write_c(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write an array of C for each record."""
+    """Writes an array of C for each record."""
     name = settings.c_name("name")
     lines = ["/* Records of a calibration by Tumble, for tumble_record_decode(). */", "#include <stdint.h>"]
     for sensor, record in _records(calibrations, settings):
@@ -54,7 +54,7 @@ def write_c(calibrations: Sequence[Calibration], settings: Settings) -> Written:
 
 
 def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterator[tuple[str, bytes]]:
-    """Give the records of a calibration, each with the name of what it is about."""
+    """Returns the records of a calibration, each with the name of what it is about."""
     from tumble import _core
 
     (calibration,) = calibrations
@@ -109,12 +109,12 @@ def _drift(drift: TemperatureDrift) -> dict[str, Any]:
 
 
 def read_bytes(text: str) -> list[Content]:
-    """Read records that stand one after the other."""
+    """Reads records that stand one after the other."""
     return _units(_split(text.encode(BYTES)))
 
 
 def read_hexadecimal(text: str) -> list[Content]:
-    """Read records in hexadecimal digits."""
+    """Reads records in hexadecimal digits."""
     try:
         return _units(_split(bytes.fromhex(text)))
     except ValueError:
@@ -122,7 +122,7 @@ def read_hexadecimal(text: str) -> list[Content]:
 
 
 def read_c(text: str) -> list[Content]:
-    """Read records in arrays of C."""
+    """Reads records in arrays of C."""
     arrays = re.findall(r"\{([^}]*)\}", text)
     try:
         return _units([bytes(int(word, 0) for word in array.replace(",", " ").split()) for array in arrays])
@@ -141,7 +141,7 @@ def _split(content: bytes) -> Iterator[bytes]:
 
 
 def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
-    """Put the records of each unit together."""
+    """Puts the records of each unit together."""
     from tumble import _core
 
     units: dict[int, dict[str, Any]] = {}

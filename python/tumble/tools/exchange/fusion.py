@@ -26,7 +26,7 @@ UNITS_OF_SI = {"accelerometer": 1.0 / STANDARD_GRAVITY, "gyroscope": float(np.de
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the constants of one IMU."""
+    """Writes the constants of one IMU."""
     (calibration,) = calibrations
     lines = [
         f"// Calibration of {c_comment(calibration.name)} by Tumble. FusionModelInertial, in older versions",

@@ -26,17 +26,17 @@ _IDEAL = np.eye(3)
 
 
 def read_kalibr(text: str) -> list[Content]:
-    """Read the IMUs of a chain, `imu.yaml` of Kalibr's results among them: `w_m = M C w + A C a`."""
+    """Reads the IMUs of a chain, `imu.yaml` of Kalibr's results among them: `w_m = M C w + A C a`."""
     return [_kalibr(name, imu) for name, imu in _chain(text)]
 
 
 def read_openvins(text: str) -> list[Content]:
-    """Read the IMUs of a chain of OpenVINS, whose matrices correct: `Tw = D^-1`, `Tg` of corrected force."""
+    """Reads the IMUs of a chain of OpenVINS, whose matrices correct: `Tw = D^-1`, `Tg` of corrected force."""
     return [_openvins(name, imu) for name, imu in _chain(text.partition("\n")[2])]
 
 
 def read_noise(text: str) -> list[Content]:
-    """Read noise alone, as `imu.yaml` gives it to Kalibr."""
+    """Reads noise alone, as `imu.yaml` gives it to Kalibr."""
     stated, content = _mapping(_yaml(text), "the file"), Content(name="imu")
     for triad in TRIADS:
         if noise := _noise(stated, triad):
@@ -45,7 +45,7 @@ def read_noise(text: str) -> list[Content]:
 
 
 def read_autoware(text: str) -> list[Content]:
-    """Read the offset that Autoware subtracts of angular velocity."""
+    """Reads the offset that Autoware subtracts of angular velocity."""
     stated = _parameters(text)
     names = [f"angular_velocity_offset_{axis}" for axis in "xyz"]
     bias = _numbers([stated.get(name) for name in names], "angular_velocity_offset_x, y and z", (3,))
@@ -53,7 +53,7 @@ def read_autoware(text: str) -> list[Content]:
 
 
 def read_ros2(text: str) -> list[Content]:
-    """Read corrections and biases as Tumble writes them for a node of one's own."""
+    """Reads corrections and biases as Tumble writes them for a node of one's own."""
     stated, content = _parameters(text), Content(name="imu")
     for triad in TRIADS:
         if f"{triad}_correction" in stated:
@@ -92,7 +92,7 @@ def _openvins(name: str, imu: Mapping[str, Any]) -> Content:
 def _content(
     name: str, imu: Mapping[str, Any], force: FloatArray, rate: FloatArray, response: FloatArray
 ) -> Content:
-    """Put together forward matrices (3, 3) of both triads and a g-sensitivity."""
+    """Puts together forward matrices (3, 3) of both triads and a g-sensitivity."""
     content: Content = {"name": name}
     for triad, matrix in zip(TRIADS, (force, rate), strict=True):
         content[triad] = {"unit": UNITS[triad], "M": matrix, "b": np.zeros(3)} | _noise(imu, triad)
@@ -102,7 +102,7 @@ def _content(
 
 
 def _noise(stated: Mapping[str, Any], triad: Triad) -> dict[str, FloatArray]:
-    """Give noise density and random walk, alike for all axes, as far as they are stated."""
+    """Returns noise density and random walk, alike for all axes, as far as they are stated."""
     keys = zip(("noise_density", "random_walk"), NOISE_NAMES[triad], strict=True)
     return {key: np.full(3, _numbers(stated[name], name, ())) for key, name in keys if name in stated}
 
@@ -118,7 +118,7 @@ def _chain(text: str) -> list[tuple[str, Mapping[str, Any]]]:
 
 
 def _parameters(text: str) -> Mapping[str, Any]:
-    """Find the parameters of the first node."""
+    """Finds the parameters of the first node."""
     for node in _mapping(_yaml(text), "the file").values():
         if isinstance(node, Mapping) and "ros__parameters" in node:
             return _mapping(node["ros__parameters"], "ros__parameters")

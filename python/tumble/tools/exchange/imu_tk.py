@@ -27,12 +27,12 @@ _LEAST = 1e-3
 
 
 def write_accelerometer(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the accelerometer."""
+    """Writes the accelerometer."""
     return _write(calibrations, "accelerometer")
 
 
 def write_gyroscope(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the gyroscope, in the frame of the accelerometer."""
+    """Writes the gyroscope, in the frame of the accelerometer."""
     return _write(calibrations, "gyroscope")
 
 

@@ -39,7 +39,7 @@ _VECTORS = ("b_a", "b_g")
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the calibration of one IMU."""
+    """Writes the calibration of one IMU."""
     (calibration,) = calibrations
     accelerometer, gyroscope = calibration.accelerometer, calibration.gyroscope
     identity, zero = np.eye(3), np.zeros(3)
@@ -71,7 +71,7 @@ def _scale_and_rows(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def read(text: str) -> list[Content]:
-    """Read a calibration, of readings in SI units, g, deg/s or counts."""
+    """Reads a calibration, of readings in SI units, g, deg/s or counts."""
     stated = _stated(text)
     numbers = {name: _numbers(stated, name, (3, 3)) for name in _MATRICES}
     numbers |= {name: _numbers(stated, name, (3,)) for name in _VECTORS}
@@ -95,7 +95,7 @@ def read(text: str) -> list[Content]:
 
 
 def _stated(text: str) -> dict[str, Any]:
-    """Return what the file states, of a type, version and units that have a meaning here."""
+    """Returns what the file states, of a type, version and units that have a meaning here."""
     try:
         stated = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:

@@ -56,7 +56,7 @@ class OwnAxes:
 
 
 def own_axes(calibration: Calibration) -> OwnAxes:
-    """Turn a calibration into the frame of its accelerometer."""
+    """Turns a calibration into the frame of its accelerometer."""
     accelerometer, gyroscope = calibration.accelerometer, calibration.gyroscope
     ours = np.eye(3) if accelerometer is None else accelerometer.M
     lower, frame_from_case = lower_and_rotation(ours)
@@ -68,7 +68,7 @@ def own_axes(calibration: Calibration) -> OwnAxes:
 
 
 def noise_lines(calibration: Calibration, settings: Settings) -> list[str]:
-    """Give the four figures of noise, `name: value`; raises the errors of `noise_figures`."""
+    """Returns the four figures of noise, `name: value`; raises the errors of `noise_figures`."""
     return [
         f"{name}: {value:.6e}"
         for triad in TRIADS
@@ -77,7 +77,7 @@ def noise_lines(calibration: Calibration, settings: Settings) -> list[str]:
 
 
 def noise_figures(calibration: Calibration, triad: Triad, settings: Settings) -> list[float]:
-    """Give N and K of a triad as filters need them, root mean square over its axes.
+    """Returns N and K of a triad as filters need them, root mean square over its axes.
 
     Raises `ProcedureError` where one is not known, as programs take none that is missing or zero.
     """
@@ -112,7 +112,7 @@ def _figure(calibration: Calibration, name: str, values: FloatArray | None, sett
 
 
 def write_noise(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write `imu.yaml`: noise alone."""
+    """Writes `imu.yaml`: noise alone."""
     (calibration,) = calibrations
     lines = [
         f"# Noise of {comment(calibration.name)}, root mean square over the axes, by Tumble.",
@@ -124,7 +124,7 @@ def write_noise(calibrations: Sequence[Calibration], settings: Settings) -> Writ
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write an IMU chain of one IMU: noise and intrinsics."""
+    """Writes an IMU chain of one IMU: noise and intrinsics."""
     (calibration,) = calibrations
     axes = own_axes(calibration)
     # A is applied to what C_gyro_i has turned already.
@@ -149,7 +149,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
 
 
 def heading(calibration: Calibration, program: str) -> list[str]:
-    """Give comments on what the program has no field for."""
+    """Returns comments on what the program has no field for."""
     lines = [
         f"# Calibration of {comment(calibration.name)} by Tumble for {program}, in the axes of its "
         "accelerometer."
@@ -162,7 +162,7 @@ def heading(calibration: Calibration, program: str) -> list[str]:
 
 
 def rows(name: str, matrix: FloatArray) -> list[str]:
-    """Give a matrix under its name, a row a line."""
+    """Returns a matrix under its name, a row a line."""
     # OpenCV reads no list that is not indented below its key.
     indent = " " * (len(name) - len(name.lstrip()) + 2)
     lines = (", ".join(map(yaml_number, row)) for row in matrix)

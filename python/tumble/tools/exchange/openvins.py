@@ -29,7 +29,7 @@ from tumble.tools.exchange.target import OWN_AXES, Settings, Target, Written
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the chain of one IMU."""
+    """Writes the chain of one IMU."""
     (calibration,) = calibrations
     axes = own_axes(calibration)
     lines = [

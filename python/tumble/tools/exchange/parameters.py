@@ -17,31 +17,31 @@ from tumble.tools.exchange.target import Content
 
 
 def single(value: float) -> str:
-    """Print a number so that single precision reads it back exactly."""
+    """Prints a number so that single precision reads it back exactly."""
     return f"{float(np.float32(value)):.9g}"
 
 
 def c_float(value: float) -> str:
-    """Print a constant of single precision for C."""
+    """Prints a constant of single precision for C."""
     text = single(value)
     return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
 
 
 def yaml_number(value: float) -> str:
-    """Print a number so that it is read back exactly; YAML 1.1 takes 1e-05, without a point, for text."""
+    """Prints a number so that it is read back exactly; YAML 1.1 takes 1e-05, without a point, for text."""
     digits, sign, exponent = repr(float(value)).partition("e")
     return f"{digits if '.' in digits else f'{digits}.0'}{sign}{exponent}" if sign else digits
 
 
 def all_powers(coefficients: Sequence[FloatArray]) -> FloatArray:
-    """Give (3, 3) coefficients of powers 1 to 3, by axis; zero beyond those given."""
+    """Returns (3, 3) coefficients of powers 1 to 3, by axis; zero beyond those given."""
     powers = np.zeros((HIGHEST_ORDER, 3))
     powers[: len(coefficients)] = np.reshape(coefficients, (-1, 3))
     return powers
 
 
 def stored_calibrations(imus: Mapping[str, Mapping[Triad, Stored]]) -> list[Content]:
-    """Give the calibrations of those IMUs, by name, of which firmware stores something."""
+    """Returns the calibrations of those IMUs, by name, of which firmware stores something."""
     return [_calibration(name, found) for name, found in imus.items() if found]
 
 
@@ -61,7 +61,7 @@ def _calibration(name: str, found: Mapping[Triad, Stored]) -> Content:
 
 
 def _drift_section(thermal: Thermal | None) -> dict[str, object]:
-    """Give the section of a calibration file; nothing where firmware does not follow temperature."""
+    """Returns the section of a calibration file; nothing where firmware does not follow temperature."""
     if thermal is None:
         return {}
     bias = tuple(thermal.coefficients)
@@ -71,7 +71,7 @@ def _drift_section(thermal: Thermal | None) -> dict[str, object]:
 
 
 def numbers_of(text: str, separator: str, name: int, value: int) -> dict[str, float]:
-    """Read a line a parameter: fields between separators, of which these are its name and its value.
+    """Reads a line a parameter: fields between separators, of which these are its name and its value.
 
     Raises `CalibrationFileError` with the line that is none.
     """

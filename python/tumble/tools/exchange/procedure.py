@@ -43,7 +43,7 @@ def export(
 
 
 def import_calibrations(path: Path | str, source: str | None = None) -> list[Calibration]:
-    """Read the calibrations that a file of another program, or a log of firmware, holds, one for each IMU.
+    """Reads the calibrations that a file of another program, or a log of firmware, holds, one for each IMU.
 
     `source` is one of `TARGETS`, found by what the file begins with if not given.
 

@@ -29,7 +29,7 @@ _AXES = "XYZ"
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the parameters of up to four IMUs."""
+    """Writes the parameters of up to four IMUs."""
     lines = [
         "# Calibration by Tumble for PX4: load it in QGroundControl, Parameters, Tools, Load from file.",
         "# Vehicle-Id\tComponent-Id\tName\tValue\tType",
@@ -50,7 +50,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
 
 
 def _device(settings: Settings, name: str, unit: int, units: int) -> int:
-    """Return a device id, which PX4 keeps as a parameter of 32 bits with a sign; 0 is that of no device."""
+    """Returns a device id, which PX4 keeps as a parameter of 32 bits with a sign; 0 is that of no device."""
     device = settings.whole_number(name, unit, units)
     if not 0 < device <= LARGEST_ID:
         raise settings.refusal(name, f"give a whole number from 1 to {LARGEST_ID}, as the vehicle has it")
@@ -106,12 +106,12 @@ def _line(name: str, value: float, kind: int) -> str:
 
 
 def read(text: str) -> list[Content]:
-    """Read the calibrations of all IMUs."""
+    """Reads the calibrations of all IMUs."""
     return calibrations_in(numbers_of(text, r"\t", 2, 3))
 
 
 def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
-    """Give the calibrations of all IMUs that parameters hold."""
+    """Returns the calibrations of all IMUs that parameters hold."""
     return stored_calibrations(
         {
             f"imu{number}": {

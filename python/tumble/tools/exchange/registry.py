@@ -29,7 +29,7 @@ TARGETS = {
 
 
 def target(word: str) -> Target:
-    """Find a format; raises `ProcedureError` with the likely one where there is none of that name."""
+    """Finds a format; raises `ProcedureError` with the likely one where there is none of that name."""
     if word in TARGETS:
         return TARGETS[word]
     near = difflib.get_close_matches(word, TARGETS, 1)

@@ -22,13 +22,13 @@ _LONGEST = 80
 
 
 def comment(text: str) -> str:
-    """Return text as part of a comment that ends with its line: printable characters, 80 at most."""
+    """Returns text as part of a comment that ends with its line: printable characters, 80 at most."""
     line = _printable(text)
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 3]}..."
 
 
 def c_comment(text: str) -> str:
-    """Return text as part of a comment of C, which it neither ends nor continues on the next line."""
+    """Returns text as part of a comment of C, which it neither ends nor continues on the next line."""
     return _within_c(comment(text))
 
 
@@ -41,7 +41,7 @@ def _within_c(line: str) -> str:
 
 
 def with_remarks(content: str, ending: str, remarks: Sequence[str]) -> str | None:
-    """Write remarks into the head of a file with that ending; None where its format has no place for them."""
+    """Writes remarks into the head of a file with that ending; None where its format has no remarks."""
     lines = [" ".join(_printable(each).split()) for each in remarks]
     if ending == ".json":
         return _in_json(content, lines)

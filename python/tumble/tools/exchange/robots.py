@@ -24,7 +24,7 @@ _HEAD = ["/**:", "  ros__parameters:"]
 
 
 def write_autoware(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write `imu_corrector.param.yaml`: Autoware subtracts the offset of angular velocity."""
+    """Writes `imu_corrector.param.yaml`: Autoware subtracts the offset of angular velocity."""
     (calibration,) = calibrations
     if calibration.gyroscope is None:
         raise ProcedureError(f"{calibration.name}: has no gyroscope section, which is all Autoware corrects")
@@ -41,7 +41,7 @@ def write_autoware(calibrations: Sequence[Calibration], settings: Settings) -> W
 
 
 def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write correction and bias of both triads as arrays of parameters."""
+    """Writes correction and bias of both triads as arrays of parameters."""
     (calibration,) = calibrations
     lines = [
         f"# Calibration of {comment(calibration.name)} by Tumble: u = C (y - b), C row by row;",

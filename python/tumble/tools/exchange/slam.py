@@ -27,7 +27,7 @@ ORB_SLAM_NAMES = {
 
 
 def write_vins(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the four keys of VINS-Fusion."""
+    """Writes the four keys of VINS-Fusion."""
     (calibration,) = calibrations
     per_sample = sqrt(settings.positive_number("rate"))
     lines = [
@@ -39,7 +39,7 @@ def write_vins(calibrations: Sequence[Calibration], settings: Settings) -> Writt
 
 
 def write_orb_slam(calibrations: Sequence[Calibration], settings: Settings) -> Written:
-    """Write the keys of ORB-SLAM3."""
+    """Writes the keys of ORB-SLAM3."""
     (calibration,) = calibrations
     lines = [
         f"{name}: {value:.6e}"

@@ -56,7 +56,7 @@ class Settings:
         self._values = {name: setting.default for name, setting in self._settings.items()} | dict(typed)
 
     def text(self, name: str, unit: int = 0, units: int = 1) -> str:
-        """Give the value for one of so many units; raises `ProcedureError` where there is none."""
+        """Returns the value for one of so many units; raises `ProcedureError` where there is none."""
         value = self._values[name]
         if value is None:
             raise ProcedureError(f"{self._target} needs --set {name}=...: {self._settings[name].meaning}")
@@ -68,11 +68,11 @@ class Settings:
         return values[unit if len(values) > 1 else 0].strip()
 
     def refusal(self, name: str, remedy: str) -> ProcedureError:
-        """Give the error for a value that will not do."""
+        """Returns the error for a value that will not do."""
         return ProcedureError(f"--set {name}={self._values[name]}: {remedy}")
 
     def whole_number(self, name: str, unit: int = 0, units: int = 1) -> int:
-        """Give it as a whole number; hexadecimal will do."""
+        """Returns it as a whole number; hexadecimal will do."""
         text = self.text(name, unit, units)
         try:
             return int(text, 0)
@@ -80,7 +80,7 @@ class Settings:
             raise self.refusal(name, "give a whole number") from None
 
     def c_name(self, name: str) -> str:
-        """Return a name that C and C++ leave to their users."""
+        """Returns a name that C and C++ leave to their users."""
         text = self.text(name)
         if not re.fullmatch(r"[A-Za-z_]\w*", text, re.ASCII):
             raise self.refusal(name, "give a name of C")
@@ -89,21 +89,21 @@ class Settings:
         return text
 
     def topic(self, name: str) -> str:
-        """Return the name of a topic of ROS."""
+        """Returns the name of a topic of ROS."""
         text = self.text(name)
         if not re.fullmatch(r"[~/A-Za-z][\w/]*", text, re.ASCII):
             raise self.refusal(name, "give a name of a topic, such as /imu/data")
         return text
 
     def body_axes(self, name: str, unit: int, units: int) -> str:
-        """Return directions of x, y and z in a vehicle, such as FRD; empty where none are given."""
+        """Returns directions of x, y and z in a vehicle, such as FRD; empty where none are given."""
         text = self.text(name, unit, units).upper()
         if text and not are_axes(text):
             raise self.refusal(name, f"give directions of x, y and z in a vehicle, such as {FRD} or {FLU}")
         return text
 
     def positive_number(self, name: str) -> float:
-        """Give it as a number above zero."""
+        """Returns it as a number above zero."""
         text = self.text(name)
         try:
             number = float(text)
@@ -216,6 +216,6 @@ class Target:
         return Exported(content, (*lost, *written.losses), remarks, warnings)
 
     def _with_axes(self, calibrations: Sequence[Calibration], place: int, settings: Settings) -> Calibration:
-        """Return a calibration with the axes that the user states, if any, in place of its log's."""
+        """Returns a calibration with the axes that the user states, if any, in place of its log's."""
         stated = settings.body_axes(AXES.name, place, len(calibrations)) if self.body else ""
         return calibrations[place].model_copy(update={"axes": stated}) if stated else calibrations[place]

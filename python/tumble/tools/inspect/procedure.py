@@ -23,7 +23,7 @@ _FEW_HZ = 5.0
 def inspect(
     recording: RecordingSource, progress: SampleProgress | None = None, *, read: ReadOptions | None = None
 ) -> Inspection:
-    """Inspect one recording in one pass; memory does not grow with its length.
+    """Inspects one recording in one pass; memory does not grow with its length.
 
     `read` says how to read a log. `progress` is told samples done, and samples expected where they
     are known beforehand.

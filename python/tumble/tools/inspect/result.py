@@ -88,7 +88,7 @@ class Inspection(Tabular):
         return self.metadata.name
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each channel."""
+        """Returns a line for each channel."""
         for channel in self.channels:
             yield {name: getattr(channel, name) for name in ChannelFacts.__slots__}
 

@@ -40,7 +40,7 @@ class _Extreme:
         self._values, self._counts = merged[-_VALUES_KEPT:], totals[-_VALUES_KEPT:]
 
     def saturated_samples(self) -> int:
-        """Count samples at the very extreme if they pile up there, else 0."""
+        """Counts samples at the very extreme if they pile up there, else 0."""
         if len(self._values) < 2:
             return 0
         at_end, beside = int(self._counts[-1]), float(self._counts[:-1].mean())
@@ -87,7 +87,7 @@ class ChannelWatch:
 
 
 def quantisation_step(values: FloatArray) -> float | None:
-    """Give the step of which all differences between (n,) values are multiples; None if there is none."""
+    """Returns the step of which all differences between (n,) values are multiples; None if there is none."""
     differences = np.diff(np.unique(values))
     if len(differences) < 2:
         return None

@@ -50,15 +50,15 @@ class Acquisition:
         self._units.setdefault(name, _Samples()).push(chunk)
 
     def recordings(self) -> dict[str, Recording]:
-        """Give what there is now; what comes later is not in it."""
+        """Returns what there is now; what comes later is not in it."""
         return {name: _recording(name, unit.since(-math.inf)) for name, unit in self._units.items()}
 
     def since(self, name: str, time: float) -> Chunk:
-        """Give the samples of a unit from a time, s, on; none of one that has given none."""
+        """Returns the samples of a unit from a time, s, on; none of one that has given none."""
         return self._units[name].since(time) if name in self._units else _Samples().since(time)
 
     def newest(self, name: str, seconds: float) -> Chunk:
-        """Give the last so many s of a unit that has given samples."""
+        """Returns the last so many s of a unit that has given samples."""
         unit = self._units[name]
         return unit.since(float(unit.since(-math.inf).time[-1]) - seconds)
 

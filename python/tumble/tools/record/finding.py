@@ -43,7 +43,7 @@ class Finding(Generic[Found]):
         self._running = self._worker.submit(find)
 
     def take(self) -> Found | None:
-        """Give what was found, once; None where there is nothing new."""
+        """Returns what was found, once; None where there is nothing new."""
         if self._running is None or not self._running.done():
             return None
         found, self._running = self._running.result(), None
@@ -53,9 +53,9 @@ class Finding(Generic[Found]):
         return found
 
     def wait(self) -> None:
-        """Wait for what runs."""
+        """Waits for what runs."""
         wait([] if self._running is None else [self._running])
 
     def close(self) -> None:
-        """Find nothing more."""
+        """Finds nothing more."""
         self._worker.shutdown()

@@ -62,7 +62,7 @@ class FrozenUnits:
         return name in self._found and self._readings[name].since == self._found[name]
 
     def objections(self, moving: Mapping[str, bool]) -> Iterator[Objection]:
-        """Name units that have repeated one reading while another moved; `moving` says who does now.
+        """Names units that have repeated one reading while another moved; `moving` says who does now.
 
         One that is alone is named where none of its readings lasted before.
         """

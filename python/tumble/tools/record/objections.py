@@ -33,7 +33,7 @@ def broken(step: RecordStep) -> str:
 
 
 def faults(name: str, unit: Imu) -> Iterator[Objection]:
-    """Name channels of a unit that are stuck, or at the end of their range."""
+    """Names channels of a unit that are stuck, or at the end of their range."""
     remedies = {
         "stuck": "check the sensor and its cable",
         "saturated in motion": "turn more slowly, or choose a larger range",

@@ -45,7 +45,7 @@ def optional_columns(chunk: LiveChunk) -> tuple[str, ...]:
 
 
 def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float) -> RecordedChunk:
-    """Put samples in one piece, with those of the optional columns, all times later by `shift`, s."""
+    """Puts samples in one piece, with those of the optional columns, all times later by `shift`, s."""
 
     def joined(name: str) -> FloatArray | None:
         if name not in optional:
@@ -107,7 +107,7 @@ class UnitParts:
         self._join_some()
 
     def finish(self) -> None:
-        """Join all there is into one file; raises `OutputError` where that cannot be done."""
+        """Joins all there is into one file; raises `OutputError` where that cannot be done."""
         files = unit_files(self._folder, self.name)
         whole = joined_file(self._folder, self.name)
         if files and files != [whole]:
@@ -117,7 +117,7 @@ class UnitParts:
         self._parts = []
 
     def _join_some(self) -> None:
-        """Join the last parts as soon as there are enough of one length."""
+        """Joins the last parts as soon as there are enough of one length."""
         length = 1
         while len(tail := self._tail(length)) >= JOINED:
             together = tail[0][0], tail[-1][1]

@@ -16,7 +16,7 @@ Span: TypeAlias = tuple[float, float]
 
 
 def seconds_shown(time: FloatArray, span: Span, without: Iterable[Span] = ()) -> float:
-    """Return s of a span that samples at these times, (n,) s in order, cover.
+    """Returns s of a span that samples at these times, (n,) s in order, cover.
 
     Two samples cover the time between them unless it is longer than `FROZEN`, or shares time with a span of
     `without`.
@@ -30,7 +30,7 @@ def seconds_shown(time: FloatArray, span: Span, without: Iterable[Span] = ()) ->
 
 
 def frozen_while_others_moved(samples: Chunk, rests: Sequence[Span]) -> Iterator[Span]:
-    """Yield spans in which a unit repeats one reading and the table, at rest in `rests`, moves meanwhile.
+    """Yields spans in which a unit repeats one reading and the table, at rest in `rests`, moves meanwhile.
 
     A coarse sensor may repeat a reading for a whole rest, but not from one rest into the next.
     """

@@ -172,7 +172,7 @@ class Recorder:
         self._stopped = True
 
     def steps(self, duration: float | None = None, count: int | None = None) -> Iterator[RecordStep]:
-        """Record until the set ends, for `duration` s, until each unit has `count` samples, or until `stop`.
+        """Records until the set ends, for `duration` s, until each unit has `count` samples, or until `stop`.
 
         Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full.
         """

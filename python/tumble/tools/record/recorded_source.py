@@ -17,7 +17,7 @@ from tumble.tools.record.writer import RecordedUnit, SessionWriter
 
 @contextmanager
 def recorded_source(source: Source, folder: Path | None, *, typed: str, serial: str) -> Iterator[Source]:
-    """Give a source that records what it gives into `folder`, by its own clock; itself without a folder.
+    """Returns a source that records what it gives into `folder`, by its own clock; itself without a folder.
 
     Raises the errors of `SessionWriter`.
     """

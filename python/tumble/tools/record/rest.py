@@ -44,5 +44,5 @@ class RestUnderWay:
         return ended
 
     def seconds(self, now: float) -> float:
-        """Give its length, s; 0 while it moves."""
+        """Returns its length, s; 0 while it moves."""
         return 0.0 if self.since is None else now - self.since

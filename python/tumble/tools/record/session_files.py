@@ -13,5 +13,5 @@ Read a unit as SESSION:NAME, such as: tumble inspect SESSION:NAME"""
 
 
 def write_session(folder: Path, session: Session) -> None:
-    """Write what there is to know of a session."""
+    """Writes what there is to know of a session."""
     write_document(folder / SESSION_FILE, HEADER, session.content(), renews=True)

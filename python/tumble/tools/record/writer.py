@@ -49,7 +49,7 @@ class RecordedUnit:
     """Serial number, where the source does not state it."""
 
     def described(self, name: str) -> SessionUnit:
-        """Give what `session.yaml` says of it."""
+        """Returns what `session.yaml` says of it."""
         serial = self.serial or getattr(self.source, "serial", "")
         return SessionUnit(name=name, source=self.typed, serial=serial)
 
@@ -145,7 +145,7 @@ class SessionWriter:
         return self._folder / SESSION_FILE
 
     def samples(self, name: str) -> int:
-        """Give how many samples of a unit were taken since this began."""
+        """Returns how many samples of a unit were taken since this began."""
         return self._units[name].samples
 
     def describe(self, procedure: SessionProcedure) -> None:
@@ -189,7 +189,7 @@ class SessionWriter:
         *,
         closed: float | None = None,
     ) -> None:
-        """Write the rest, join the parts, and say in `session.yaml` how it ended.
+        """Writes the rest, joins the parts, and says in `session.yaml` how it ended.
 
         `remarks` are those on each unit, where they are not those of its source alone. `closed` is the time
         of the clock of arrivals, s, at which it ended; now, if that is not said.
@@ -224,7 +224,7 @@ class SessionWriter:
         return ("whether the wheels turn is recorded: a replay goes by it, a spin on the session does not",)
 
     def _end_failed(self) -> None:
-        """Keep what was taken; where there is nothing, leave no session that the next attempt would meet."""
+        """Keeps what was taken; where there is nothing, leaves no session for the next attempt."""
         if self.session.ended:
             return
         if any(unit.samples or math.isfinite(unit.last) for unit in self._units.values()):
@@ -240,7 +240,7 @@ class SessionWriter:
                 unit.optional = tuple(name for name in OPTIONAL if name in before.columns)
 
     def _wait(self) -> None:
-        """Wait for what is being written; raises what went wrong with it."""
+        """Waits for what is being written; raises what went wrong with it."""
         writing, self._writing = self._writing, None
         try:
             if writing is not None:
@@ -262,7 +262,7 @@ class SessionWriter:
 
 
 def finish_session(folder: Path) -> Session:
-    """Join what a recording left that was killed; raises `OutputError` where one still runs."""
+    """Joins what a recording left that was killed; raises `OutputError` where one still runs."""
     session = Session.load(folder)
     release = hold_folder(prepare_folder(folder))
     try:

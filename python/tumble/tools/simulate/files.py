@@ -25,19 +25,19 @@ ROWS = 65_536
 
 
 def pieces(samples: Chunk) -> Iterator[Chunk]:
-    """Cut samples to what is written at a time."""
+    """Cuts samples to what is written at a time."""
     for start in range(0, len(samples), ROWS):
         yield cut(samples, slice(start, start + ROWS))
 
 
 def cut(samples: Chunk, rows: slice) -> Chunk:
-    """Give some of the samples."""
+    """Returns some of the samples."""
     temperature = None if samples.temperature is None else samples.temperature[rows]
     return Chunk(samples.time[rows], samples.accelerometer[rows], samples.gyroscope[rows], temperature)
 
 
 def triad_content(triad: TriadTruth) -> dict[str, Any]:
-    """Give the truth of a triad as plain figures, angles in deg beside those in rad."""
+    """Returns the truth of a triad as plain figures, angles in deg beside those in rad."""
     figures = {field.name: getattr(triad, field.name) for field in fields(triad)}
     angles = {
         "non_orthogonality_deg": np.degrees(triad.non_orthogonality),
@@ -47,12 +47,12 @@ def triad_content(triad: TriadTruth) -> dict[str, Any]:
 
 
 def options(scenario: DataclassInstance) -> dict[str, object]:
-    """Give all that a scenario says."""
+    """Returns all that a scenario says."""
     return {each.name: in_plain_words(getattr(scenario, each.name)) for each in fields(scenario)}
 
 
 def in_plain_words(value: object) -> object:
-    """Give an option as mappings, lists, numbers and text."""
+    """Returns an option as mappings, lists, numbers and text."""
     if isinstance(value, PoseList):
         return {pose.name: pose.up for pose in value}
     if is_dataclass(value) and not isinstance(value, type):

@@ -29,7 +29,7 @@ class Format(str, Enum):
 
 
 def faults_by_unit(specs: list[str], make: Callable[..., AnyFault]) -> dict[str, list[AnyFault]]:
-    """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
+    """Reads `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
     faults: dict[str, list[AnyFault]] = {}
     for spec in specs:
         unit, _, rest = spec.partition(":")
@@ -39,7 +39,7 @@ def faults_by_unit(specs: list[str], make: Callable[..., AnyFault]) -> dict[str,
 
 
 def fault_of(option: str, text: str, form: str, make: Callable[..., AnyFault]) -> AnyFault:
-    """Read `stuck:axis=y:start=20`, and make a fault of it; `option` and `form` are for the error."""
+    """Reads `stuck:axis=y:start=20`, and makes a fault of it; `option` and `form` are for the error."""
     kind, *settings = text.split(":")
     try:
         return make(kind, **dict(_setting(text) for text in settings))
@@ -50,7 +50,7 @@ def fault_of(option: str, text: str, form: str, make: Callable[..., AnyFault]) -
 
 
 def numbers_of(option: str, text: str, count: int) -> list[float]:
-    """Read numbers with commas between; `option` is for the error."""
+    """Reads numbers with commas between; `option` is for the error."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:

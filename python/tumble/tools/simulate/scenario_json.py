@@ -42,7 +42,7 @@ def play(simulator: Callable[[str], Played], scenario: Mapping[str, Any], what: 
 
 
 def as_json(scenario: Mapping[str, Any]) -> str:
-    """Write a scenario as JSON; raises `ValueError` where it holds what JSON has no form for."""
+    """Writes a scenario as JSON; raises `ValueError` where it holds what JSON has no form for."""
     content = plain(scenario)
     for place, number in _not_finite(content):
         raise ValueError(f"{place} is {number}, which is no finite number")
@@ -73,7 +73,7 @@ def conditions(
     quantisation: bool,
     g_sensitivity: bool,
 ) -> dict[str, Any]:
-    """Give what all units of a scenario share."""
+    """Returns what all units of a scenario share."""
     return {
         "seed": seed,
         "warming": {
@@ -100,7 +100,7 @@ def unit(
     latency: float = 0.0,
     faults: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:
-    """Give a unit as it is built and mounted; of two things the accelerometer's is the first."""
+    """Returns a unit as it is built and mounted; of two things the accelerometer's is the first."""
     return {
         "grade": {key: value for key, value in asdict(grade).items() if key != "name"},
         "geometry": "perfect" if perfect else "drawn",
@@ -116,27 +116,27 @@ def unit(
 
 
 def given_clock(offset: float = 0.0, skew: float = 0.0, phase: float = 0.0) -> dict[str, Any]:
-    """Give a clock of which nothing is drawn; without figures it is the session's own."""
+    """Returns a clock of which nothing is drawn; without figures it is the session's own."""
     return {"given": {"offset": offset, "skew": skew, "phase": phase}}
 
 
 def floor(tilt_deg: float, uphill_deg: float) -> dict[str, float]:
-    """Give a floor that is even."""
+    """Returns a floor that is even."""
     return {"tilt": radians(tilt_deg), "uphill": radians(uphill_deg)}
 
 
 def in_radians(rotation: float | Sequence[float]) -> float | list[float]:
-    """Give a rotation in rad."""
+    """Returns a rotation in rad."""
     return radians(rotation) if isinstance(rotation, int | float) else [radians(part) for part in rotation]
 
 
 def in_radians_or_none(angle: float | None) -> float | None:
-    """Give an angle in rad where there is one."""
+    """Returns an angle in rad where there is one."""
     return None if angle is None else radians(angle)
 
 
 def injected_fault(fault: Fault, middle: float, largest: float) -> dict[str, Any]:
-    """Give a fault; what its kind has no use for is ignored.
+    """Returns a fault; what its kind has no use for is ignored.
 
     `middle` of the first rest, s, is when it starts if it does not say; `largest` is what its triad reads at
     most, m/s^2 or rad/s.

@@ -87,7 +87,7 @@ def simulated_unit(
     clock: str,
     faults: Sequence[Fault],
 ) -> SimulatedUnit:
-    """Put a unit together from what the native simulator gives; `clock` names the time base it shares."""
+    """Puts a unit together from what the native simulator gives; `clock` names the time base it shares."""
     samples = Chunk(figures["time"], figures["accelerometer"], figures["gyroscope"], figures["temperature"])
     offset, skew, phase = figures["clock"]
     return SimulatedUnit(
@@ -111,7 +111,7 @@ def simulated_unit(
 
 
 def triad_truth(figures: _core.TriadTruthFigures) -> TriadTruth:
-    """Put the truth of a triad together from what the native simulator gives."""
+    """Puts the truth of a triad together from what the native simulator gives."""
     return TriadTruth(
         M=figures["M"],
         b=figures["b"],

@@ -11,10 +11,10 @@ from tumble.foundation.recording import FloatArray
 
 
 def in_radians(numbers: Sequence[float]) -> FloatArray:
-    """Give (n,) rad, or rad/s, of numbers in deg."""
+    """Returns (n,) rad, or rad/s, of numbers in deg."""
     return np.radians(np.array(numbers, dtype=np.float64))
 
 
 def in_degrees(angles: FloatArray) -> list[float | None]:
-    """Give deg of (n,) rad; None where it is NaN."""
+    """Returns deg of (n,) rad; None where it is NaN."""
     return [None if math.isnan(angle) else angle for angle in np.degrees(angles).tolist()]

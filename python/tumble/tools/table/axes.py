@@ -23,7 +23,7 @@ class AxisLimits:
     """rad, lowest and highest; None for an axis that turns without end."""
 
     def within(self, other: AxisLimits) -> AxisLimits:
-        """Give what both allow."""
+        """Returns what both allow."""
         return AxisLimits(
             min(self.rate, other.rate),
             min(self.acceleration, other.acceleration),
@@ -46,7 +46,7 @@ class Axis:
 
 
 def level_from_table(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
-    """Give the attitude (n, 3, 3) of the table at angles (n, axes), rad; the first axis carries the others.
+    """Attitude (n, 3, 3) of the table at angles (n, axes), rad; the first axis carries the others.
 
     The product of the turns about each axis, from the floor up: R = R_1(a_1) R_2(a_2) ...
     """
@@ -57,7 +57,7 @@ def level_from_table(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
 
 
 def turns(axis: Axis, angles: FloatArray) -> FloatArray:
-    """Give rotations (n, 3, 3) about an axis by angles (n,), rad; formula of Rodrigues."""
+    """Returns rotations (n, 3, 3) about an axis by angles (n,), rad; formula of Rodrigues."""
     cross = cross_matrix(axis.about)
     sine, versine = np.sin(angles), 1.0 - np.cos(angles)
     rotations: FloatArray = (
@@ -69,13 +69,13 @@ def turns(axis: Axis, angles: FloatArray) -> FloatArray:
 
 
 def cross_matrix(vector: Sequence[float]) -> FloatArray:
-    """Give the matrix (3, 3) of `v x`; rows times it, `w @ matrix`, are `w x v`."""
+    """Returns the matrix (3, 3) of `v x`; rows times it, `w @ matrix`, are `w x v`."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def ups(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
-    """Give the directions (n, 3) of the table frame that point up at angles (n, axes), rad."""
+    """Returns the directions (n, 3) of the table frame that point up at angles (n, axes), rad."""
     directions: FloatArray = level_from_table(axes, angles)[:, 2, :]
     return directions
 
@@ -83,7 +83,7 @@ def ups(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
 def body_motion(
     axes: Sequence[Axis], angles: FloatArray, rates: FloatArray, accelerations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Give angular rate and angular acceleration (n, 3) in the table frame, rad/s and rad/s^2.
+    """Returns angular rate and angular acceleration (n, 3) in the table frame, rad/s and rad/s^2.
 
     `angles`, `rates`, `accelerations` are (n, axes). From the floor up, what turned below is seen from the
     frame that each axis carries: w' = R^T w + q a, w'dot = R^T wdot + qdot a + (R^T w) x (q a), with a the

@@ -14,7 +14,7 @@ FORM = "[AXIS.]rate=DEG/S, [AXIS.]acceleration=DEG/S^2 or [AXIS.]angle=LOW..HIGH
 
 
 def parse_limits(text: str, axes: Sequence[Axis]) -> Mapping[str, AxisLimits]:
-    """Give the limits of each axis by its name; what is not limited is infinite.
+    """Returns the limits of each axis by its name; what is not limited is infinite.
 
     Raises `TableError`, in one line, where an axis or a key is unknown, or a figure is none.
     """

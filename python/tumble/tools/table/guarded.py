@@ -105,7 +105,7 @@ class GuardedTable:
     def goto(
         self, angles: FloatArray, rate: FloatArray | None = None, acceleration: FloatArray | None = None
     ) -> float:
-        """Begin to move to these angles; give the s it takes.
+        """Begins to move to these angles; returns the s it takes.
 
         Without `rate` and `acceleration`, the largest allowed.
 
@@ -124,7 +124,7 @@ class GuardedTable:
         return took
 
     def rate(self, rates: FloatArray, acceleration: FloatArray | None = None) -> float:
-        """Begin to turn at these rates, and go on until told otherwise; give the s it takes to reach them.
+        """Begins to turn at these rates until the next command; returns the s it takes to reach them.
 
         Raises `TableError` where a limit would be passed, for an axis with limits of angle (it would pass
         them in time: `goto` it at a rate), and while the table changes its rate.
@@ -146,7 +146,7 @@ class GuardedTable:
         return took
 
     def settled(self) -> bool:
-        """Return True if the last motion has ended, at its angles where it had any.
+        """Returns True if the last motion has ended, at its angles where it had any.
 
         Raises `TableError` where it is overdue, has ended elsewhere, or went too far.
         """
@@ -159,12 +159,12 @@ class GuardedTable:
         return settled and not missed
 
     def wait(self) -> None:
-        """Wait until the last motion has ended; raises as `settled`."""
+        """Waits until the last motion has ended; raises as `settled`."""
         while not self.settled():
             time.sleep(POLL)
 
     def position(self) -> FloatArray:
-        """Give the angles, rad; NaN where the table cannot say."""
+        """Returns the angles, rad; NaN where the table cannot say."""
         return self._guarded(self._table.position)
 
     def stop(self) -> None:
@@ -173,7 +173,7 @@ class GuardedTable:
         self._stop_for_sure(None)
 
     def _figures(self, figures: FloatArray | None, what: str = "") -> FloatArray:
-        """Give (axes,) finite numbers; those of the limits if none are given."""
+        """Returns (axes,) finite numbers; those of the limits if none are given."""
         if figures is None:
             return np.array([getattr(axis.limits, what) for axis in self.axes])
         numbers = np.asarray(figures, dtype=np.float64)
@@ -226,7 +226,7 @@ class GuardedTable:
                 )
 
     def _missed(self) -> Iterator[str]:
-        """Name the axes that stand elsewhere than the last motion was to end.
+        """Names the axes that stand elsewhere than the last motion was to end.
 
         An axis without limits of angle may report its angle less whole turns.
         """
@@ -242,7 +242,7 @@ class GuardedTable:
                 )
 
     def _guarded(self, call: Callable[[], Answer]) -> Answer:
-        """Ask or tell the driver something; stop the table where that fails."""
+        """Asks or tells the driver something; stops the table where that fails."""
         try:
             return call()
         except BaseException as error:
@@ -251,13 +251,13 @@ class GuardedTable:
             raise
 
     def _fail(self, error: BaseException) -> None:
-        """Stop, then raise."""
+        """Stops, then raises."""
         self._halted = True
         self._stop_for_sure(error)
         raise error
 
     def _stop_for_sure(self, reason: BaseException | None) -> None:
-        """Send the stop until it is answered, the second time over a new line; no signal interrupts that.
+        """Sends the stop until it is answered, the second time over a new line; no signal interrupts that.
 
         Raises `TableError`, with what came before, where it never is.
         """

@@ -11,7 +11,7 @@ from tumble.foundation.recording import FloatArray
 
 
 def travel_time(distance: float, rate: float, acceleration: float) -> float:
-    """Give the time, s, from rest to rest over a distance, rad, no faster than `rate` and `acceleration`."""
+    """Time, s, from rest to rest over a distance, rad, no faster than `rate` and `acceleration`."""
     distance = abs(distance)
     if distance * acceleration < rate * rate:
         return 2.0 * math.sqrt(distance / acceleration)
@@ -30,7 +30,7 @@ class Stretch:
     """rad, rad/s, rad/s^2."""
 
     def state(self, t: float) -> tuple[float, float]:
-        """Give angle and rate at a time."""
+        """Returns angle and rate at a time."""
         since = t - self.start
         return (
             self.angle + (self.rate + 0.5 * self.acceleration * since) * since,
@@ -45,12 +45,12 @@ class AxisMotion:
         self._stretches = [Stretch(-math.inf, angle, 0.0, 0.0)]
 
     def state(self, t: float) -> tuple[float, float]:
-        """Give angle and rate at a time, s."""
+        """Returns angle and rate at a time, s."""
         stretch = next(stretch for stretch in reversed(self._stretches) if stretch.start <= t)
         return (stretch.angle, stretch.rate) if math.isinf(stretch.start) else stretch.state(t)
 
     def states(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give angles, rates and accelerations (n,) at times (n,), s."""
+        """Returns angles, rates and accelerations (n,) at times (n,), s."""
         starts = np.array([stretch.start for stretch in self._stretches])
         which = np.searchsorted(starts, times, side="right") - 1
         begin, angle, rate, acceleration = np.array(

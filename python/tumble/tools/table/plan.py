@@ -94,7 +94,7 @@ class PosePlan:
         return self._route([True] * len(self.angles), self.turns)
 
     def left(self, shown: Sequence[bool], turned: FloatArray) -> FloatArray:
-        """Give what is left of the route (m, axes), rad, once some rests and turns were made.
+        """Returns what is left of the route (m, axes), rad, once some rests and turns were made.
 
         `shown` says of each rest whether it was; `turned` (n, 3) are rotations, rad, between one rest and
         the next in the frame of the table, or nearly. A turn of which there or back lacks is made again.
@@ -114,7 +114,7 @@ class PosePlan:
         return np.array(stops).reshape(-1, len(self.axes))
 
     def _rotation(self, number: int, turn: TableTurn) -> FloatArray:
-        """Give a turn as rotation (3,) in the frame of the table, rad; its axis is fixed there."""
+        """Returns a turn as rotation (3,) in the frame of the table, rad; its axis is fixed there."""
         speed = np.zeros((1, len(self.axes)))
         speed[0, turn.axis] = turn.angle
         rotation, _ = body_motion(self.axes, self.angles[[number]], speed, np.zeros_like(speed))
@@ -127,7 +127,7 @@ class PosePlan:
         return ups(self.axes, self.angles)
 
     def poses(self) -> PoseList:
-        """Give the directions of the rests as a pose list, for the calibration; not those that end turns."""
+        """Directions of the rests as a pose list, for the calibration; not those that end turns."""
         return PoseList(tuple(Pose(f"pose {number}", up) for number, up in enumerate(self.ups, start=1)))
 
     @property
@@ -176,7 +176,7 @@ def plan_poses(
     gyroscope: bool = True,
     grid_deg: float = GRID_DEG,
 ) -> PosePlan:
-    """Choose poses, their order and turns for least sigma per minute.
+    """Chooses poses, their order and turns for least sigma per minute.
 
     `axes` with their limits, `rest` s at each pose, `start` (axes,) rad where the table is (zero if not
     given). Without `gyroscope` no turns are added.
@@ -203,7 +203,7 @@ def plan_poses(
 
 
 def reachable(axes: Sequence[Axis], grid_deg: float = GRID_DEG) -> FloatArray:
-    """Give angles (n, axes), rad, on a grid within the limits; of one direction up, the nearest to zero."""
+    """Angles (n, axes), rad, on a grid within the limits; of one direction up, the nearest to zero."""
     columns = [_angles_of(axis, math.radians(grid_deg)) for axis in axes]
     angles = np.array(list(product(*columns)))
     angles = angles[np.argsort(np.abs(angles).sum(axis=1), kind="stable")]
@@ -214,7 +214,7 @@ def reachable(axes: Sequence[Axis], grid_deg: float = GRID_DEG) -> FloatArray:
 
 
 def in_shortest_order(axes: Sequence[Axis], angles: FloatArray, start: FloatArray) -> FloatArray:
-    """Put rests (n, axes) in the order that takes least time from `start` on.
+    """Puts rests (n, axes) in the order that takes least time from `start` on.
 
     For certain up to `EXACT` of them (Held and Karp, *J. SIAM* 10, 1962), else by exchanges of pieces.
     """
@@ -235,7 +235,7 @@ def _angles_of(axis: Axis, step: float) -> FloatArray:
 
 
 def _travel(axes: Sequence[Axis], one: FloatArray, other: FloatArray) -> float:
-    """Give the time from rest to rest, s: axes move at once, the slowest counts."""
+    """Returns the time from rest to rest, s: axes move at once, the slowest counts."""
     return max(
         travel_time(float(distance), axis.limits.rate, axis.limits.acceleration)
         for axis, distance in zip(axes, other - one, strict=True)
@@ -248,7 +248,7 @@ def _information(rows: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _variance(information: FloatArray, matrix_goal: float, bias_goal: float) -> FloatArray:
-    """Give the variances (..., 4) of a row of M and of b over their goals squared.
+    """Returns the variances (..., 4) of a row of M and of b over their goals squared.
 
     `information` is (..., 4, 4). What nothing shows has `UNSEEN`.
     """
@@ -260,7 +260,7 @@ def _variance(information: FloatArray, matrix_goal: float, bias_goal: float) -> 
 
 
 def _turn_information(axes: Sequence[Axis], one: FloatArray, other: FloatArray) -> FloatArray:
-    """Give the information (4, 4) of a motion over N^-2: row (integral of the rate / T, 1), weight T."""
+    """Returns the information (4, 4) of a motion over N^-2: row (integral of the rate / T, 1), weight T."""
     seconds = _travel(axes, one, other)
     if seconds == 0.0:
         return np.zeros((4, 4))
@@ -300,7 +300,7 @@ class _Exchange:
         self._apart = np.max(times, axis=0)
 
     def sets(self, count: int) -> Iterator[FloatArray]:
-        """Give sets of `count` rests, each as good as exchanging one at a time can make it."""
+        """Returns sets of `count` rests, each as good as exchanging one at a time can make it."""
         generator = np.random.default_rng(0)
         faces = [int(np.argmax(self._directions @ pose.up)) for pose in SIX_FACES]
         begun: list[list[int]] = [[], *([faces] if count == len(faces) else [])]
@@ -321,7 +321,7 @@ class _Exchange:
         return path
 
     def _with_best(self, path: list[int]) -> tuple[float, list[int]]:
-        """Add the rest that makes for the least price, where it lengthens the way least; give the price."""
+        """Adds the rest of least price, where it lengthens the way least; returns the price."""
         between, stops = self._apart, [len(self._grid), *path]
         on = between[stops]
         # Between two stops, then behind the last: (gaps, grid).
@@ -343,7 +343,7 @@ class _Exchange:
 
 
 def _travel_times(angles: FloatArray, axis: Axis) -> FloatArray:
-    """Give times (n, n), s, between angles (n,) of one axis."""
+    """Returns times (n, n), s, between angles (n,) of one axis."""
     distances = np.abs(np.subtract.outer(angles, angles))
     rate, acceleration = axis.limits.rate, axis.limits.acceleration
     times: FloatArray = np.where(
@@ -428,7 +428,7 @@ def _turned(angles: FloatArray, turn: TableTurn) -> FloatArray:
 
 
 def with_turns(plan: PosePlan) -> PosePlan:
-    """Add turns, one after the other, as long as a minute buys more with them, `MOST_TURNS` at most."""
+    """Adds turns, one after the other, as long as a minute buys more with them, `MOST_TURNS` at most."""
     candidates = [
         (number, TableTurn(axis, angle))
         for number in range(len(plan.angles))
@@ -446,7 +446,7 @@ def with_turns(plan: PosePlan) -> PosePlan:
 
 
 def _spans(axis: Axis, angle: float) -> list[float]:
-    """Give turns that an axis can make from an angle: whole ones, or as far as its limits let it."""
+    """Returns turns that an axis can make from an angle: whole ones, or as far as its limits let it."""
     if axis.limits.angle is None:
         return [2.0 * math.pi]
     low, high = axis.limits.angle

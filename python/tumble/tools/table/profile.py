@@ -44,7 +44,7 @@ class Units(Document):
     acceleration: Literal["deg/s^2", "rad/s^2"] = "deg/s^2"
 
     def factor(self, quantity: str) -> float:
-        """Give what a number of a field is multiplied with to be in rad, rad/s or rad/s^2."""
+        """Returns what a number of a field is multiplied with to be in rad, rad/s or rad/s^2."""
         match quantity:
             case "angle":
                 return ANGLES[self.angle]
@@ -210,7 +210,7 @@ class StateQuery(Query):
         return bool(self.bits_set | self.bits_clear)
 
     def is_settled(self, reply: str) -> bool:
-        """Return True if the reply reports the end of the motion.
+        """Returns True if the reply reports the end of the motion.
 
         Raises `ValueError` where the reply holds no status.
         """
@@ -224,7 +224,7 @@ class StateQuery(Query):
         return status & (self.bits_set | self.bits_clear) == self.bits_set
 
     def written(self, axis: str, *, settled: bool) -> str:
-        """Return the reply of a table whose axis has ended its motion, or has not."""
+        """Returns the reply of a table whose axis has ended its motion, or has not."""
         if not self._has_bits:
             return self.reply if settled else f"not {self.reply}"
         status = self.bits_set if settled else self.bits_clear
@@ -289,19 +289,19 @@ class TableProfile(Document):
             yield f"axis {limited[0]!r} has limits of angle, which need queries.position"
 
     def numbers(self) -> tuple[str, ...]:
-        """Give what stands for `{axis}`, for each axis."""
+        """Returns what stands for `{axis}`, for each axis."""
         return tuple(axis.number or str(place) for place, axis in enumerate(self.axes, start=1))
 
 
 def shipped() -> tuple[str, ...]:
-    """Give the names of the profiles that come with Tumble."""
+    """Returns the names of the profiles that come with Tumble."""
     files = resources.files("tumble.tools.table") / "profiles"
     return tuple(sorted(file.name.removesuffix(".yaml") for file in files.iterdir()))
 
 
 @lru_cache
 def load_profile(name: str) -> TableProfile:
-    """Read a profile that comes with Tumble, by its name, or a file of the user.
+    """Reads a profile that comes with Tumble, by its name, or a file of the user.
 
     Raises `CalibrationFileError`, in one line with file, line and key, where a file is none, and `TableError`
     where there is no profile of that name.
@@ -315,7 +315,7 @@ def load_profile(name: str) -> TableProfile:
 
 
 def written(text: str, axis: str, **values: float) -> str:
-    """Put an axis and numbers, in units of the line, into a command.
+    """Puts an axis and numbers, in units of the line, into a command.
 
     Rates and accelerations are cut, not rounded: what is written is never more than was allowed.
     """

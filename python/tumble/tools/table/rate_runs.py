@@ -50,7 +50,7 @@ class Sweep(RateRun):
 
 
 def plan_rates(axes: Sequence[Axis], rates: Sequence[float], seconds: float) -> tuple[RateRun, ...]:
-    """Plan every rate, both ways, about every direction of the units that the table can turn them about.
+    """Plans every rate, both ways, about every direction of the units that the table can turn them about.
 
     `rates` in rad/s, all above zero. Axes without limits of angle come first, and turn where they are nearest
     to the vertical, so that gravity stands still in the units; one with limits sweeps its range.
@@ -72,13 +72,13 @@ def plan_rates(axes: Sequence[Axis], rates: Sequence[float], seconds: float) -> 
 
 
 def seconds_of_runs(axes: Sequence[Axis], runs: Sequence[RateRun]) -> float:
-    """Return the time that runs take with their ramps, s."""
+    """Returns the time that runs take with their ramps, s."""
     ramps = (2.0 * abs(run.rate) / axes[run.axis].limits.acceleration for run in runs)
     return sum(run.seconds for run in runs) + sum(ramps)
 
 
 def lines_of_runs(axes: Sequence[Axis], runs: Sequence[RateRun]) -> Iterator[str]:
-    """Describe the runs of each axis in one line."""
+    """Describes the runs of each axis in one line."""
     for (number, *_), group in groupby(runs, key=lambda run: (run.axis, *_others(run))):
         own = [run for run in group if run.rate > 0.0]
         each = ", ".join(f"{math.degrees(run.rate):.6g}" for run in own)
@@ -94,7 +94,7 @@ def lines_of_runs(axes: Sequence[Axis], runs: Sequence[RateRun]) -> Iterator[str
 
 
 def _starts(axes: Sequence[Axis]) -> Iterator[tuple[int, FloatArray]]:
-    """Choose axes, and angles (axes,) from which each turns the units about one more of their directions."""
+    """Chooses axes, and angles (axes,) from which each turns the units about one more of their directions."""
     grid = _quarters(axes)
     shown: list[FloatArray] = []
     for number in sorted(range(len(axes)), key=lambda each: (axes[each].limits.angle is not None, -each)):
@@ -114,7 +114,7 @@ def _starts(axes: Sequence[Axis]) -> Iterator[tuple[int, FloatArray]]:
 
 
 def _quarters(axes: Sequence[Axis]) -> FloatArray:
-    """Return all angles (n, axes) in steps of a quarter turn within the limits, the nearest to zero first."""
+    """All angles (n, axes) in steps of a quarter turn within the limits, the nearest to zero first."""
     columns = []
     for axis in axes:
         low, high = axis.limits.angle or (-math.pi, math.pi)
@@ -146,14 +146,14 @@ def _runs_from(
 
 
 def _uprightness(axes: Sequence[Axis], number: int, grid: FloatArray) -> FloatArray:
-    """Return how nearly vertical an axis stands at each angle of the grid, rounded, (n,)."""
+    """Returns how nearly vertical an axis stands at each angle of the grid, rounded, (n,)."""
     below = level_from_table(axes[:number], grid[:, :number])
     upright: FloatArray = np.round(np.abs(below @ np.array(axes[number].about))[:, 2], 6)
     return upright
 
 
 def _in_units(axes: Sequence[Axis], number: int, grid: FloatArray) -> FloatArray:
-    """Return the direction (n, 3) of an axis in the frame of the plate at each angle of the grid."""
+    """Returns the direction (n, 3) of an axis in the frame of the plate at each angle of the grid."""
     above = level_from_table(axes[number + 1 :], grid[:, number + 1 :])
     directions: FloatArray = np.swapaxes(above, 1, 2) @ np.array(axes[number].about)
     return directions

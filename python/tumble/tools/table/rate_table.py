@@ -38,19 +38,19 @@ class RateTable(Protocol):
     ) -> None: ...
 
     def enable(self) -> None:
-        """Switch the drives on; nothing where there is nothing to switch."""
+        """Switches the drives on; nothing where there is nothing to switch."""
 
     def goto(self, angles: FloatArray, rate: FloatArray, acceleration: FloatArray) -> None:
-        """Begin to move to these angles, no faster than that; returns at once."""
+        """Begins to move to these angles, no faster than that; returns at once."""
 
     def rate(self, rates: FloatArray, acceleration: FloatArray) -> None:
-        """Begin to turn at these rates, and go on; returns at once."""
+        """Begins to turn at these rates, and goes on; returns at once."""
 
     def settled(self) -> bool:
         """Indicates whether the last motion has ended: at its angles, or at its rates."""
 
     def position(self) -> FloatArray:
-        """Give the angles; NaN where the table cannot say."""
+        """Returns the angles; NaN where the table cannot say."""
 
     def stop(self) -> None:
         """Bring all axes to rest, whatever they do."""

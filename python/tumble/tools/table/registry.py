@@ -44,7 +44,7 @@ class TableAddress:
         return cls(text, driver.lower(), place, settings)
 
     def refuse_other_settings(self, *known: str) -> None:
-        """Raise `TableError` where a setting is none of `known`: a misspelt one would be passed over."""
+        """Raises `TableError` where a setting is none of `known`: a misspelt one would be passed over."""
         for key in self.settings:
             if key not in known:
                 raise TableError(
@@ -52,7 +52,7 @@ class TableAddress:
                 )
 
     def number(self, key: str, default: float) -> float:
-        """Give a setting that is a number above zero; raises `TableError` where it is none."""
+        """Returns a setting that is a number above zero; raises `TableError` where it is none."""
         text = self.settings.get(key)
         value = default if text is None else number_of(text)
         if value is None or not 0.0 < value < math.inf:
@@ -71,7 +71,7 @@ OWN: Mapping[str, tuple[str, str]] = {
 
 
 def open_table(text: str) -> RateTable:
-    """Find the table for an address; enter it with `with`, best within a `GuardedTable`.
+    """Finds the table for an address; enters it with `with`, best within a `GuardedTable`.
 
     Raises `TableError` where no driver has that name.
     """
@@ -80,7 +80,7 @@ def open_table(text: str) -> RateTable:
 
 
 def drivers() -> tuple[str, ...]:
-    """Give the drivers there are, Tumble's own first."""
+    """Returns the drivers there are, Tumble's own first."""
     return (*OWN, *sorted(set(_installed()) - set(OWN)))
 
 

@@ -114,7 +114,7 @@ class SimulatedTable:
         return angles
 
     def states(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give angles, rates and accelerations (n, axes) at times (n,), s of its clock."""
+        """Returns angles, rates and accelerations (n, axes) at times (n,), s of its clock."""
         with self._lock:
             columns = [motion.states(times) for motion in self._motions]
         angles, rates, accelerations = (np.stack(each, axis=1) for each in zip(*columns, strict=True))

@@ -149,7 +149,7 @@ class TextTable:
         return [self._exchange(text, replied=True) for text in self._each(query.send)]
 
     def _command(self, text: str | None, **values: FloatArray) -> None:
-        """Send a command, once for each axis where it names one; nothing where the profile has none."""
+        """Sends a command, once for each axis where it names one; nothing where the profile has none."""
         for command in self._each(text, **values) if text else ():
             reply = self._exchange(command, replied=self._is_answered)
             if self._profile.replies.acknowledge not in (None, reply):
@@ -163,7 +163,7 @@ class TextTable:
         return self._profile.replies.acknowledge is not None or self._profile.line.prompt is not None
 
     def _wait_for_acknowledgement(self, text: str) -> None:
-        """Read until a stop is acknowledged: first may come what answers an earlier question."""
+        """Reads until a stop is acknowledged: first may come what answers an earlier question."""
         wanted = self._profile.replies.acknowledge
         replies = [self._answer(text)]
         while wanted not in (None, replies[-1]):
@@ -181,7 +181,7 @@ class TextTable:
         ]
 
     def _exchange(self, text: str, *, replied: bool) -> str:
-        """Send a line, and give what is replied; raises `TableError` for silence and refusals."""
+        """Sends a line, and returns what is replied; raises `TableError` for silence and refusals."""
         self._send(text)
         return self._answer(text) if replied else ""
 
@@ -193,7 +193,7 @@ class TextTable:
                 self._read()
 
     def _answer(self, text: str) -> str:
-        """Read what is replied to a line that was sent."""
+        """Reads what is replied to a line that was sent."""
         line = self._profile.line
         with self._failures_at(text):
             reply = self._read()

@@ -28,7 +28,7 @@ _VIEWS = ((0, 1), (0, 2))
 
 
 def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> Markup:
-    """Draw the lever arms of units, all of them known, from above and from the side."""
+    """Draws the lever arms of units, all of them known, from above and from the side."""
     figure = Figure(2 * HALF_WIDTH, _HEIGHT + LABEL_ROOM + _TITLE)
     left, bottom, width, height = box(HALF_WIDTH, bottom=LABEL_ROOM, height=_HEIGHT)
     width -= 0.1
@@ -51,7 +51,7 @@ def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> 
 
 
 def _place(axes: Axes, unit: UnitAlignment, view: tuple[int, int], scale: Scale, *, above: bool) -> None:
-    """Draw one unit; names of units on both sides of a board would cover each other, so they alternate."""
+    """Draws one unit; names of units on both sides of a board would cover each other, so they alternate."""
     seen = list(view)
     centre = scale.factor * unit.lever_arm[seen]
     values, vectors = np.linalg.eigh(unit.lever_arm_covariance[np.ix_(seen, seen)])

@@ -44,7 +44,7 @@ class AlignPage:
 
 
 def align_page(result: AlignResult) -> AlignPage:
-    """Gather the page."""
+    """Gathers the page."""
     return AlignPage(
         name=result.primary,
         verdict=result.verdict,

@@ -26,7 +26,7 @@ class ComparedRow:
 
 
 def compared(result: MultiposeResult) -> Iterator[ComparedRow]:
-    """Print both side by side, parameter by parameter; nothing where the unit did not lie on six faces."""
+    """Prints both side by side, parameter by parameter; nothing where the unit did not lie on six faces."""
     if result.faces is None:
         return
     both = (

@@ -28,7 +28,7 @@ _RINGS = (30.0, 60.0, 90.0)
 
 
 def sphere_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draw which direction was up at each rest, on both halves of the sphere, and the next to add."""
+    """Draws which direction was up at each rest, on both halves of the sphere, and the next to add."""
     figure = Figure(HALF_WIDTH, _SIDE + 0.75)
     gap = (HALF_WIDTH - 2 * _SIDE) / 3
     ups = np.array([pose.up for pose in result.poses]).reshape(-1, 3)
@@ -76,7 +76,7 @@ def _draw_half(axes: Axes, title: str) -> None:
 
 
 def norm_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draw |specific force| less gravity at each rest: as read, calibrated, and by a fit without it."""
+    """Draws |specific force| less gravity at each rest: as read, calibrated, and by a fit without it."""
     figure = Figure(FULL_WIDTH, 4.2)
     upper = figure.add_axes(box(FULL_WIDTH, bottom=2.5, height=1.35))
     lower = figure.add_axes(box(FULL_WIDTH, bottom=0.55, height=1.4))
@@ -112,7 +112,7 @@ def influence_figure(result: MultiposeResult, prefix: str) -> Markup:
 
 
 def turn_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draw the angle between gravity as turned and as found after each turn, before and after calibration."""
+    """Draws the angle between predicted and measured gravity after each turn, raw and calibrated."""
     figure = Figure(FULL_WIDTH, 2.5)
     axes = figure.add_axes(box(FULL_WIDTH, bottom=0.6, height=1.55))
     place = np.arange(len(result.turns), dtype=float)

@@ -12,7 +12,7 @@ from tumble.report.parameters import parameter_groups
 
 
 def multipose_html(result: MultiposeResult) -> str:
-    """Print every parameter with sigma, and how good they are."""
+    """Prints every parameter with sigma, and how good they are."""
     caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, result.verdict)
     head = row("th", ("", "parameter", "value", "± sigma", "unit"))
     rows = [

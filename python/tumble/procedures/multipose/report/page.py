@@ -61,7 +61,7 @@ class MultiposePage:
 
 
 def multipose_page(result: MultiposeResult) -> MultiposePage:
-    """Gather the page."""
+    """Gathers the page."""
     return MultiposePage(
         name=result.name,
         serial=result.serial,

@@ -64,7 +64,7 @@ def _quantity(value: float, unit: str) -> str:
 
 
 def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
-    """List how it was done."""
+    """Lists how it was done."""
     options = [
         "g-sensitivity" if result.options.get("g-sensitivity") else "",
         "the Earth's rotation taken off" if result.options.get("earth-rate") else "",

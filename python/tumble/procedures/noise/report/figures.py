@@ -24,7 +24,7 @@ _ROOM = 0.1
 
 
 def term_deviations(channel: ChannelNoise, tau: FloatArray) -> dict[str, FloatArray]:
-    """Give the Allan deviation of each term at averaging times (n,), s (docs/theory/noise.md, eq. 20)."""
+    """Returns the Allan deviation of each term at averaging times (n,), s (docs/theory/noise.md, eq. 20)."""
     q, n, b, k, r = np.nan_to_num(channel.model)
     return {
         QUANTISATION: np.sqrt(3.0) * q / tau,
@@ -36,14 +36,14 @@ def term_deviations(channel: ChannelNoise, tau: FloatArray) -> dict[str, FloatAr
 
 
 def deviation_figure(channels: Sequence[ChannelNoise], prefix: str) -> Markup:
-    """Draw the Allan deviations of a triad."""
+    """Draws the Allan deviations of a triad."""
     triad = channels[0].triad
     label = f"Allan deviation of the {triad} over averaging time, logarithmic, with 95 % intervals and terms"
     return inline_svg(deviation_sheet(channels), prefix, label)
 
 
 def deviation_sheet(channels: Sequence[ChannelNoise]) -> Figure:
-    """Draw them on a sheet of their own."""
+    """Draws them on a sheet of their own."""
     figure = Figure(HALF_WIDTH, _HEIGHT + LABEL_ROOM + 0.3)
     axes = figure.add_axes(box(HALF_WIDTH, bottom=LABEL_ROOM, height=_HEIGHT))
     seen = np.concatenate([channel.allan.deviation for channel in channels])

@@ -10,7 +10,7 @@ from tumble.report.notebook import paragraphs, row
 
 
 def noise_html(result: NoiseResult) -> str:
-    """Print the terms asked for of every channel with their intervals, or the bounds on them."""
+    """Prints the terms asked for of every channel with their intervals, or the bounds on them."""
     caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, result.verdict)
     head = row("th", ("95 % intervals", *ASKED_FOR))
     rows = []

@@ -50,7 +50,7 @@ class NoisePage:
 
 
 def noise_page(result: NoiseResult) -> NoisePage:
-    """Gather the page."""
+    """Gathers the page."""
     return NoisePage(
         name=result.name,
         verdict=result.verdict,

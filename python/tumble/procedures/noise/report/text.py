@@ -19,7 +19,7 @@ def used_sentence(still: StillPart) -> str:
 
 
 def printed_terms(terms: Sequence[Parameter]) -> list[str]:
-    """Print coefficients of one kind with their intervals, or the bounds on them, in one unit."""
+    """Prints coefficients of one kind with their intervals, or the bounds on them, in one unit."""
     sizes = [term.value if term.observable else term.high for term in terms]
     scale = readable_scale(terms[0].unit, max((size for size in sizes if isfinite(size)), default=0.0))
     return [_printed(term, scale) for term in terms]

@@ -23,7 +23,7 @@ _POINTS = 160
 
 
 def drift_figure(axes: Sequence[AxisDrift], blocks: ThermalBlocks, prefix: str) -> Markup:
-    """Draw the bias of a triad over temperature, and below it what its curves leave."""
+    """Draws the bias of a triad over temperature, and below it what its curves leave."""
     label = (
         f"Bias of the {axes[0].triad} over temperature, warming and cooling apart, its curve and what is left"
     )
@@ -31,7 +31,7 @@ def drift_figure(axes: Sequence[AxisDrift], blocks: ThermalBlocks, prefix: str) 
 
 
 def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
-    """Draw them on a sheet of their own."""
+    """Draws them on a sheet of their own."""
     figure = Figure(HALF_WIDTH, 4.9)
     upper = figure.add_axes(box(HALF_WIDTH, bottom=2.2, height=2.4))
     lower = figure.add_axes(box(HALF_WIDTH, bottom=0.45, height=1.35))
@@ -63,7 +63,7 @@ def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
 
 
 def _legs(panel: Axes, blocks: ThermalBlocks, values: FloatArray, place: int) -> None:
-    """Draw what was read while warming filled, while cooling hollow."""
+    """Draws what was read while warming filled, while cooling hollow."""
     warm = blocks.leg > 0.0
     for chosen, hollow in ((warm, False), (~warm, True)):
         if chosen.any():

@@ -10,7 +10,7 @@ from tumble.report.notebook import paragraphs, row
 
 
 def thermal_html(result: ThermalResult) -> str:
-    """Print drift, hysteresis and scale of every axis, and where they hold."""
+    """Prints drift, hysteresis and scale of every axis, and where they hold."""
     caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, result.verdict)
     head = row("th", ("", *COLUMNS))
     rows = [row("td", (name, *cells)) for name, cells in axis_rows(result)]

@@ -49,7 +49,7 @@ class ThermalPage:
 
 
 def thermal_page(result: ThermalResult) -> ThermalPage:
-    """Gather the page."""
+    """Gathers the page."""
     return ThermalPage(
         name=result.name,
         serial=result.serial,

@@ -49,7 +49,7 @@ def unseen(result: ThermalResult) -> Iterator[str]:
 
 
 def axis_rows(result: ThermalResult) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Print what `COLUMNS` name of each axis."""
+    """Prints what `COLUMNS` name of each axis."""
     columns = [
         parameter_column([axis.swing for axis in result.axes]),
         parameter_column([axis.hysteresis for axis in result.axes]),
@@ -66,23 +66,23 @@ def order_of(axis: AxisDrift) -> str:
 
 
 def parameter_column(parameters: Sequence[Parameter]) -> list[str]:
-    """Print estimates with their 1-sigma, those of one unit in one scale."""
+    """Prints estimates with their 1-sigma, those of one unit in one scale."""
     scales = parameter_scales(parameters)
     return [parameter_cell(each, scales) for each in parameters]
 
 
 def scale_of(axes: Sequence[AxisDrift]) -> Scale:
-    """Choose the unit that the drifts of a triad are drawn in."""
+    """Chooses the unit that the drifts of a triad are drawn in."""
     return readable_scale(axes[0].unit, max(float(np.abs(axis.change).max()) for axis in axes))
 
 
 def score_scale(axes: Sequence[AxisDrift]) -> Scale:
-    """Choose the unit that scores of a triad are shown in."""
+    """Chooses the unit that scores of a triad are shown in."""
     return readable_scale(axes[0].unit, max(score.left for axis in axes for score in axis.scores))
 
 
 def score_rows(axes: Sequence[AxisDrift], scale: Scale) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Print for each set of terms what it did not foretell of each axis; the chosen one is marked."""
+    """Prints for each set of terms what it did not foretell of each axis; the chosen one is marked."""
     sets = list(dict.fromkeys((score.bias, score.scale) for axis in axes for score in axis.scores))
     rows = []
     for bias, power in sets:
@@ -96,7 +96,7 @@ def score_rows(axes: Sequence[AxisDrift], scale: Scale) -> tuple[tuple[str, tupl
 
 
 def parameter_rows(result: ThermalResult, triad: Triad) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Print every parameter of the axes of a triad, side by side."""
+    """Prints every parameter of the axes of a triad, side by side."""
     found = [{each.name: each for each in axis.parameters()} for axis in result.of_triad(triad)]
     scales = parameter_scales(parameter for each in found for parameter in each.values())
     names = sorted({name for each in found for name in each}, key=_place)
@@ -114,7 +114,7 @@ def _place(name: str) -> tuple[bool, bool, str]:
 
 
 def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
-    """List how it was done."""
+    """Lists how it was done."""
     noise = ", ".join(
         f"{axis.name} {printed_noise(axis)}" for axis in result.axes if axis.noise_density > 0.0
     )
@@ -132,7 +132,7 @@ def method_lines(result: ThermalResult) -> tuple[tuple[str, str], ...]:
 
 
 def printed_noise(axis: AxisDrift) -> str:
-    """Print N and B of what the fit leaves."""
+    """Prints N and B of what the fit leaves."""
     white = readable_scale(f"{axis.unit}/sqrt(Hz)", axis.noise_density)
     slow = readable_scale(axis.unit, axis.bias_instability)
     return (

@@ -60,7 +60,7 @@ class StripGroup:
 
 
 def strip_groups(records: Iterable[TargetRecord]) -> list[StripGroup]:
-    """Gather each kind of parameter over the targets, accelerometer first."""
+    """Gathers each kind of parameter over the targets, accelerometer first."""
     gathering = StripGathering()
     for record in records:
         gathering.add(record)
@@ -82,7 +82,7 @@ class StripGathering:
                 column.add(record.target, parameter.name, parameter.value, checks.get(parameter.name))
 
     def groups(self) -> list[StripGroup]:
-        """Give each kind that any target showed."""
+        """Returns each kind that any target showed."""
         kinds: dict[tuple[str, str], list[str]] = {}
         for name in self._columns:
             triad, _, rest = name.partition(" ")
@@ -130,7 +130,7 @@ class _Column:
 
 
 def distribution_figure(group: StripGroup, prefix: str) -> Markup:
-    """Draw one row a parameter, one mark a target, limits upright, the worst outside them named."""
+    """Draws one row a parameter, one mark a target, limits upright, the worst outside them named."""
     rows = len(group.strips)
     figure = Figure(HALF_WIDTH, 0.62 + 0.46 * rows)
     axes = figure.add_axes((0.55, 0.46, HALF_WIDTH - 0.75, 0.46 * rows))
@@ -163,7 +163,7 @@ def limits_off_scale(group: StripGroup, reach: float) -> str:
 
 
 def improvement_figure(pairs: Sequence[tuple[str, Improvement]], prefix: str) -> Markup | None:
-    """Draw the error of |specific force| at rest of each target, before and after; None if there is none."""
+    """Draws the error of |specific force| at rest of each target, before and after; None if there is none."""
     if not pairs:
         return None
     named = len(pairs) <= _MOST_NAMES
@@ -179,19 +179,19 @@ def improvement_figure(pairs: Sequence[tuple[str, Improvement]], prefix: str) ->
 
 
 def improvements(result: TurntableResult) -> list[tuple[str, Improvement]]:
-    """Return the targets whose error at rest is known before and after, by name, the best first."""
+    """Returns the targets whose error at rest is known before and after, by name, the best first."""
     found = ((target.name, improvement(target, result.gravity)) for target in result.targets)
     return best_first([(name, gain) for name, gain in found if gain is not None])
 
 
 def best_first(pairs: Sequence[tuple[str, Improvement]]) -> list[tuple[str, Improvement]]:
-    """Sort by what is left of the error, without those of which a logarithm cannot be drawn."""
+    """Sorts by what is left of the error, without those of which a logarithm cannot be drawn."""
     drawn = [(name, gain) for name, gain in pairs if min(gain.before, gain.after) > 0]
     return sorted(drawn, key=lambda pair: pair[1].after)
 
 
 def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, named: bool) -> None:
-    """Draw one line a target from its error after calibration to its error before, on a logarithmic scale."""
+    """Draws a line a target from its error after calibration to its error before, on a logarithmic scale."""
     before = 1e3 * np.array([gain.before for _, gain in pairs])
     after = 1e3 * np.array([gain.after for _, gain in pairs])
     rows = np.arange(len(pairs), dtype=float)

@@ -51,7 +51,7 @@ class TargetRow:
 
 
 def _serials(rows: Sequence[TargetRow]) -> str:
-    """Print the serial of a single target; of more they stand in the table."""
+    """Prints the serial of a single target; of more they stand in the table."""
     if len(rows) == 1:
         return rows[0].serial
     stated = sum(bool(row.serial) for row in rows)
@@ -95,7 +95,7 @@ class BatchPage:
 
 
 def batch_page(batch: TurntableResult, records: Iterable[TargetRecord]) -> BatchPage:
-    """Gather the page of all targets on record; `batch` is what those of the last run share.
+    """Gathers the page of all targets on record; `batch` is what those of the last run share.
 
     Records are taken one by one and not kept, so that there may be any number.
     """

@@ -15,7 +15,7 @@ from tumble.report.text import VERDICT_TITLES
 
 
 def target_html(target: TargetResult) -> str:
-    """Print one target: its verdict, what was not shown, and its parameters with sigma."""
+    """Prints one target: its verdict, what was not shown, and its parameters with sigma."""
     caption = Markup("<caption><b>{}</b> {}: {}</caption>").format(
         target.name, VERDICT_TITLES[target.verdict], text.verdict_sentence(target)
     )
@@ -26,7 +26,7 @@ def target_html(target: TargetResult) -> str:
 
 
 def batch_html(result: TurntableResult) -> str:
-    """Print a batch: one line a target, worst parameter and error at rest before and after."""
+    """Prints a batch: one line a target, worst parameter and error at rest before and after."""
     count = count_of("target", len(result.targets))
     caption = Markup("<caption>{} against <b>{}</b></caption>").format(count, result.reference.name)
     head = row("th", ("target", "verdict", "why", IMPROVEMENT_TITLE))

@@ -23,7 +23,7 @@ class OffDiagonalRow:
 
 
 def off_diagonal_rows(elements: Sequence[OffDiagonal]) -> tuple[OffDiagonalRow, ...]:
-    """Print each element with the sigma that its own fit states."""
+    """Prints each element with the sigma that its own fit states."""
     return tuple(
         OffDiagonalRow(
             each.found.name,

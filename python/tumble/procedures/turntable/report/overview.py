@@ -23,7 +23,7 @@ _PANEL: tuple[Frame, Frame] = ("panel", "panel")
 
 
 def figure_overview(result: TurntableResult) -> str:
-    """Draw the session as one SVG file: an axis at its poses in three states, all targets before and after.
+    """Draws the session as one SVG file: an axis at its poses in three states, all targets before and after.
 
     Fixed colours on white, so that it reads the same wherever it is shown. Raises `ProcedureError` where no
     target was calibrated with its mounting angle known: there is nothing to picture.

@@ -23,7 +23,7 @@ _TARGETS_PER_TASK = 8
 
 
 def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int = 1) -> list[Path]:
-    """Write `turntable.html` and a page for each target into `directory`, which is made where it is missing.
+    """Writes `turntable.html` and a page for each target into `directory`, which is made where it is missing.
 
     With `jobs` above one, that many processes draw; the pages are the same. The batch page comes last, so
     that its links lead somewhere. Returns the paths, the batch page first.
@@ -47,7 +47,7 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
 
 
 def render_target(result: TurntableResult, target: TargetResult) -> str:
-    """Render the page of one target as HTML."""
+    """Renders the page of one target as HTML."""
     page = target_page(result, target)
     started = target.log.time.date
     identity = Identity("Turntable", target.name, target.serial, target.provenance, result.software, started)
@@ -57,7 +57,7 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
 
 
 def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str:
-    """Render the page of all targets on record as HTML; `batch` is what those of the last run share."""
+    """Renders the page of all targets on record as HTML; `batch` is what those of the last run share."""
     page = batch_page(batch, records)
     identity = Identity(
         "Turntable", page.title, page.serials, page.provenance, batch.software, batch.reference.log.time.date
@@ -66,13 +66,13 @@ def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str
 
 
 def records_of(result: TurntableResult) -> Iterator[TargetRecord]:
-    """Give the records of targets in memory, all with pages of their own."""
+    """Returns the records of targets in memory, all with pages of their own."""
     for target, page in zip(result.targets, page_names(result.targets), strict=True):
         yield record_of(result, target, page.removesuffix(".html"))
 
 
 def page_names(targets: Sequence[TargetResult]) -> list[str]:
-    """Choose file names for the targets' pages: their own where a file can bear it, and none twice."""
+    """Chooses file names for the targets' pages: their own where a file can bear it, and none twice."""
     taken = set(TAKEN)
     names: list[str] = []
     for target in targets:

@@ -49,7 +49,7 @@ class ResponseSection:
 
 
 def response_section(responses: Sequence[AxisResponse]) -> ResponseSection | None:
-    """Print the responses; None where there are none."""
+    """Prints the responses; None where there are none."""
     if not responses:
         return None
     caption = "Deviation of each rate from the straight line through all rates of its axis; bars: one sigma."
@@ -61,7 +61,7 @@ def response_section(responses: Sequence[AxisResponse]) -> ResponseSection | Non
 
 
 def deviation_figure(responses: Sequence[AxisResponse], prefix: str) -> Markup:
-    """Draw the deviation of each rate from the straight line, ppm of full scale, over the rate."""
+    """Draws the deviation of each rate from the straight line, ppm of full scale, over the rate."""
     figure = Figure(FULL_WIDTH, 2.7)
     axes = figure.add_axes(box(FULL_WIDTH, bottom=0.45, height=1.95))
     levels = [(("xyz").index(each.axis), each.levels) for each in responses]

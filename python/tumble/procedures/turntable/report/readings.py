@@ -33,7 +33,7 @@ LOOKS = {
 
 
 def axis_reading_figure(reading: AxisReading, states: Mapping[str, FloatArray], prefix: str) -> Markup:
-    """Draw the readings of one axis over the poses, and below them how far each is from its ideal.
+    """Draws the readings of one axis over the poses, and below them how far each is from its ideal.
 
     `states` are as `deviations` returns them.
     """
@@ -64,7 +64,7 @@ def axis_reading_figure(reading: AxisReading, states: Mapping[str, FloatArray], 
 def draw_states(
     axes: Axes, place: FloatArray, states: Mapping[str, FloatArray], sigma: FloatArray | None = None
 ) -> None:
-    """Draw values (k,) of each state side by side, with bars of one sigma where that is given."""
+    """Draws values (k,) of each state side by side, with bars of one sigma where that is given."""
     for name, values in states.items():
         colour, marker, hollow, aside = LOOKS[name]
         if sigma is not None:
@@ -75,7 +75,7 @@ def draw_states(
 def deviations(
     target: TargetResult, reading: AxisReading, mounting: MountingResult | None
 ) -> dict[str, FloatArray]:
-    """Return reading minus ideal in each of the states of `LOOKS` that is known: (k,) m/s^2 each."""
+    """Returns reading minus ideal in each of the states of `LOOKS` that is known: (k,) m/s^2 each."""
     calibrated = None if mounting is None else calibrated_deviation(target, reading, mounting)
     states = (reading.uncompensated - reading.ideal, reading.compensated - reading.ideal, calibrated)
     return {name: state for name, state in zip(LOOKS, states, strict=True) if state is not None}
@@ -84,7 +84,7 @@ def deviations(
 def calibrated_deviation(
     target: TargetResult, reading: AxisReading, mounting: MountingResult
 ) -> FloatArray | None:
-    """Return the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
+    """Returns the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
 
     None where a reading cannot be traced to its rest, or the matrix is not known.
     """
@@ -100,5 +100,5 @@ def calibrated_deviation(
 
 
 def rms(values: FloatArray) -> float:
-    """Return the root mean square."""
+    """Returns the root mean square."""
     return float(np.sqrt(np.mean(values**2)))

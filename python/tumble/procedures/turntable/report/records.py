@@ -24,7 +24,7 @@ def record_of(
     page: bool = True,
     columns: dict[str, str] | None = None,
 ) -> TargetRecord:
-    """Keep an attempt at a target of `batch`; `stem`, the other arguments are as `TargetRecord` has them."""
+    """Keeps an attempt at a target of `batch`; `stem`, the other arguments are as `TargetRecord` has them."""
     gain = improvement(target, batch.gravity)
     reference, made = batch.reference, target.provenance
     return TargetRecord(

@@ -93,7 +93,7 @@ class TargetPage:
 
 
 def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
-    """Gather the page of `target`, one of `result.targets`."""
+    """Gathers the page of `target`, one of `result.targets`."""
     triads = [triad for triad in (target.accelerometer, target.gyroscope) if triad is not None]
     return TargetPage(
         name=target.name,
@@ -121,7 +121,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
 
 
 def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
-    """Print the table error of each pose, on a common ruler."""
+    """Prints the table error of each pose, on a common ruler."""
     ends = [pose.table_error_angle + INTERVAL * pose.table_error_sigma for pose in poses]
     ruler = Ruler.from_zero(ends)
     return tuple(

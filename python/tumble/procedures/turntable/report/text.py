@@ -66,18 +66,18 @@ def misfit_sentence(target: TargetResult) -> str:
 
 
 def closest_sentence(checks: Sequence[LimitCheck]) -> str:
-    """Name the parameter that uses most of its limit, and how much of it."""
+    """Names the parameter that uses most of its limit, and how much of it."""
     check = worst(checks)
     return f"{check.parameter}, at {used_share(check)} of its limit" if check else "not known"
 
 
 def worst(checks: Sequence[LimitCheck]) -> LimitCheck | None:
-    """Find the check that uses most of its limit; one whose value is not known comes before all others."""
+    """Finds the check that uses most of its limit; one whose value is not known comes before all others."""
     return max(checks, key=limit_share, default=None)
 
 
 def check_sentence(check: LimitCheck) -> str:
-    """Print `accelerometer bias x is 0.412 m/s², its limit 0.300 m/s²`, or why that is not known."""
+    """Prints `accelerometer bias x is 0.412 m/s², its limit 0.300 m/s²`, or why that is not known."""
     if not math.isfinite(check.value):
         return f"{check.parameter} was {check.remark or 'not shown to be within its limit'}"
     value, limit = value_and_limit(check)
@@ -85,7 +85,7 @@ def check_sentence(check: LimitCheck) -> str:
 
 
 def value_and_limit(check: LimitCheck) -> tuple[str, str]:
-    """Print both, in one unit that suits the limit."""
+    """Prints both, in one unit that suits the limit."""
     scale = readable_scale(check.unit, check.limit or check.value)
     value, limit = scale.factor * check.value, scale.factor * check.limit
     return scale.quantity(significant(value)), scale.quantity(exact(limit))

@@ -30,7 +30,7 @@ _ASIDE = 0.006
 
 
 def history_figure(histories: Sequence[History], prefix: str) -> Markup:
-    """Draw the parameters of a triad over years."""
+    """Draws the parameters of a triad over years."""
     triad = histories[0].name.partition(" ")[0]
     return inline_svg(
         history_sheet(histories), prefix, f"Parameters of the {triad} over years, each with a straight line"
@@ -38,7 +38,7 @@ def history_figure(histories: Sequence[History], prefix: str) -> Markup:
 
 
 def sigmas_figure(compared: Sequence[Difference], prefix: str) -> Markup:
-    """Draw how many sigmas each parameter differs by, its axes side by side."""
+    """Draws how many sigmas each parameter differs by, its axes side by side."""
     groups: dict[str, list[Difference]] = {}
     for each in compared:
         groups.setdefault(each.group, []).append(each)
@@ -70,7 +70,7 @@ def sigmas_figure(compared: Sequence[Difference], prefix: str) -> Markup:
 
 
 def history_sheet(histories: Sequence[History]) -> Figure:
-    """Draw them on a sheet of their own."""
+    """Draws them on a sheet of their own."""
     groups: dict[str, list[History]] = {}
     for each in histories:
         groups.setdefault(group_of(each.name), []).append(each)
@@ -87,7 +87,7 @@ def history_sheet(histories: Sequence[History]) -> Figure:
 
 
 def _panel(axes: Axes, group: str, histories: Sequence[History], ends: tuple[float, float]) -> None:
-    """Draw values less their mean with 95 % intervals, their lines, and the intervals of these."""
+    """Draws values less their mean with 95 % intervals, their lines, and the intervals of these."""
     years = np.linspace(*ends, _POINTS)
     changes = [each.values - each.level for each in histories]
     reaches = [INTERVAL * each.sigmas for each in histories]

@@ -16,7 +16,7 @@ from tumble.tools.compare.result import CompareResult, Pair
 
 
 def compare_html(result: CompareResult) -> str:
-    """Print every parameter of every pair, and what it comes to."""
+    """Prints every parameter of every pair, and what it comes to."""
     drift = paragraphs(filter(None, [drift_sentence(result)]))
     return Markup().join([*map(_table, result.pairs), drift])
 

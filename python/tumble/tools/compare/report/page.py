@@ -73,7 +73,7 @@ class ComparePage:
 
 
 def compare_page(result: CompareResult) -> ComparePage:
-    """Gather the page."""
+    """Gathers the page."""
     rows = tuple(history_rows(result.history))
     return ComparePage(
         title=" · ".join(result.names),

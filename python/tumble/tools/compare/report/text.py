@@ -122,7 +122,7 @@ def hidden(pair: Pair) -> Iterator[str]:
 
 
 def parameter_rows(pair: Pair) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Print what `PARAMETER_COLUMNS` name of each parameter, all of a kind in one unit."""
+    """Prints what `PARAMETER_COLUMNS` name of each parameter, all of a kind in one unit."""
     for group in dict.fromkeys(each.group for each in pair.differences):
         members = [each for each in pair.differences if each.group == group]
         scale = scale_of(*members)
@@ -130,14 +130,14 @@ def parameter_rows(pair: Pair) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _parameter_cells(each: Difference, scale: Scale) -> tuple[str, ...]:
-    """Print a parameter; a scale as what it differs from one by."""
+    """Prints a parameter; a scale as what it differs from one by."""
     shown = [scale.quantity(_value(each, number, scale)) for number in (each.first, each.second)]
     sigmas = fixed(each.sigmas, 1) if each.compared else each.reason
     return (*shown, printed_difference(each, scale), sigmas)
 
 
 def scale_of(*members: Difference) -> Scale:
-    """Choose the unit that parameters of a kind are shown in."""
+    """Chooses the unit that parameters of a kind are shown in."""
     known = [shown_number(each.group, number) for each in members for number in (each.first, each.second)]
     largest = max([abs(number) for number in known if isfinite(number)], default=0.0)
     return readable_scale(members[0].unit, largest)
@@ -149,7 +149,7 @@ def _value(each: Difference, number: float, scale: Scale) -> str:
 
 
 def printed_difference(each: Difference, scale: Scale | None = None) -> str:
-    """Print a difference with its sigma; empty where one of the numbers is not known."""
+    """Prints a difference with its sigma; empty where one of the numbers is not known."""
     if not each.compared and each.sigma != 0.0:
         return ""
     scale = scale or scale_of(each)
@@ -157,18 +157,18 @@ def printed_difference(each: Difference, scale: Scale | None = None) -> str:
 
 
 def test_cells(test: JointTest) -> tuple[str, ...]:
-    """Print what `TEST_COLUMNS` name."""
+    """Prints what `TEST_COLUMNS` name."""
     return figure(test.statistic), str(test.degrees_of_freedom), probability(test.probability)
 
 
 def tests_of(pair: Pair) -> tuple[JointTest, ...]:
-    """Give all tests of a pair, that of all parameters last but temperature's."""
+    """Returns all tests of a pair, that of all parameters last but temperature's."""
     last = [test for test in (pair.joint, pair.temperature) if test is not None]
     return (*pair.groups, *last)
 
 
 def motion_rows(pair: Pair) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Print what `MOTION_COLUMNS` name of each motion."""
+    """Prints what `MOTION_COLUMNS` name of each motion."""
     scales = scales_of((each.unit, each.rms or each.expected) for each in pair.motion)
     return tuple(
         (
@@ -180,23 +180,23 @@ def motion_rows(pair: Pair) -> tuple[tuple[str, tuple[str, ...]], ...]:
 
 
 def error(each: MotionError, scale: Scale | None = None) -> str:
-    """Print the error of a motion."""
+    """Prints the error of a motion."""
     return (scale or readable_scale(each.unit, each.rms)).figure(each.rms)
 
 
 def by_chance(each: MotionError, scale: Scale | None = None) -> str:
-    """Print what uncertainty alone would make of it; empty where that is not known."""
+    """Prints what uncertainty alone would make of it; empty where that is not known."""
     scale = scale or readable_scale(each.unit, each.rms or each.expected)
     return scale.figure(each.expected, 2) if isfinite(each.expected) else ""
 
 
 def figure(statistic: float) -> str:
-    """Print a chi-square."""
+    """Prints a chi-square."""
     return f"{statistic:.1f}" if statistic < 1e4 else f"{statistic:.2g}"
 
 
 def probability(chance: float) -> str:
-    """Print a probability in per cent."""
+    """Prints a probability in per cent."""
     if chance < _RAREST:
         return f"less than {_RAREST:.0e}"
     percent = 100.0 * chance
@@ -206,7 +206,7 @@ def probability(chance: float) -> str:
 
 
 def history_rows(histories: Sequence[History]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Print what `HISTORY_COLUMNS` name of each parameter."""
+    """Prints what `HISTORY_COLUMNS` name of each parameter."""
     scales = scales_of((each.unit, max(abs(each.rate), each.rate_sigma)) for each in histories)
     for each in histories:
         sigmas = fixed(each.rate / each.rate_sigma, 1) if each.rate_sigma > 0.0 else ""
@@ -228,7 +228,7 @@ def drift_sentence(result: CompareResult) -> str:
 
 
 def method_lines(result: CompareResult) -> tuple[tuple[str, str], ...]:
-    """List how it was done."""
+    """Lists how it was done."""
     dates = zip(result.names, result.dates, result.serials, strict=True)
     made = [
         f"{name}: {date or 'no date'}" + (f", serial {serial}" if serial else "")

@@ -60,7 +60,7 @@ def write_flight(
     velocity: Witness | None = None,
     progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
-    """Write one log a unit, `units.yaml` and `truth.yaml`; give the path of each by what it is.
+    """Writes one log a unit, `units.yaml` and `truth.yaml`; returns the path of each by what it is.
 
     `units.yaml` are settings of `tumble redundancy` that say what a builder knows of the units.
 
@@ -86,7 +86,7 @@ def write_flight(
 
 
 def known_of_units(flight: SimulatedFlight) -> dict[str, Any]:
-    """Give what a builder knows of the units, in the form of settings of `tumble redundancy`.
+    """Returns what a builder knows of the units, in the form of settings of `tumble redundancy`.
 
     That is nominal rotation, lever arm, range and time offset, but none of the errors.
     """
@@ -114,7 +114,7 @@ def _known(unit: SimulatedFlightUnit, primary: SimulatedFlightUnit) -> dict[str,
 
 
 def flight_truth(flight: SimulatedFlight) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text."""
+    """Returns the truth as plain mappings, lists, numbers and text."""
     scenario = flight.scenario
     content: dict[str, Any] = {
         "schema": TRUTH,
@@ -186,7 +186,7 @@ def _write_apart(
 def _write_together(
     folder: Path, logs: list[_Log], format_name: str, report: Callable[[int], None]
 ) -> dict[str, Path]:
-    """Write a second of every unit, then the next second, by the time of arrival."""
+    """Writes a second of every unit, then the next second, by the time of arrival."""
     path = folder / f"flight.{format_name}"
     end = max(float(log.arrival[-1]) for log in logs)
     with open_mcap_writer(path) as writer:

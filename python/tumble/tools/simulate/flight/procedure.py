@@ -101,14 +101,14 @@ class SimulatedFlight:
     motion: _core.FlightMotion = field(repr=False)
 
     def __getitem__(self, name: str) -> SimulatedFlightUnit:
-        """Give the unit of that name; raises `KeyError`."""
+        """Returns the unit of that name; raises `KeyError`."""
         for unit in self.units:
             if unit.name == name:
                 return unit
         raise KeyError(name)
 
     def truth(self, time: FloatArray, averaging: float | None = None) -> FlightTruth:
-        """Give the truth at the primary's place at times (n,) s of the flight's clock.
+        """Returns the truth at the primary's place at times (n,) s of the flight's clock.
 
         Vibration comes as its mean over `averaging` s, 0 for its value at an instant; as the primary takes it
         if not given.
@@ -122,20 +122,20 @@ class SimulatedFlight:
         )
 
     def temperature(self, time: FloatArray) -> FloatArray:
-        """Give the temperature (n,) degC of all units; biases are `b + temperature_coefficient (T - 25)`."""
+        """Temperature (n,) degC of all units; biases are `b + temperature_coefficient (T - 25)`."""
         warming = self.scenario
         rise = -np.expm1(-np.asarray(time) / warming.warm_up_seconds)
         temperature: FloatArray = warming.temperature_celsius + warming.warm_up_kelvin * rise
         return temperature
 
     def path(self, time: FloatArray) -> FlightPath:
-        """Give attitude and velocity at times (n,) s of the flight's clock."""
+        """Returns attitude and velocity at times (n,) s of the flight's clock."""
         time = np.ascontiguousarray(time, dtype=np.float64)
         figures = self.motion.path(time)
         return FlightPath(time, figures["level_from_case"], figures["velocity"])
 
     def velocity(self, rate: float, sigma: float) -> Witness:
-        """Give what a satellite receiver says of the velocity at so many Hz, with noise of `sigma`, m/s.
+        """Returns what a satellite receiver says of the velocity at so many Hz, with noise of `sigma`, m/s.
 
         Raises `ScenarioError` where either is not above 0.
         """
@@ -148,7 +148,7 @@ class SimulatedFlight:
 
 
 def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> SimulatedFlight:  # noqa: ANN401
-    """Play a scenario; `changes` are fields of `FlightScenario`, set on top of it or of its defaults.
+    """Plays a scenario; `changes` are fields of `FlightScenario`, set on top of it or of its defaults.
 
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
@@ -166,7 +166,7 @@ def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> S
 
 
 def _native(scenario: FlightScenario) -> dict[str, Any]:
-    """Put together the scenario of `flight.rs`."""
+    """Puts together the scenario of `flight.rs`."""
     vibration = scenario.shaking
     return {
         "conditions": scenario_json.conditions(

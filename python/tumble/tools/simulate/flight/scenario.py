@@ -91,12 +91,12 @@ class FlightUnit:
 
     @property
     def averaging_seconds(self) -> float:
-        """Give the time over which vibration comes as its mean."""
+        """Returns the time over which vibration comes as its mean."""
         return 1.0 / self.rate_hz if self.filtered else 0.0
 
     @property
     def grade_figures(self) -> Grade:
-        """Give the grade by its figures."""
+        """Returns the grade by its figures."""
         return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
 
 
@@ -173,7 +173,7 @@ class FlightScenario:
 
     @property
     def shaking(self) -> Vibration:
-        """Give the vibration, the usual one where none was given."""
+        """Returns the vibration, the usual one where none was given."""
         return VIBRATIONS[self.motion] if self.vibration is None else self.vibration
 
     def _objections(self) -> Iterator[str]:

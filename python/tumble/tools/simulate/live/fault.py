@@ -71,7 +71,7 @@ class LiveFault:
 
 
 def refuse_unknown_units(faults: dict[str, list[LiveFault]], names: tuple[str, ...]) -> None:
-    """Raise `ScenarioError` where a fault is that of a unit there is not."""
+    """Raises `ScenarioError` where a fault is that of a unit there is not."""
     for name in faults:
         if name not in names:
             raise ScenarioError(f"a fault of unit {name!r}, which there is not; units are {', '.join(names)}")

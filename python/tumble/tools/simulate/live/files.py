@@ -19,14 +19,14 @@ uptime + t + offset + skew t, t being s since the bench began."""
 
 
 def write_live(simulation: LiveSimulation, directory: str | Path) -> Path:
-    """Write `truth.yaml`, and give its path; raises `OutputError` where the folder cannot be written to."""
+    """Writes `truth.yaml`; returns its path; raises `OutputError` where the folder cannot be written."""
     path = prepare_folder(directory) / "truth.yaml"
     write_document(path, _HEADER, live_truth(simulation))
     return path
 
 
 def live_truth(simulation: LiveSimulation) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text; the bench has to be entered."""
+    """Returns the truth as plain mappings, lists, numbers and text; the bench has to be entered."""
     scenario = simulation.scenario
     bench = options(scenario)
     bench["faults"] = {

@@ -42,7 +42,7 @@ class Hand:
         self._rested_since = 0.0
 
     def go_to(self, up: FloatArray) -> None:
-        """Turn the unit so that about this direction (3,) of its own axes points up."""
+        """Turns the unit so that about this direction (3,) of its own axes points up."""
         meant = self._joints_from_own @ up + SCATTER * self._random.normal(size=3)
         x, y, z = meant / np.linalg.norm(meant)
         wrist, fingers = math.acos(z), math.atan2(x, y)
@@ -57,7 +57,7 @@ class Hand:
         self._joints.goto(angles, rate, acceleration)
 
     def advance(self, now: float) -> bool:
-        """Turn where it is time to, `now` in s of the bench's clock; whether it will ever turn again."""
+        """Turns where it is time to, `now` in s of the bench's clock; whether it will ever turn again."""
         if self._told or not self._joints.settled():
             self._rested_since = now
             return True
@@ -73,13 +73,13 @@ class Hand:
 def unit_in_hand(
     joints: SimulatedTable, scenario: LiveScenario, faults: Mapping[str, tuple[LiveFault, ...]]
 ) -> tuple[SimulatedMultipose, TableUnit, Noise]:
-    """Put a unit into a hand; give the session it was drawn in, its feed, and its noise to close."""
+    """Puts a unit into a hand; returns the session it was drawn in, its feed, and its noise to close."""
     pair = replace(scenario, grades=("reference", scenario.usual_grades[0]), motion="table", faults={})
     session, feeds, noise = units_on(joints, pair, {TARGET: faults.get(ROBOT, ())})
     return SimulatedMultipose(session), feeds[TARGET], noise
 
 
 def joints_from_own(found: SimulatedMultipose) -> FloatArray:
-    """Give the rotation (3, 3) from the accelerometer's own axes to the frame of the joints."""
+    """Returns the rotation (3, 3) from the accelerometer's own axes to the frame of the joints."""
     turned: FloatArray = found.session.R_e.T @ np.asarray(found.unit.accelerometer.Q).T
     return turned

@@ -43,7 +43,7 @@ class Outlet(ABC):
 
     @abstractmethod
     def send(self, samples: Samples, garble: np.random.Generator | None, share: float) -> None:
-        """Send samples; with `garble`, that share of their bytes is damaged on the way."""
+        """Sends samples; with `garble`, that share of their bytes is damaged on the way."""
 
     @abstractmethod
     def is_heard(self) -> bool:
@@ -51,7 +51,7 @@ class Outlet(ABC):
 
     @abstractmethod
     def plug(self) -> None:
-        """Plug the unit in, or in again."""
+        """Plugs the unit in, or in again."""
 
     @abstractmethod
     def unplug(self) -> None:
@@ -59,14 +59,14 @@ class Outlet(ABC):
 
 
 def texts(samples: Samples, form: str) -> list[str]:
-    """Write samples, one text each."""
+    """Writes samples, one text each."""
     stamps = np.round(1e6 * samples.time).tolist()
     values = np.hstack([samples.accelerometer, samples.gyroscope]).tolist()
     return [form % (int(stamp), *row) for stamp, row in zip(stamps, values, strict=True)]
 
 
 def damaged(data: bytes, garble: np.random.Generator | None, share: float) -> bytes:
-    """Replace a share of the bytes by others."""
+    """Replaces a share of the bytes by others."""
     if garble is None:
         return data
     taken = np.frombuffer(data, dtype=np.uint8)
@@ -180,10 +180,10 @@ class _LineOutlet(Outlet):
 
     @abstractmethod
     def _write(self, data: bytes) -> int:
-        """Write what can be written without waiting."""
+        """Writes what can be written without waiting."""
 
     def _put(self, line: bytes) -> None:
-        """Write a whole line, or none where the line is full."""
+        """Writes a whole line, or none where the line is full."""
         rest = self._rest + line
         if len(self._rest) > 0 and len(rest) > _LONGEST_REST:
             self.lost += 1

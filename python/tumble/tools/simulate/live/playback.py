@@ -59,7 +59,7 @@ class Playback:
 
 
 def names_of(scenario: LiveScenario) -> tuple[str, ...]:
-    """Give the names of the units of a motion."""
+    """Returns the names of the units of a motion."""
     count = len(scenario.usual_grades)
     match scenario.motion:
         case "spin" | "hand":
@@ -70,7 +70,7 @@ def names_of(scenario: LiveScenario) -> tuple[str, ...]:
 
 
 def playback(scenario: LiveScenario, faults: Mapping[str, tuple[LiveFault, ...]]) -> Playback:
-    """Simulate what is to be served; raises `ScenarioError` where it cannot be."""
+    """Simulates what is to be served; raises `ScenarioError` where it cannot be."""
     players: dict[str, Callable[[LiveScenario, dict[str, list[Fault]]], Playback]] = {
         "six-faces": _six_faces,
         "spin": _spin,

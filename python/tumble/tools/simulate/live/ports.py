@@ -22,7 +22,7 @@ _TAKEN = (errno.EADDRINUSE, errno.EACCES)
 
 
 def in_turn(ports: Sequence[int]) -> Iterator[int]:
-    """Give ports round and round, so that none comes again soon, from one that chance decides."""
+    """Returns ports round and round, so that none comes again soon, from one that chance decides."""
     first = random.SystemRandom().randrange(len(ports))
     return itertools.cycle((*ports[first:], *ports[:first]))
 
@@ -32,7 +32,7 @@ turn = in_turn(PORTS)
 
 
 def free_port(host: str) -> int:
-    """Give a port at which nobody listens, by UDP or TCP.
+    """Returns a port at which nobody listens, by UDP or TCP.
 
     Raises `ScenarioError` where `host` is none of this computer's, or has none free.
     """
@@ -50,7 +50,7 @@ def free_port(host: str) -> int:
 
 
 def _listen(host: str, port: int) -> None:
-    """Listen at a port, and let go of it."""
+    """Listens at a port, and lets go of it."""
     for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM):
         with socket.socket(socket.AF_INET, kind) as one:
             one.bind((host, port))

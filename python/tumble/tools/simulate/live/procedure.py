@@ -203,11 +203,11 @@ class LiveSimulation:
         return f"text:TCPIP::{self.scenario.host}::{self._server.port}::SOCKET?profile={profile}"
 
     def now(self) -> float:
-        """Give the bench's clock, s since it began."""
+        """Returns the bench's clock, s since it began."""
         return self.scenario.speed * (time.monotonic() - self._began) if self._began else 0.0
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it has ended, or for `timeout` s; whether it has ended."""
+        """Waits until it has ended, or for `timeout` s; whether it has ended."""
         return self._ended.wait(timeout)
 
     def stop(self) -> None:
@@ -293,7 +293,7 @@ class LiveSimulation:
                 due = time.monotonic()
 
     def _await_listener(self) -> None:
-        """Begin once somebody listens: nobody holds still for a program that is not there yet."""
+        """Begins once somebody listens: nobody holds still for a program that is not there yet."""
         if self._began:
             return
         latest = time.monotonic() + self.scenario.end / self.scenario.speed

@@ -30,11 +30,11 @@ class Samples:
         return len(self.taken)
 
     def where(self, kept: NDArray[np.bool_] | slice) -> Samples:
-        """Give some of them."""
+        """Returns some of them."""
         return Samples(*(getattr(self, each.name)[kept] for each in fields(self)))
 
     def then(self, later: Samples) -> Samples:
-        """Put later ones behind these."""
+        """Puts later ones behind these."""
         pairs = ((getattr(self, each.name), getattr(later, each.name)) for each in fields(self))
         return Samples(*(np.concatenate(pair) for pair in pairs))
 
@@ -46,11 +46,11 @@ class Feed(Protocol):
     """Source of the readings of a unit, as time goes on."""
 
     def until(self, now: float) -> Samples:
-        """Give the samples taken since the last call, up to `now`, s of the bench's clock."""
+        """Returns the samples taken since the last call, up to `now`, s of the bench's clock."""
 
 
 def disturbed(samples: Samples, faults: tuple[LiveFault, ...], last: Samples) -> Samples:
-    """Give samples with what is wrong with them; `last` is the one before, if there was any.
+    """Returns samples with what is wrong with them; `last` is the one before, if there was any.
 
     Faults of the line are that of the line; a unit that slips does so where it is moved.
     """
@@ -71,7 +71,7 @@ def disturbed(samples: Samples, faults: tuple[LiveFault, ...], last: Samples) ->
 
 
 def delays(samples: Samples, faults: tuple[LiveFault, ...]) -> FloatArray:
-    """Give how much later than usual each sample is, (n,) s."""
+    """Returns how much later than usual each sample is, (n,) s."""
     late: FloatArray = np.zeros(len(samples))
     for start, end, size in _late(faults):
         late += np.where((samples.taken >= start) & (samples.taken < end), size, 0.0)
@@ -85,7 +85,7 @@ def _late(faults: tuple[LiveFault, ...]) -> Iterator[tuple[float, float, float]]
 
 
 def shown(samples: Samples, uptime: float) -> Samples:
-    """Give samples of a clock that shows `uptime` s more: no device counts from below zero."""
+    """Returns samples of a clock that shows `uptime` s more: no device counts from below zero."""
     return _timed(samples, samples.time + uptime)
 
 
@@ -94,7 +94,7 @@ def _timed(samples: Samples, time: FloatArray) -> Samples:
 
 
 def _frozen(samples: Samples, hit: NDArray[np.bool_], last: Samples) -> Samples:
-    """Repeat the last reading before those that are hit."""
+    """Repeats the last reading before those that are hit."""
     first = int(np.argmax(hit))
     before = last.then(samples.where(slice(0, first)))
     held = before.where(slice(-1, None)) if len(before) else samples.where(slice(first, first + 1))

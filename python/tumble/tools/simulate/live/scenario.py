@@ -114,7 +114,7 @@ class LiveScenario:
 
     @property
     def usual_grades(self) -> tuple[str | Grade, ...]:
-        """Give the grades, those that are usual where none were given."""
+        """Returns the grades, those that are usual where none were given."""
         if self.grades:
             return tuple(self.grades)
         match self.motion:

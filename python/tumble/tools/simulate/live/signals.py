@@ -15,7 +15,7 @@ POLL = 0.2
 
 @contextmanager
 def ended_by_signals() -> Iterator[Callable[[LiveSimulation], None]]:
-    """Give what waits until a bench has ended, or a signal came that asks for its end, be it before that."""
+    """What waits until a bench has ended, or a signal came that asks for its end, be it before that."""
     asked: list[int] = []
 
     def ask(number: int, _frame: FrameType | None) -> None:

@@ -66,7 +66,7 @@ class TableServer:
         self._socket.close()
 
     def answer(self, line: str) -> str:
-        """Obey a line, and give what is replied to it."""
+        """Obeys a line, and returns what is replied to it."""
         for form, act in self._words:
             if found := form.fullmatch(line):
                 groups = found.groupdict()

@@ -71,7 +71,7 @@ class Noise:
         self._stretches[0].result()
 
     def rows(self, unit: str, first: int, count: int) -> FloatArray:
-        """Give noise (count, 6) of specific force and angular rate, from sample number `first` on."""
+        """Returns noise (count, 6) of specific force and angular rate, from sample number `first` on."""
         numbers = np.arange(first, first + count)
         step = self._length - self._overlap
         noise = np.zeros((count, 6))
@@ -89,7 +89,7 @@ class Noise:
         self._maker.shutdown(wait=True, cancel_futures=True)
 
     def _weight(self, place: NDArray[np.intp], stretch: int) -> FloatArray:
-        """Give how much of a stretch is in samples at these places of it; the first begins at once."""
+        """Returns how much of a stretch is in samples at these places of it; the first begins at once."""
         rise = np.ones(len(place)) if stretch == 0 else np.clip((place + 0.5) / self._overlap, 0.0, 1.0)
         fall = np.clip((self._length - place - 0.5) / self._overlap, 0.0, 1.0)
         weight = np.sin(0.5 * np.pi * rise) * np.sin(0.5 * np.pi * fall)
@@ -164,7 +164,7 @@ class TableUnit:
         )
 
     def felt(self, taken: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give specific force and angular rate (n, 3) where it sits, case frame of the reference.
+        """Returns specific force and angular rate (n, 3) where it sits, case frame of the reference.
 
         m/s^2 and rad/s, at times (n,), s of the bench's clock.
         """
@@ -189,7 +189,7 @@ class TableUnit:
 def _reading(
     truth: TriadTruth, felt: FloatArray, force: FloatArray, noise: FloatArray, largest: float
 ) -> FloatArray:
-    """Give y = M u + b + G f + noise (n, 3) in steps, within the range, as the simulator of sessions does."""
+    """Y = M u + b + G f + noise (n, 3) in steps, within the range, as the simulator of sessions does."""
     analogue = felt @ truth.M.T + truth.b + force @ truth.g_sensitivity.T + noise
     step = truth.quantisation
     reading: FloatArray = np.clip(np.round(analogue / step) * step if step else analogue, -largest, largest)
@@ -197,7 +197,7 @@ def _reading(
 
 
 def _noise_of(unit: SimulatedUnit, force: FloatArray) -> FloatArray:
-    """Give what a unit at rest reads beside the truth, (n, 6)."""
+    """Returns what a unit at rest reads beside the truth, (n, 6)."""
     accelerometer = unit.samples.accelerometer - unit.accelerometer.M @ force - unit.accelerometer.b
     gyroscope = unit.samples.gyroscope - unit.gyroscope.b - unit.gyroscope.g_sensitivity @ force
     return np.hstack([accelerometer, gyroscope])
@@ -206,7 +206,7 @@ def _noise_of(unit: SimulatedUnit, force: FloatArray) -> FloatArray:
 def units_on(
     table: SimulatedTable, scenario: LiveScenario, faults: Mapping[str, tuple[LiveFault, ...]]
 ) -> tuple[SimulatedTurntable, dict[str, TableUnit], Noise]:
-    """Put units on a table; give the session they were drawn in, their feeds, and their noise to close."""
+    """Puts units on a table; returns their session, their feeds, and their noise to close."""
     session = session_at_rest(scenario, 1.0, scenario.seed)
     noise = Noise(scenario)
     feeds = {

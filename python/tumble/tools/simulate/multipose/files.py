@@ -25,7 +25,7 @@ def write_multipose(
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
 ) -> dict[str, Path]:
-    """Write the log, `truth.yaml` and, of six faces, `sections.csv`; give the path of each by what it is.
+    """Writes the log, `truth.yaml` and, of six faces, `sections.csv`; returns the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """
@@ -45,7 +45,7 @@ def write_multipose(
 
 
 def multipose_truth(found: SimulatedMultipose) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text."""
+    """Returns the truth as plain mappings, lists, numbers and text."""
     unit = found.unit
     content: dict[str, Any] = {
         "schema": TRUTH,

@@ -93,7 +93,7 @@ def simulate_multipose(
     faces: bool = False,
     **changes: Any,  # noqa: ANN401
 ) -> SimulatedMultipose:
-    """Simulate a unit of a grade, held still `rest_seconds`, s, in each of so many orientations.
+    """Simulates a unit of a grade, held still `rest_seconds`, s, in each of so many orientations.
 
     With `faces` it is a box laid on its six faces instead, and turned once round on three of them.
     `changes` are further fields of `TurntableScenario`. Raises `ScenarioError`, in one line, where a figure
@@ -116,7 +116,7 @@ def simulate_multipose(
 
 
 def spread(count: int, random: np.random.Generator) -> FloatArray:
-    """Draw directions (count, 3) that cover the sphere as well as a person's do, in random order."""
+    """Draws directions (count, 3) that cover the sphere as well as a person's do, in random order."""
     place = np.arange(count) + 0.5
     height, bearing = 1.0 - 2.0 * place / count, np.pi * (3.0 - np.sqrt(5.0)) * place
     across = np.sqrt(1.0 - height**2)

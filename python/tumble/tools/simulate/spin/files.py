@@ -25,7 +25,7 @@ def write_spin(
     format: LogFormat = "csv",  # noqa: A002
     name: str = "spin",
 ) -> dict[str, Path]:
-    """Write the log and `truth.yaml`; give the path of each by what it is.
+    """Writes the log and `truth.yaml`; returns the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """
@@ -39,7 +39,7 @@ def write_spin(
 
 
 def spin_truth(spin: SimulatedSpin) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text."""
+    """Returns the truth as plain mappings, lists, numbers and text."""
     scenario = spin.scenario
     content: dict[str, Any] = {
         "schema": TRUTH,

@@ -62,12 +62,12 @@ class SimulatedSpin:
 
     @property
     def floor_tilt(self) -> float:
-        """Give the tilt of the first floor, rad."""
+        """Returns the tilt of the first floor, rad."""
         return radians(self.scenario.floor_tilt_deg)
 
 
 def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> SimulatedSpin:  # noqa: ANN401
-    """Play a scenario; `changes` are fields of `SpinScenario`, set on top of it or of its defaults.
+    """Plays a scenario; `changes` are fields of `SpinScenario`, set on top of it or of its defaults.
 
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
@@ -103,7 +103,7 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
 
 
 def _refuse_unrecorded(scenario: SpinScenario, samples: Chunk) -> None:
-    """Raise `ScenarioError` where a disturbance begins after the last sample: nothing would show it."""
+    """Raises `ScenarioError` where a disturbance begins after the last sample: nothing would show it."""
     end = float(samples.time.max(initial=0.0))
     for disturbance in scenario.disturbances:
         if disturbance.start > end:
@@ -114,7 +114,7 @@ def _refuse_unrecorded(scenario: SpinScenario, samples: Chunk) -> None:
 
 
 def _native(scenario: SpinScenario) -> dict[str, Any]:
-    """Put together the scenario of `spin.rs`."""
+    """Puts together the scenario of `spin.rs`."""
     return {
         "conditions": scenario_json.conditions(
             seed=scenario.seed,
@@ -195,7 +195,7 @@ def _grade(scenario: SpinScenario) -> Grade:
 
 
 def _scale_errors(error: float) -> list[dict[str, Any]]:
-    """Give the scale error of the gyroscope, the same on all axes."""
+    """Returns the scale error of the gyroscope, the same on all axes."""
     scale = {"kind": "scale", "channels": "gyroscope", "size": 1.0 + error}
     return [scale | {"axis": axis} for axis in range(len(AXES))]
 

@@ -52,7 +52,7 @@ class Step:
 
     @classmethod
     def parse(cls, text: str) -> Step:
-        """Read one step; raises `ScenarioError` in one line."""
+        """Reads one step; raises `ScenarioError` in one line."""
         for kind, form in _FORMS.items():
             if found := form.fullmatch(text.strip()):
                 figures = {name: float(figure) for name, figure in found.groupdict().items() if figure}
@@ -79,17 +79,17 @@ class Disturbance:
 
     @classmethod
     def picked_up(cls, start: float) -> Disturbance:
-        """Lift it by a hand's breadth, tilted, for two seconds."""
+        """Lifts it by a hand's breadth, tilted, for two seconds."""
         return cls(start, 2.0, tilt_deg=12.0, lift_m=0.3)
 
     @classmethod
     def over_a_sill(cls, start: float) -> Disturbance:
-        """Push it over a sill of 2 cm."""
+        """Pushes it over a sill of 2 cm."""
         return cls(start, 0.6, tilt_deg=4.0, lift_m=0.02)
 
     @classmethod
     def lifted(cls, start: float) -> Disturbance:
-        """Lift it straight up by half a metre within two seconds."""
+        """Lifts it straight up by half a metre within two seconds."""
         return cls(start, 2.0, lift_m=0.5)
 
 
@@ -214,12 +214,12 @@ class SpinScenario:
 
     @property
     def unit_grade(self) -> Grade:
-        """Give the grade by its figures."""
+        """Returns the grade by its figures."""
         return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
 
 
 def parse_plan(text: str) -> tuple[Step, ...]:
-    """Read `rest 5, 3 turns, -3 turns, rest 2`; raises `ScenarioError` in one line."""
+    """Reads `rest 5, 3 turns, -3 turns, rest 2`; raises `ScenarioError` in one line."""
     return tuple(Step.parse(part) for part in text.split(",") if part.strip())
 
 

@@ -26,7 +26,7 @@ def write_static(
     name: str = "static",
     progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
-    """Write the log and `truth.yaml`, in constant memory; give the path of each by what it is.
+    """Writes the log and `truth.yaml`, in constant memory; returns the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """
@@ -44,7 +44,7 @@ def write_static(
 
 
 def static_truth(static: SimulatedStatic) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text."""
+    """Returns the truth as plain mappings, lists, numbers and text."""
     content: dict[str, Any] = {
         "schema": TRUTH,
         "seed": static.scenario.seed,

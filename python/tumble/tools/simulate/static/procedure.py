@@ -29,7 +29,7 @@ class SimulatedStatic:
 
 
 def simulate_static(scenario: StaticScenario | None = None, **changes: Any) -> SimulatedStatic:  # noqa: ANN401
-    """Simulate a record at rest; `changes` are fields of `StaticScenario`, set on top of it or its defaults.
+    """Simulates a record at rest; `changes` are fields of `StaticScenario`, set on top of it or its defaults.
 
     Its noise has exactly the Allan variance of its terms: white noise, random walk, quantisation and ramp at
     all averaging times; bias instability, made of first-order Gauss-Markov processes, within 0.5 % from

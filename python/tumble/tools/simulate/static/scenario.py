@@ -69,7 +69,7 @@ class StaticScenario:
         return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
 
     def coefficients(self, triad: Triad) -> dict[str, float]:
-        """Give all terms of a triad, by their words."""
+        """Returns all terms of a triad, by their words."""
         grade = getattr(self.unit_grade, triad)
         usual = {WHITE: grade.noise_density, BIAS_INSTABILITY: grade.bias_instability}
         given: Terms = getattr(self, triad)

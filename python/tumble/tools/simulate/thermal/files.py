@@ -24,7 +24,7 @@ def write_thermal(
     format: LogFormat = "csv",  # noqa: A002
     progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
-    """Write the log and `truth.yaml`, in constant memory; give the path of each by what it is.
+    """Writes the log and `truth.yaml`, in constant memory; returns the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """

@@ -51,7 +51,7 @@ class SimulatedThermal:
 
 
 def simulate_thermal(scenario: ThermalScenario | None = None, **changes: Any) -> SimulatedThermal:  # noqa: ANN401
-    """Simulate a unit that rests while it warms and cools; `changes` are fields of `ThermalScenario`.
+    """Simulates a unit that rests while it warms and cools; `changes` are fields of `ThermalScenario`.
 
     Temperature follows a cosine from `low` to `high` and back, `cycles` times. Its noise is white noise and
     bias instability as of `simulate_static`.
@@ -110,7 +110,7 @@ def _temperature(scenario: ThermalScenario, time: FloatArray) -> tuple[FloatArra
 
 
 def _thermometer(scenario: ThermalScenario, time: FloatArray) -> FloatArray:
-    """Give what a thermometer of first order, and of steps, says (n,), degC, once it has settled."""
+    """Returns what a thermometer of first order, and of steps, says (n,), degC, once it has settled."""
     half, pace = 0.5 * (scenario.high - scenario.low), 2.0 * np.pi * scenario.cycles / scenario.duration
     behind = np.arctan(pace * scenario.lag)
     reading = scenario.reference - half * np.cos(behind) * np.cos(pace * time - behind)

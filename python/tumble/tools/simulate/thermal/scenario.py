@@ -99,7 +99,7 @@ class ThermalScenario:
         return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
 
     def bias(self, triad: Triad) -> FloatArray:
-        """Give the coefficients (k, 3) of the bias of a triad, a row for each power from 1, unit/K^k."""
+        """Returns the coefficients (k, 3) of the bias of a triad, a row for each power from 1, unit/K^k."""
         given: Powers | None = getattr(self, triad)
         if given is not None:
             return np.array([[power] * 3 for power in given]).reshape(-1, 3)

@@ -26,7 +26,7 @@ def write_turntable(
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
 ) -> dict[str, Path]:
-    """Write one log a unit, `poses.yaml` and `truth.yaml`; give the path of each by what it is.
+    """Writes one log a unit, `poses.yaml` and `truth.yaml`; returns the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """
@@ -45,7 +45,7 @@ def write_turntable(
 
 
 def truth_content(session: SimulatedTurntable) -> dict[str, Any]:
-    """Give the truth as plain mappings, lists, numbers and text."""
+    """Returns the truth as plain mappings, lists, numbers and text."""
     content: dict[str, Any] = {
         "schema": TRUTH,
         "seed": session.scenario.seed,

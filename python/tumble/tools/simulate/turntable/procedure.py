@@ -65,7 +65,7 @@ class SimulatedTurntable:
         return (self.reference_unit, *self.target_units)
 
     def __getitem__(self, name: str) -> SimulatedUnit:
-        """Give the unit of that name; raises `KeyError`."""
+        """Returns the unit of that name; raises `KeyError`."""
         for unit in self.units:
             if unit.name == name:
                 return unit
@@ -73,7 +73,7 @@ class SimulatedTurntable:
 
 
 def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any) -> SimulatedTurntable:  # noqa: ANN401
-    """Play a scenario; `changes` are fields of `TurntableScenario`, set on top of it or of its defaults.
+    """Plays a scenario; `changes` are fields of `TurntableScenario`, set on top of it or of its defaults.
 
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
@@ -96,7 +96,7 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
 
 
 def _native(scenario: TurntableScenario) -> dict[str, Any]:
-    """Put together the scenario of `turntable.rs`."""
+    """Puts together the scenario of `turntable.rs`."""
     return {
         "conditions": scenario_json.conditions(
             seed=scenario.seed,

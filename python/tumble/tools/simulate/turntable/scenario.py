@@ -129,19 +129,19 @@ class TurntableScenario:
         return Grade.named(grade) if isinstance(grade, str) else grade
 
     def rate_of(self, unit: str) -> float:
-        """Give the sample rate of a unit, Hz."""
+        """Returns the sample rate of a unit, Hz."""
         rates = self.rate_hz
         return rates.get(unit, USUAL_RATE) if isinstance(rates, Mapping) else rates
 
     def mounting_of(self, unit: str) -> RotationDeg:
-        """Give the mounting of a unit against the case of the reference, which is the reference's own."""
+        """Returns the mounting of a unit against the case of the reference, which is the reference's own."""
         mountings = self.target_mounting_deg
         if unit == REFERENCE:
             return (0.0, 0.0, 0.0)
         return mountings.get(unit, USUAL_MOUNTING) if isinstance(mountings, Mapping) else mountings
 
     def faults_of(self, unit: str) -> tuple[Fault, ...]:
-        """Give what is wrong with a unit."""
+        """Returns what is wrong with a unit."""
         faults = self.faults.get(unit, ())
         return (faults,) if isinstance(faults, Fault) else tuple(faults)
 
