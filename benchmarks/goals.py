@@ -391,7 +391,7 @@ def _recorded(content: Content) -> Iterator[Goal]:
 
 
 def _named_first(where: str, title: str, of: Content) -> Goal:
-    """Hold against its goal how often a sound unit was named first, over all kinds."""
+    """Compares the share of sound units named first with its goal, over all kinds."""
     wrong, faults = (sum(each) for each in zip(*map(_wrong_of, of["kinds"].values()), strict=True))
     return _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
 
@@ -413,7 +413,7 @@ def _at_most_so_many(what: str, share: float, found: int, of: int) -> Goal:
 
 
 def _reached_at_most(what: str, goal: float, of: Content, name: str, unit: str) -> Goal:
-    """Hold a percentile against a goal; what was never reached is missed."""
+    """Compares a percentile with a goal; what was never reached is missed."""
     if of["number"]:
         return _at_most(what, goal, of[name], unit)
     return Goal(what, f"{goal:g} {unit}", "never", False)
@@ -550,7 +550,7 @@ def _footprint(content: Content) -> Iterator[Goal]:
 
 
 def _at_most(what: str, goal: float, reached: float, unit: str) -> Goal:
-    """Hold a figure against a goal, at the two digits that a goal is stated with."""
+    """Compares a figure with a goal, at the two digits that a goal is stated with."""
     is_met = float(two_digits(reached)) <= float(two_digits(goal))
     return Goal(what, f"{goal:g} {unit}", f"{reached:.3g} {unit}", is_met)
 

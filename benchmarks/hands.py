@@ -76,7 +76,7 @@ def trembling(
 
 
 def _envelope(time: FloatArray, start: float, end: float) -> tuple[FloatArray, FloatArray]:
-    """Rise from 0 to 1 and fall again within a rest, and the slope of that."""
+    """Returns an envelope that rises from 0 to 1 and falls again within a rest, and its slope."""
     x = np.clip(np.minimum(time - start, end - time) / RAMP, 0.0, 1.0)
     sign = np.where(time < 0.5 * (start + end), 1.0, -1.0)
     return x**2 * (3.0 - 2.0 * x), np.where((x > 0) & (x < 1), sign * 6.0 * x * (1.0 - x) / RAMP, 0.0)

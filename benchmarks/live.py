@@ -164,7 +164,7 @@ def _resident() -> int:
 
 
 def misses(way: Content) -> list[str]:
-    """Say which goals were not reached."""
+    """Describes missed goals."""
     late = [name for name, most in LARGEST_LATENCY.items() if way["latency"][name] > most]
     found = {
         "samples lost": way["lost"] > 0,

@@ -246,7 +246,7 @@ def _readings(session: Path, name: str, uptime: float) -> tuple[FloatArray, Floa
 def _outcome(
     triad: str, found: TriadResult, units: tuple[TableUnit, TableUnit], readings: Readings, rests: FloatArray
 ) -> Outcome:
-    """Hold one triad of a target against truth and bound; of all readings the reference's come first."""
+    """Compares one triad of a target with truth and bound; the readings of the reference come first."""
     spans = (
         rests if triad == "accelerometer" else np.vstack([rests, np.stack([rests[:-1, 1], rests[1:, 0]], 1)])
     )

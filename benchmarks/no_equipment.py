@@ -99,7 +99,7 @@ def outcome(procedure: str, source: RecordingSource, options: dict[str, Any]) ->
 
 
 def contradictions(name: str, found: dict[str, Content]) -> Iterator[str]:
-    """Say where a result is known to be wrong."""
+    """Describes results that are known to be wrong."""
     published = MPU_9150.get(name.removeprefix("mpu9150 "))
     calibrated = found["multipose"]
     if published and "refused" in calibrated:

@@ -313,7 +313,7 @@ def read_all(path: Path, *, timeless: bool) -> int:
 
 
 def made_up(count: int) -> Chunk:
-    """Make samples of a unit at rest, in nine decimals."""
+    """Simulates samples of a unit at rest, in nine decimals."""
     random = np.random.default_rng(SEED)
     force = np.round(random.normal([0.1, -0.2, 9.8], 0.02, (count, 3)), 9)
     return Chunk(np.arange(count) / RATE, force, np.round(random.normal(0.0, 0.01, (count, 3)), 9))

@@ -43,7 +43,7 @@ FAILURES = (
 
 
 def flown(seed: int) -> dict[str, Any]:
-    """Judge a mission; what brings the judge or the monitor down is a finding as well."""
+    """Judges a mission; an error of judge or monitor is a finding as well."""
     try:
         return judged(seed).plain()
     except Exception as error:

@@ -37,7 +37,7 @@ short, so that 20 s of motion take 400 s."""
 
 
 def is_here() -> bool:
-    """Tell whether the recording is."""
+    """Returns whether the recording exists."""
     return LOG.is_file()
 
 

@@ -78,7 +78,7 @@ def counted(
 
 
 def _is_calibrated(mission: DrawnMission, replayed: Replay) -> bool:
-    """Tell whether all that can be calibrated was; a sign that is wrong from the start cannot."""
+    """Returns whether all was calibrated that can be; a wrong sign from the start cannot."""
     stored = replayed.stored.at(max(mission.onset, 1e-9))
     if mission.kind == "wrong sign":
         return True

@@ -141,7 +141,7 @@ def root_mean_square(error: FloatArray, window: float) -> float:
 
 
 def after_time_jumped(flown: Flown, time: FloatArray) -> npt.NDArray[np.bool_]:
-    """Tell which times come after the common clock was torn from that of the flight."""
+    """Returns for each time whether it is after a jump of the common clock."""
     torn = [event[0] for event in flown.events if event[2] == "time jumped"]
     torn += [
         f.start

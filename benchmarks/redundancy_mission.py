@@ -134,7 +134,7 @@ def draw(seed: int) -> Mission:
 
 
 def _needs_calibration(scenario: FlightScenario) -> bool:
-    """Tell whether the primary as it comes would hardly ever be valid."""
+    """Returns whether the uncalibrated primary would hardly ever be valid."""
     return scenario.units[0].grade == GRADES[0]
 
 

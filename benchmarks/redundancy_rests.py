@@ -144,7 +144,7 @@ def rests_of(events: Sequence[Event]) -> list[tuple[float, float]]:
 
 
 def on_board(rests: bool) -> dict[int, dict[TriadName, list[float]]]:
-    """Hold what each half of the recording adopted against the rests of the other, by primary.
+    """Compares adoptions in each half of the recording with the rests of the other, by primary.
 
     Root mean square over those rests of the norm of what secondary and primary are apart, m/s^2 and rad/s.
     """

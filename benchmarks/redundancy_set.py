@@ -145,7 +145,7 @@ class SimulatedSet:
 def simulate_set(
     random: np.random.Generator, count: int, spans: FloatArray, duration: float, vibration: str
 ) -> SimulatedSet:
-    """Let `count` units ride along for `duration` s; `spans` (n, 2) s are those of motion."""
+    """Simulates `count` units for `duration` s; `spans` (n, 2) s are those of motion."""
     body = _body(random, spans, duration)
     units = (_primary(random), *(_secondary(random) for _ in range(1, count)))
     rotors = _Rotors(random, body, VIBRATION[vibration])

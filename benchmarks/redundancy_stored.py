@@ -27,7 +27,7 @@ class StoredHistory:
         return known
 
     def take(self, events: Iterable[Event], records: Iterable[Record]) -> None:
-        """Take in what was adopted in events, of which these are the records."""
+        """Adds the records of adoption events."""
         by_sensor = {(int(str(record["identity"])) - 1, str(record["sensor"])): record for record in records}
         for time, unit, what, figures in events:
             if what == "adopted":

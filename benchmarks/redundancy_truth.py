@@ -29,7 +29,7 @@ def reference(
 
 
 def corrected(mission: Mission, flight: SimulatedFlight, name: TriadName, said: FloatArray) -> FloatArray:
-    """Take the primary's own calibration, where it has one, off what it says (n, 3)."""
+    """Corrects readings (n, 3) of the primary by its own calibration, where it has one."""
     own = mission.calibration(flight)
     if own is None:
         return said
@@ -81,7 +81,7 @@ def spans(fault: Fault) -> tuple[float, float]:
 def faulty(
     unit: SimulatedFlightUnit, time: FloatArray, began_after: float = -np.inf
 ) -> npt.NDArray[np.bool_]:
-    """Tell at which times (n,) a fault is at work; of those that last, only ones that began after a time."""
+    """Returns for (n,) times whether a fault acts; lasting ones count only if they begin after a time."""
     bad = np.zeros(len(time), dtype=bool)
     for fault in unit.faults:
         start, end = spans(fault)

@@ -120,7 +120,7 @@ def rounded(task: Task) -> FloatArray:
 def over_all(
     pool: ProcessPoolExecutor, work: Callable[[Task], FloatArray], motion: Motion, number: int, sessions: int
 ) -> FloatArray:
-    """Do the work for all sessions of a cell, in batches, in the order of the seeds."""
+    """Runs all sessions of a cell, in batches, in the order of the seeds."""
     starts = range(0, sessions, BATCH)
     tasks = [(motion, number, range(start, min(start + BATCH, sessions))) for start in starts]
     return np.concatenate(list(pool.map(work, tasks)))

@@ -101,7 +101,7 @@ def run(cell: Cell, session: int) -> dict[str, Outcome]:
 
 
 def outcome_of(found: TriadResult, true: TriadTruth, bound: Bound, noise: FloatArray) -> Outcome:
-    """Hold what was found against the truth, and against the efficient estimate on the same noise."""
+    """Compares estimates with the truth, and with the efficient estimate on the same noise."""
     estimated = parts(found.M, found.b)
     stated = np.array([p.sigma for p in found.parameters])
     reach = np.array([0.5 * (p.high - p.low) for p in found.parameters])

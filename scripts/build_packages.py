@@ -72,7 +72,7 @@ def sources() -> set[str]:
 
 
 def faults(wheel: Path) -> Iterator[str]:
-    """Say what a wheel lacks, and what it holds that it should not."""
+    """Describes files that a wheel lacks, and files that it must not hold."""
     with zipfile.ZipFile(wheel) as packed:
         names = set(packed.namelist())
     native = {name for name in names if NATIVE.fullmatch(name)}

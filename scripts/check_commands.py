@@ -93,7 +93,7 @@ def snippets(text: str) -> Iterator[Snippet]:
 
 
 def problem(snippet: Snippet) -> str:
-    """Why CI does not prove this snippet, empty if it does."""
+    """Reason why CI does not prove this snippet; empty if it does."""
     if snippet.language != "sh":
         return ""
     program, *arguments = snippet.text.split()
@@ -141,7 +141,7 @@ def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]
 
 
 def not_printed(shown: str, printed: str) -> str:
-    """Say which line shown is not, in its order, among the lines printed; widths of columns do not count."""
+    """Returns a shown line that was not printed, in this order; widths of columns do not count."""
     lines = iter([" ".join(line.split()) for line in printed.splitlines()])
     for line in shown.splitlines():
         wanted = " ".join(line.split())

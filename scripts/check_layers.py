@@ -255,7 +255,7 @@ def python_breaches() -> Iterator[str]:
 
 
 def _layer(parts: Sequence[str]) -> str:
-    """Tell the layer of a file or module, given as its path within the package."""
+    """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room
@@ -265,7 +265,7 @@ def _layer(parts: Sequence[str]) -> str:
 
 
 def _layer_within(room: str, folder: str, *files: str) -> str:
-    """Tell the layer of a file of a procedure or tool."""
+    """Returns the layer of a file of a procedure or tool."""
     if not files:
         return "procedure"
     inner = folder in FOLDERS_OF_PROCEDURES and (PACKAGE / room / folder / files[0]).is_dir()

@@ -60,7 +60,7 @@ def calibrate() -> None:
 
 
 def main() -> None:
-    """Go through it all."""
+    """Runs all steps."""
     for step in (look, demonstrate, calibrate):
         step()
     print(f"tumble {tumble.__version__} on Python {sys.version.split()[0]}: works")

@@ -17,7 +17,7 @@ NAMED_PAGE = re.compile(r"(?<![/\w])docs/([a-z-]+/[a-z-]+)\.md")
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Lead mkdocstrings to where each public name is defined."""
+    """Points mkdocstrings to the definition of each public name."""
     return PUBLIC_NAME.sub(lambda found: block(found[1]), markdown)
 
 

@@ -47,7 +47,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
-    """Lead the links of a page to where the site has what they lead to in the repository."""
+    """Points links of a page into the repository to their places on the site."""
     here = repository_path(page.file.src_uri)
 
     def led(found: re.Match[str]) -> str:
@@ -66,7 +66,7 @@ def linked(page: Path) -> Iterator[Path]:
 
 
 def site_uri(path: Path) -> str:
-    """Where the site has a file or folder of the repository."""
+    """Place on the site of a file or folder of the repository."""
     if path.is_relative_to(DOCS):
         return path.relative_to(DOCS).as_posix()
     inside = f"repository/{path.relative_to(ROOT).as_posix()}"
@@ -74,7 +74,7 @@ def site_uri(path: Path) -> str:
 
 
 def repository_path(uri: str) -> Path:
-    """Where the repository has a page of the site."""
+    """Path in the repository of a page of the site."""
     if not uri.startswith("repository/"):
         return DOCS / uri
     path = ROOT / uri.removeprefix("repository/")

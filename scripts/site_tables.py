@@ -12,5 +12,5 @@ CODE = re.compile(r"<code>.*?</code>", re.DOTALL)
 
 
 def on_page_content(page_html: str, **_: object) -> str:
-    """Take the backslash off."""
+    """Removes the backslash."""
     return CELL.sub(lambda cell: CODE.sub(lambda code: code[0].replace("\\|", "|"), cell[0]), page_html)

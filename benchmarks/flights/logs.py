@@ -76,7 +76,7 @@ def place(folder: Path, row: Mapping[str, Any]) -> Path:
 
 
 def is_here(folder: Path, row: Mapping[str, Any]) -> bool:
-    """Tell whether the file is there, at its version."""
+    """Returns whether the file is there, at its version."""
     path = place(folder, row)
     return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == row["sha256"]
 

@@ -104,7 +104,7 @@ class Mission:
 
     @property
     def onset(self) -> float:
-        """When the first fault shows, s: a gyroscope whose sign is wrong, when it moves."""
+        """Time at which the first fault has an effect, s: a gyroscope of wrong sign, when it moves."""
         if not self.faults:
             return self.duration
         fault = self.faults[0].fault

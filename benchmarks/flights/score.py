@@ -85,7 +85,7 @@ def events_before(mission: Mission, replay: Replayed, events: Sequence[Event]) -
 
 
 def _tells_of_stall(flight: Flight, event: Event) -> bool:
-    """Tell whether a unit is reported late that stalls alone: it is."""
+    """Returns whether a unit that stalls alone is reported late."""
     time, unit, what, figures = event
     if what != "unhealthy" or unit != flight.lonely or figures["reason"] != "late":
         return False
@@ -93,7 +93,7 @@ def _tells_of_stall(flight: Flight, event: Event) -> bool:
 
 
 def judged(mission: Mission, events: Sequence[Event]) -> Judgement:
-    """Judge the events; of two faults both have to come out right, and the worse one is told."""
+    """Judges the events; of two faults both have to be right, and the worse one is returned."""
     if not mission.faults:
         return judge(events, None, mission.duration, mission.duration)
     first = mission.faults[0]
@@ -169,7 +169,7 @@ def _misled(mission: Mission, replay: Replayed) -> int:
 
 
 def _is_calibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) -> bool:
-    """Tell whether every sensor of every secondary had a calibration when the fault began."""
+    """Returns whether every sensor of every secondary had a calibration when the fault began."""
     if mission.kind == "wrong sign":
         return True
     known = _adopted(mission, events)
@@ -205,7 +205,7 @@ def _adopted(mission: Mission, events: Sequence[Event]) -> set[tuple[int, TriadN
 
 
 def _first_rest_ends(mission: Mission) -> float:
-    """When the first rest ends, s."""
+    """End of the first rest, s."""
     return float(mission.motions[0, 0]) - 0.2
 
 

@@ -79,7 +79,7 @@ def hostile():
 
 
 def is_no_sample(value):
-    """Tell whether nobody could take a JSON value for a sample of the table: one that could hides others."""
+    """Returns whether a JSON value cannot be a sample of the table: one that could hides others."""
     stamp = value.get("time") if isinstance(value, dict) else None
     return not (isinstance(stamp, int | float) and 0.0 <= stamp <= TABLE[-1, 0] + STALL)
 

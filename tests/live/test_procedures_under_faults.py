@@ -212,7 +212,7 @@ WARMING = {"accelerometer": 0.05, "gyroscope": 0.01}
 
 
 def refuse_wrong(errors, truth):
-    """Hold what is stored of secondaries against the truth."""
+    """Compares stored errors of secondaries with the truth."""
     for error in errors:
         unit, primary = (
             getattr(true_calibration(truth, name), error["sensor"]) for name in (error["unit"], "primary")

@@ -46,7 +46,7 @@ def session(bench, folder, *options):
 
 
 def judge(done, folder, truth):
-    """Hold what a session left against the truth; whether it left a calibration."""
+    """Compares the result of a session with the truth; returns whether there was a calibration."""
     assert "Traceback" not in done.err
     assert done.code in (0, 2, 3), done.err
     if recorded_so_far(folder / "session", name := session_name(folder)).samples:

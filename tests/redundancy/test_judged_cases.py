@@ -53,7 +53,7 @@ def named(events, unit):
 
 
 def sources(events):
-    """When which unit becomes the source; no unit where none is fit."""
+    """Times of the changes of the source; no unit where none is usable."""
     return [
         (each["time"], None if each["figures"]["reason"] == "none fit" else each["unit"])
         for each in events
@@ -128,7 +128,7 @@ def test_that_the_source_is_not_healthy_is_said_first(done):
 
 
 def test_two_units_with_one_upside_down_lead_with_their_disagreement(done):
-    """Where all signs of an accelerometer are wrong, it says what a sound one says that is upside down."""
+    """An accelerometer with all signs wrong reads as a sound one that is upside down."""
     head = " ".join(done["flip"][0].out.partition("s replayed")[0].split())
     assert "flip_primary and flip_secondary_1 disagree since 0." in head
     assert "19.4 m/s² apart against 3.98 m/s²" in head

@@ -27,7 +27,7 @@ def pair(*faults, **changes):
 
 
 def same_but(clean, faulty, channels, rows=None):
-    """Say that all but these channels, in these rows, are as without the fault."""
+    """Asserts that all but these channels, in these rows, equal those without the fault."""
     for channel in (*CHANNELS, "time", "arrival"):
         before, after = getattr(clean, channel), getattr(faulty, channel)
         changed = np.zeros(len(before), bool) if channel not in channels else rows

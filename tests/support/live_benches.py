@@ -77,7 +77,7 @@ class WaitingBench(LiveSimulation):
         return self._time
 
     def allow(self, stamp):
-        """Go on until a little after a stamp of a sensor; at real pace where none was seen."""
+        """Continues until a little after a stamp of a sensor; at real pace where none was seen."""
         seen = math.isfinite(stamp)
         self._allowed = stamp - self.scenario.uptime + LEAD if seen else math.inf
 

@@ -143,7 +143,7 @@ class SerialDevice:
             writer.join()
 
     def unplug(self):
-        """Take the device away."""
+        """Disconnects the device."""
         if not self._unplugged.is_set():
             self._unplugged.set()
             self.written()

@@ -6,5 +6,5 @@ import re
 
 
 def without_commands(text):
-    """Leave out the commands that scripts/check_commands.py runs, with options of other commands."""
+    """Omits the commands that scripts/check_commands.py runs, with options of other commands."""
     return re.sub(r"```sh\n.*?```", "", text, flags=re.DOTALL)

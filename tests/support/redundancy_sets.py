@@ -117,7 +117,7 @@ class Said:
 
 
 def record(imus, seed, moved=None):
-    """Let units ride along; the seed is printed for whoever has to look at a failure."""
+    """Simulates the units; prints the seed for the analysis of failures."""
     print(f"seed {seed}")
     moved = moved or motion()
     generator = np.random.default_rng(seed)

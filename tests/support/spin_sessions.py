@@ -123,7 +123,7 @@ class Session:
 
 
 def record(moves, seed, **changes):
-    """Let a robot make these moves; the seed is printed for whoever has to look at a failure."""
+    """Simulates a robot that makes these moves; prints the seed for the analysis of failures."""
     print(f"seed {seed}")
     robot = Robot(**changes)
     step = 1.0 / robot.rate_hz

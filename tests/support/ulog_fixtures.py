@@ -71,7 +71,7 @@ class ULogWriter:
         return self
 
     def drop(self, time, duration):
-        """Say that so many ms were not written."""
+        """Reports a dropout of so many ms."""
         self.data.append((round(1e6 * time), message("O", struct.pack("<H", duration))))
         return self
 

@@ -49,7 +49,7 @@ def session(words, folder, *options):
 
 
 def judge(folder, truth):
-    """Hold what a session left against the truth of its units; give the names of those that were held."""
+    """Compares the result of a session with the truth of its units; returns the names of the checked ones."""
     for name in Session.load(folder / "session").names:
         if recorded_so_far(folder / "session", name).samples:
             assert typed("inspect", f"{folder / 'session'}:{name}").code == 0

@@ -86,7 +86,7 @@ def _contributed(before: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str,
 
 
 def taken_over(before: Mapping[str, Any], replaced: Sequence[str]) -> dict[str, Any]:
-    """Say who gave what is left of `before` by a procedure that becomes the `method`, and gave the rest."""
+    """Returns the contributors of the part of `before` that the new `method` leaves in place."""
     whole = [*before.get("contributions", ())]
     if "method" in before:
         own = {key: before[key] for key in _OF_A_CONTRIBUTION if key in before}

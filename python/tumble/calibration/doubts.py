@@ -16,7 +16,7 @@ _MEANINGS: dict[Verdict, str] = {
 
 
 def doubts(calibration: Calibration) -> Iterator[str]:
-    """Say which procedure came to a verdict that whoever uses the calibration has to know of."""
+    """Returns procedures with a verdict that whoever uses the calibration has to know."""
     procedure = calibration.method.procedure if calibration.method is not None else ""
     verdicts = [(calibration.verdict or _by_sigmas(calibration), procedure, calibration.date)]
     verdicts += [(each.verdict, each.method.procedure, each.date) for each in calibration.contributions or ()]

@@ -24,7 +24,7 @@ class Calibrated(Protocol):
 
     @property
     def failure(self) -> str:
-        """Why the unit has no calibration; empty if it has one."""
+        """Reason why the unit has no calibration; empty if it has one."""
 
     @property
     def accelerometer(self) -> TriadResult | None:
@@ -123,7 +123,7 @@ class Limits(Document):
         return read_document(path, cls, LIMITS)
 
     def check(self, target: Calibrated) -> tuple[LimitCheck, ...]:
-        """Hold a target against every limit; empty where the target has no calibration at all.
+        """Checks a target against every limit; empty where the target has no calibration at all.
 
         A parameter that the data did not show fails: it was not shown to lie within its limit.
         """

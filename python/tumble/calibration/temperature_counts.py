@@ -33,7 +33,7 @@ class TemperatureCounts:
             each.add(samples, temperature)
 
     def notices(self) -> tuple[str, ...]:
-        """Say, a line each, what was assumed of which samples."""
+        """Yields notices, a line each, on the temperatures assumed for samples."""
         several = len(self._ranges) > 1
         return tuple(
             f"{join(each.triads)}: {line}" if several else line

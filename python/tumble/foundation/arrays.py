@@ -21,7 +21,7 @@ _FLOAT64 = np.dtype(np.float64)
 
 
 def triad(values: ArrayLike, name: str) -> FloatArray:
-    """Take (n, 3) readings of three axes, or (3,) of a single sample, and give them as (n, 3).
+    """Accepts (n, 3) readings of three axes, or (3,) of a single sample, and returns them as (n, 3).
 
     Raises `ArrayError`, in one line, where they are no numbers or have another shape; so do all here.
     """
@@ -37,12 +37,12 @@ def triad(values: ArrayLike, name: str) -> FloatArray:
 
 
 def triad_or_unknown(values: ArrayLike | None, name: str, samples: int) -> FloatArray:
-    """Take readings as `triad` does, or None for NaN in their place."""
+    """Accepts readings as `triad` does, or None for NaN in their place."""
     return np.full((samples, AXES), np.nan) if values is None else triad(values, name)
 
 
 def column(values: ArrayLike, name: str) -> FloatArray:
-    """Take (n,) numbers, or a single one."""
+    """Accepts (n,) numbers, or a single one."""
     numbers = _floats(values, name)
     if numbers.ndim > 1:
         raise ArrayError(f"{name}: has shape {numbers.shape}; give (n,), a number for each sample")
@@ -50,7 +50,7 @@ def column(values: ArrayLike, name: str) -> FloatArray:
 
 
 def times(values: ArrayLike, name: str = "time") -> FloatArray:
-    """Take (n,) numbers, or dates or durations, which become s, dates since 1970."""
+    """Accepts (n,) numbers, or dates or durations, which become s, dates since 1970."""
     return column(_seconds(_array(values, name), name), name)
 
 
@@ -124,7 +124,7 @@ def _seconds(array: NDArray[Any], name: str) -> NDArray[Any]:
 
 
 def _dates(objects: NDArray[Any], name: str) -> NDArray[Any]:
-    """Take dates that numpy has no type for: those with a time zone become s since 1970."""
+    """Accepts dates that numpy has no type for: those with a time zone become s since 1970."""
     try:
         if next(iter(objects.ravel())).tzinfo is None:
             return objects.astype("datetime64[ns]")

@@ -65,7 +65,7 @@ def parse(text: str) -> tuple[yaml.Node | None, Any]:
 
 
 def problem_in_words(error: yaml.YAMLError) -> str:
-    """Say what is wrong, and on which line where that is known."""
+    """Describes the error, and its line where that is known."""
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
         return f"line {error.problem_mark.line + 1}: {str(error.problem)[:_LONGEST_PROBLEM]}"
     lines = str(error)[:_LONGEST_PROBLEM].splitlines() or ["unreadable"]
@@ -133,7 +133,7 @@ class _Loader(Composer, SafeConstructor, Resolver, _Parser):
         )
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:  # noqa: ANN401
-        """Make what a node stands for; what cannot be read as what it says it is is a mistake in the text."""
+        """Constructs the value of a node; a value of another type than it states is an error in the text."""
         kind = str(node.tag).rpartition(":")[2]
         if kind in ("int", "float") and len(node.value) > LONGEST_NUMBER:
             raise _refusal(
@@ -145,7 +145,7 @@ class _Loader(Composer, SafeConstructor, Resolver, _Parser):
             raise _refusal(f"{short(node.value)} cannot be read as {kind[:20]}", node.start_mark) from error
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Make a mapping, whose keys are plain and stand in it once."""
+        """Constructs a mapping with plain and unique keys."""
         seen: set[Any] = set()
         for key_node, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             if not isinstance(key_node, yaml.ScalarNode):

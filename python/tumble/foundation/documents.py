@@ -212,7 +212,7 @@ def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a mod
 
 
 def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
-    """Say the first mistake in words: its key, what is wrong, and the known key that comes nearest."""
+    """Describes the first error in words: its key, the error, and the closest known key."""
     first = _first(error)
     key = ".".join(_part(part) for part in first["loc"])
     return (f"{key} " if key else "") + _in_words(first, model)
@@ -233,7 +233,7 @@ def _flatten(value: object) -> list[object]:
 
 
 def _bounds(stray: object) -> str:
-    """Say up to where numbers are taken, where it is one that goes beyond."""
+    """Describes the allowed range of a number that is outside it."""
     is_too_large = isinstance(stray, int | float) and abs(stray) > LARGEST_NUMBER
     return f" no larger than {LARGEST_NUMBER:g}" if is_too_large else ""
 

@@ -33,7 +33,7 @@ TAKEN = frozenset((*_OF_UNITS, "turntable", "summary", "events", "align", "batch
 
 
 def file_stem(name: str) -> str:
-    """Make of a unit's name one that a file can bear; the ending of a procedure becomes part of the name."""
+    """Returns a valid file name for a unit; the ending of a procedure becomes part of the name."""
     stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
     return re.sub(rf"\.(?=({'|'.join(_OF_UNITS)})$)", "_", stem)
 

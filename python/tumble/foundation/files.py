@@ -76,13 +76,13 @@ class FilesOfCommand:
     """Locks of the folders that the command writes into."""
 
     def hold(self, folder: Path) -> None:
-        """Hold a folder to its end; raises `OutputError` where another run writes into it."""
+        """Locks a folder to the end of the command; raises `OutputError` where another run writes into it."""
         identity = _identity(folder)
         if identity not in self.locks:
             self.locks[identity] = FolderLock(folder)
 
     def release(self) -> None:
-        """Let others write."""
+        """Releases the lock for other writers."""
         while self.locks:
             self.locks.popitem()[1].release()
 
@@ -119,14 +119,14 @@ def files_of_command() -> Iterator[FilesOfCommand]:
 
 
 def name_too_long(path: Path) -> str | None:
-    """Say so where no file system has names as long as one in this path."""
+    """Reports a name in this path that is too long for any file system."""
     if all(len(part) <= _LONGEST_NAME for part in path.parts):
         return None
     return f"{str(path)[:_SHOWN]}...: no file has so long a name; check the path"
 
 
 def is_special(path: Path) -> bool:
-    """Tell a device, a pipe or a socket, from which reading may never end."""
+    """Returns whether it is a device, a pipe or a socket, from which reading may never end."""
     return path.exists() and not (path.is_file() or path.is_dir())
 
 
@@ -137,7 +137,7 @@ def note_input(path: Path) -> None:
 
 
 def once_per_file(read: Callable[[Path], Found]) -> Callable[[Path], Found]:
-    """Have a function read a file once as long as it does not change, by its size and when it was written."""
+    """Makes a function read a file again only after its size or time of change differs."""
 
     @lru_cache(_MOST_KEPT)
     def kept(path: Path, _size: int, _changed: int) -> Found:
@@ -192,7 +192,7 @@ def replacing(
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the names in a folder on the disk; Windows, which opens no folders, has them there by itself."""
+    """Flushes the names in a folder to disk; Windows, which opens no folders, does so by itself."""
     if os.name == "nt":
         return
     opened = os.open(folder, os.O_RDONLY)
@@ -303,7 +303,7 @@ def remove_made(*paths: Path) -> None:
 
 
 def link(path: Path, target: str) -> None:
-    """Make a symbolic link, in place of one that is there.
+    """Creates a symbolic link, in place of one that is there.
 
     Raises `OutputError` where it cannot be made, and where anything but a link stands there.
     """
@@ -319,7 +319,7 @@ def link(path: Path, target: str) -> None:
 
 
 def remove_link(path: Path) -> None:
-    """Take away a symbolic link, if it is still there."""
+    """Removes a symbolic link, if it is still there."""
     if path.is_symlink():
         path.unlink()
 
@@ -330,7 +330,7 @@ def set_attribute(path: Path, value: str) -> None:
 
 
 def prepare_folder(folder: Path | str) -> Path:
-    """Make `folder` where it is missing and prove, before any long work, that files can be written in it.
+    """Creates `folder` where it is missing and proves early that files can be written in it.
 
     It is then the running command's to write into. Raises `OutputError` where it cannot be made or written
     to, or another command writes into it.
@@ -342,7 +342,7 @@ def prepare_folder(folder: Path | str) -> Path:
 
 
 def hold_folder(folder: Path) -> Callable[[], None]:
-    """Hold a folder until what is given is called; a running command holds it to its own end.
+    """Locks a folder until the returned function is called; a running command locks it to its end.
 
     Raises `OutputError` where another run writes into it.
     """
@@ -353,7 +353,7 @@ def hold_folder(folder: Path) -> Callable[[], None]:
 
 
 def _made(folder: Path) -> Path:
-    """Make a folder where it is missing, or raise `OutputError`."""
+    """Creates a folder where it is missing; raises `OutputError` where it cannot."""
     if _running is not None:
         _running.made[:0] = missing_folders(folder)
     try:
@@ -384,7 +384,7 @@ def remove_empty(folders: Iterable[Path]) -> None:
 
 @contextmanager
 def no_empty_folder(folder: Path) -> Iterator[None]:
-    """Leave no empty folder behind where the block ends with an error that found none there."""
+    """Removes a folder that the block created and left empty with an error."""
     missing = missing_folders(folder)
     try:
         yield

@@ -32,7 +32,7 @@ class FolderLock:
         os.write(self._file, str(os.getpid()).encode())
 
     def release(self) -> None:
-        """Let others write. The file goes while it is held: it could be of another run a moment later."""
+        """Releases the lock. The file is removed while locked: a moment later it could be of another run."""
         if os.name != "nt":
             self.path.unlink(missing_ok=True)
         os.close(self._file)

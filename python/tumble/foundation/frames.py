@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def frame_of(rows: Iterable[Mapping[str, object]]) -> DataFrame:
-    """Make a data frame; raises `TumbleError` where pandas is not installed."""
+    """Creates a data frame; raises `TumbleError` where pandas is not installed."""
     try:
         pandas = import_module("pandas")
     except ImportError:

@@ -96,7 +96,7 @@ class Goal:
         return cls(terms, text)
 
     def progress(self, units: Iterable[Calibrated]) -> tuple[GoalProgress, ...]:
-        """Say how far each term is; of the worst of the units, which were calibrated."""
+        """Returns the progress of each term, for the worst of the calibrated units."""
         calibrated = list(units)
         return tuple(_worst(term, calibrated) for term in self.terms)
 

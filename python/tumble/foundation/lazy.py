@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def attributes(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[str], Any]:
-    """Make the `__getattr__` of a package; `homes` lists the names that each module gives it."""
+    """Creates the `__getattr__` of a package; `homes` lists the names that each module gives it."""
     home_of = {name: home for home, names in homes.items() for name in names}
 
     def attribute(name: str) -> Any:  # noqa: ANN401 - a name of any module

@@ -414,7 +414,7 @@ PACKINGS: Mapping[bytes, Packing] = {
 
 
 def packing_of(head: bytes) -> Packing | None:
-    """Tell how a file that begins like this is packed; None where it is not."""
+    """Returns the packing of a file that begins like this; None where it is not packed."""
     return next((packing for magic, packing in PACKINGS.items() if head.startswith(magic)), None)
 
 
@@ -424,7 +424,7 @@ def stem_of(path: Path) -> str:
 
 
 def has_log_ending(path: Path) -> bool:
-    """Tell logs from other files of a folder by their names."""
+    """Returns whether the name of a file in a folder is that of a log."""
     return Path(_unpacked(path)).suffix.lower() in LOG_SUFFIXES
 
 

@@ -81,21 +81,21 @@ class Evidence:
 
     @property
     def lacking_still(self) -> tuple[str, ...]:
-        """Say that no rest was found of a unit that lies."""
+        """Reports that no rest of a lying unit was found."""
         return () if self.rests else ("a rest of at least 1 s, untouched",)
 
     def service(self, procedure: str, missing: Sequence[str] = (), remarks: Sequence[str] = ()) -> Service:
-        """Judge the recording: `missing` is what it lacks besides its faults."""
+        """Judges the recording: `missing` are further conditions that it does not meet."""
         return Service(procedure, (*missing, *self.faults), tuple(remarks))
 
 
 def unknown(triad: Triad) -> str:
-    """Say that a triad cannot be calibrated."""
+    """Reports that a triad cannot be calibrated."""
     return f"the {triad} stays unknown, as none was recorded"
 
 
 def refused(procedure: str, missing: Triad) -> Service:
-    """Say that a procedure cannot do without a triad."""
+    """Reports that a procedure cannot do without a triad."""
     return Service(procedure, (f"{missing} readings, none were recorded",))
 
 

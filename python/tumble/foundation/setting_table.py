@@ -70,7 +70,7 @@ OrNone: TypeAlias = Annotated[
 
 
 def model_of(table: _core.SettingTable, name: str, about: str) -> type[Document]:
-    """Make the model of a table; `setting_models.pyi` tells type checkers and editors its fields."""
+    """Creates the model of a table; `setting_models.pyi` tells type checkers and editors its fields."""
     fields: dict[str, Any] = {
         row["name"]: (_annotation(row), _field(row)) for row in _core.setting_table(table)
     }
@@ -138,6 +138,6 @@ def explain(table: _core.SettingTable) -> Iterator[Explained]:
 
 
 def meaning(row: _core.SettingRow) -> str:
-    """Say what a setting means, and that there may be none."""
+    """Describes the meaning of a setting, and that it may be empty."""
     none = f"; `none`: {row['none']}." if row["none"] else "."
     return row["meaning"].removesuffix(".") + none

@@ -33,7 +33,7 @@ class TimeWatch:
         self._last = math.nan
 
     def push(self, time: FloatArray) -> None:
-        """Take in (n,) times, s, each later than the one before."""
+        """Adds (n,) times, s, each later than the one before."""
         if len(time) <= FEW_SAMPLES and self._gap < math.inf and not math.isnan(self._last):
             for stamp in time.tolist():
                 self._push_one(stamp)
@@ -69,7 +69,7 @@ class TimeWatch:
         return self._gap
 
     def _push_one(self, stamp: float) -> None:
-        """Do the same without numpy, which takes ten times as long for a single sample."""
+        """Does the same without numpy, which takes ten times as long for a single sample."""
         step, self._last, self.end = stamp - self._last, stamp, stamp
         self.samples += 1
         self.duration += step

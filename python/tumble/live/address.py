@@ -66,7 +66,7 @@ class Address:
 
 
 def parse_address(text: str) -> Address:
-    """Take an address apart.
+    """Parses an address.
 
     Raises `LogError` where it has no scheme, names no place, or holds settings that are no pairs.
 

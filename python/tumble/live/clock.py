@@ -26,7 +26,7 @@ COUNTER = 2.0**32
 
 
 def without_absurd(values: FloatArray) -> FloatArray:
-    """Make NaN of what would overflow in the arithmetic to come."""
+    """Replaces values that would overflow in later arithmetic by NaN."""
     return np.where(np.abs(values) < ABSURD, values, np.nan)
 
 
@@ -93,7 +93,7 @@ class StampGate:
         return True
 
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:
-        """Tell which of (n,) stamps, s, are those of the clock; one that is not finite is none.
+        """Returns for each of (n,) stamps, s, whether it is valid; one that is not finite is invalid.
 
         The usual step is that of the first stamps.
         """

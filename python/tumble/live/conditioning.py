@@ -76,7 +76,7 @@ class Conditioner:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Say what was taken for granted and what was left out."""
+        """Yields notices on assumptions and on samples that were left out."""
         if self._conversion is None or self._facts is None:
             return ()
         notices = [*self._facts.notices, *notices_on_axes(self._options)]
@@ -159,7 +159,7 @@ class Conditioner:
         )
 
     def _fit_to_use(self, samples: RawSamples) -> NDArray[np.bool_]:
-        """Tell which samples to keep; count the others."""
+        """Returns for each sample whether to keep it; counts the others."""
         assert samples.time is not None, "every sample was stamped"
         numbers = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
         finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(numbers), axis=1)
@@ -186,7 +186,7 @@ class Conditioner:
         return True
 
     def _without_stray_stamps(self, head: Readings) -> Readings:
-        """Leave out first samples whose stamp is nowhere near those of the others."""
+        """Omits first samples whose stamp is nowhere near those of the others."""
         stamps = head.samples.time
         assert stamps is not None, "every sample was stamped"
         stray = _stray(stamps, STRAY_STAMPS)
@@ -194,7 +194,7 @@ class Conditioner:
         return head.part(~stray)
 
     def _possible(self, accelerometer: FloatArray, gyroscope: FloatArray) -> NDArray[np.bool_]:
-        """Tell which samples a sensor may have read; raises `LogError` where the unit cannot be rad/s."""
+        """Returns for each sample whether a sensor can measure it; raises `LogError` for a wrong unit."""
         strongest, fastest = (np.abs(triad).max(axis=1) for triad in (accelerometer, gyroscope))
         limits = IMPOSSIBLE_READING
         possible: NDArray[np.bool_] = (strongest <= limits[0]) & (fastest <= limits[1])
@@ -272,7 +272,7 @@ def _with_numbers(samples: RawSamples) -> RawSamples:
 
 
 def _without_stray_readings(samples: RawSamples) -> RawSamples:
-    """Make NaN of the readings of a triad that is far faster or stronger for a moment than it usually is."""
+    """Replaces readings of a triad that are far too large for a moment by NaN."""
 
     def usual(triad: FloatArray) -> FloatArray:
         return np.where(_stray(np.abs(triad).max(axis=1), STRAY_READINGS)[:, np.newaxis], np.nan, triad)
@@ -281,7 +281,7 @@ def _without_stray_readings(samples: RawSamples) -> RawSamples:
 
 
 def _stray(values: FloatArray, times: float) -> NDArray[np.bool_]:
-    """Tell which of (n,) values are so many times their usual distance from the median."""
+    """Returns for each of (n,) values whether it is many usual distances from the median."""
     if not np.isfinite(values).any():
         return np.zeros(len(values), dtype=np.bool_)
     off = np.abs(values - np.nanmedian(values))

@@ -79,7 +79,7 @@ class Scatter:
     _variance: float = 0.0
 
     def add(self, value: float) -> None:
-        """Take in a number."""
+        """Adds a number."""
         self._count = min(self._count + 1, SCATTER_OF)
         off = value - self._mean
         self._mean += off / self._count
@@ -170,7 +170,7 @@ class HostClock:
         )
 
     def host_times(self, stamps: FloatArray, arrival: float | FloatArray) -> FloatArray:
-        """Take in (n,) samples, at least one, and give their host times, (n,) s of `time.monotonic()`.
+        """Adds (n,) samples, at least one, and returns their host times, (n,) s of `time.monotonic()`.
 
         `stamps` are s of the sensor, increasing; `arrival` s of `time.monotonic()` at which they came, one
         for all or (n,). Host times increase strictly from call to call and are no later than the arrival, but
@@ -212,7 +212,7 @@ class HostClock:
             self._stamp, self._arrival = stamp, arrival
 
     def _take(self, stamp: float, arrival: float) -> None:
-        """Take in the last of the samples that arrived together: those before it had to wait for it."""
+        """Adds the last of the samples that arrived together: those before it had to wait for it."""
         if not self._stamped:
             if self._last_arrival is not None:
                 self._steps.add(arrival - self._last_arrival)
@@ -267,7 +267,7 @@ class HostClock:
         return 0.0, 0.0
 
     def _never_back(self, since: list[float], wanted: list[float], sigma: float) -> list[float]:
-        """Go over to the times wanted, slowly once settled, and never back (eq. 7).
+        """Approaches the wanted times, slowly once settled, and never runs back (eq. 7).
 
         Before that they step ahead, but by no more than `sigma`, s, the uncertainty stated before.
         """

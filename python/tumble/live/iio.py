@@ -27,7 +27,7 @@ _STATED = "IIO"
 
 
 def open_iio(address: Address, options: ReadOptions) -> IioSource:
-    """Make a source of `iio:device0`, or by names, `iio:lsm6dsm`, `iio:accel_3d+gyro_3d`.
+    """Opens `iio:device0`, or by names, `iio:lsm6dsm`, `iio:accel_3d+gyro_3d`.
 
     `rate=` sets the sampling frequency, Hz, `trigger=` names what has samples taken, `root=` is the folder
     that holds `sys` and `dev`.

@@ -90,7 +90,7 @@ class IioDevice:
         ]
 
     def open(self, rate: float | None, trigger: str | None) -> None:
-        """Have it capture both triads, or the one it has, and the time; raises `LogError` where it cannot."""
+        """Starts capturing both triads, or the only one, and the time; raises `LogError` where it cannot."""
         try:
             self._set_up(rate, trigger)
         except BaseException:
@@ -235,7 +235,7 @@ class IioDevice:
             raise self._error(f"its driver does not capture {', '.join(missing)} together with the others")
 
     def _choose_trigger(self, wanted: str | None) -> None:
-        """Have samples taken when new ones are there, where that has to be said."""
+        """Selects a trigger that samples when new data are ready, where the device needs one."""
         current = self.folder / "trigger/current_trigger"
         if not current.exists() or (wanted is None and _text(current)):
             return

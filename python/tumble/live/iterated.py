@@ -91,7 +91,7 @@ class IteratedSource(PolledSource):
             self._give(EOFError())
 
     def _give(self, come: LiveChunk | Exception) -> None:
-        """Hand over with one byte, which whoever waits is woken by."""
+        """Passes on the chunk, with one byte that wakes the waiting reader."""
         while not self._left.is_set():
             try:
                 self._come.put(come, timeout=HEARTBEAT)

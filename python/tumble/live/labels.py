@@ -58,7 +58,7 @@ class LabelReader:
         self._delimiter = ","
 
     def expect(self, label: str) -> None:
-        """Take a word for the name of a unit, however many others were."""
+        """Accepts a word as the name of a unit, however many other words came."""
         self._prefixes.add(label)
 
     def read(self, lines: Sequence[bytes]) -> list[LabelledRow]:

@@ -49,7 +49,7 @@ class _Block:
     """s, of the sensor's times."""
 
     def add(self, stamp: float, delay: float, skew: float) -> None:
-        """Take in a sample; by the skew of the line, the quickest of a slot is known."""
+        """Adds a sample; by the skew of the line, the quickest of a slot is known."""
         self.count += 1
         self.sum += stamp
         corners = self.corners
@@ -108,7 +108,7 @@ class LeastDelay:
         return self.level + self.skew * (stamp - self.centre)
 
     def add(self, stamp: float, delay: float) -> None:
-        """Take in a sample that arrived `delay` s after its `stamp`, s, which is no earlier than the last."""
+        """Adds a sample that arrived `delay` s after its `stamp`, s, which is no earlier than the last."""
         self.arrivals += 1
         if not self._blocks or stamp >= self._blocks[-1].end:
             self._begin_block(stamp)
@@ -133,7 +133,7 @@ class LeastDelay:
         blocks.append(_Block(end, self._length / SLOTS))
 
     def _fit(self) -> None:
-        """Lay the line with the least sum of distances that has no delay below it (eq. 3)."""
+        """Fits the line with the least sum of distances that has no delay below it (eq. 3)."""
         count = sum(block.count for block in self._blocks)
         self.centre = sum(block.sum for block in self._blocks) / count
         corners = list(self._older)

@@ -17,7 +17,7 @@ class LineSplitter:
     _rest: bytearray = field(default_factory=bytearray)
 
     def split(self, piece: bytes) -> list[bytes]:
-        """Take in bytes; give the lines that are whole by now, blank ones left out."""
+        """Adds bytes; returns complete lines, without blank ones."""
         self._rest += piece
         *lines, rest = self._rest.replace(b"\r", b"\n").split(b"\n")
         if len(rest) > LONGEST_LINE:

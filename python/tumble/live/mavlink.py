@@ -54,7 +54,7 @@ class _Sender:
 
 
 def mavlink_line(address: Address, options: ReadOptions) -> MavlinkLine:
-    """Make the line of `mavlink:udpin:HOST:PORT`, `mavlink:tcp:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
+    """Creates the line of `mavlink:udpin:HOST:PORT`, `mavlink:tcp:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
 
     `system=1` picks one of several vehicles; `rate=100` asks for so many messages a second.
     """
@@ -153,7 +153,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         return mine
 
     def _sender(self, message: MavlinkMessage) -> _Sender | None:
-        """Tell whose message it is; None where it holds no IMU sample that is asked for."""
+        """Returns the sender of a message; None where it holds no requested IMU sample."""
         name = message.get_type()
         if name not in KINDS or self._wanted not in (None, name):
             return None

@@ -38,7 +38,7 @@ class MessageRequest:
         self._asked: tuple[int, int] | None = None
 
     def handle(self, message: Any, transport: Transport) -> None:  # noqa: ANN401
-        """Look at a message: ask whose heartbeat it is; raise `LogError` where it says no."""
+        """Handles a message: asks the sender of a heartbeat; raises `LogError` where it refuses."""
         if self._asked is None and self._is_wanted(message):
             self._asked = message.get_srcSystem(), message.get_srcComponent()
             transport.send(self._command(self._interval))
@@ -65,7 +65,7 @@ class MessageRequest:
         )
 
     def restore_rate(self, transport: Transport) -> None:
-        """Have the autopilot go back to its own rate, if it was asked for another one."""
+        """Restores the autopilot's own rate, if another one was requested."""
         if self._asked is not None:
             transport.send(self._command(ITS_OWN_RATE))
 

@@ -111,7 +111,7 @@ class _Unit:
             raise self.named(error) from error
 
     def named(self, error: LogError) -> LogError:
-        """Say of which unit an error is."""
+        """Returns the error with the name of its unit."""
         return LogError(f"{self.name}: {error}")
 
     def opened_anew(self) -> Source:
@@ -361,7 +361,7 @@ def open_set(
     keep_going: bool = False,
     on_event: Callable[[SourceEvent], None] = lambda event: None,
 ) -> LiveSet:
-    """Make a set of `NAME=SOURCE` words; enter it with `with` to open the lines.
+    """Opens a set of `NAME=SOURCE` words; enter it with `with` to open the lines.
 
     `options` and `sender` are those of `open_source`, for all of them; options may be given by unit.
 

@@ -13,7 +13,7 @@ EXAMPLE = "imu_a=serial:/dev/ttyUSB0?baud=115200"
 
 
 def parse_named_sources(words: Sequence[str]) -> Mapping[str, Address]:
-    """Take `NAME=SOURCE` words apart; the units stay in the order in which they were typed.
+    """Parses `NAME=SOURCE` words; the units stay in the order in which they were typed.
 
     Raises `LogError` where a word has no name, or one that no file can bear, where two bear the same name,
     where two are the same source, and where there is none.

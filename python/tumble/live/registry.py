@@ -71,7 +71,7 @@ def open_source(
 
 
 def text_line(text: str, options: ReadOptions, sender: str | None = None) -> TextLine:
-    """Make the line of an address that carries text; `options` are as for `open_source`.
+    """Creates the line of an address that carries text; `options` are as for `open_source`.
 
     A `sender` counts where any host may send. Raises `LogError` where no text comes from there.
     """

@@ -35,7 +35,7 @@ class ReorderBuffer:
         """s between two samples."""
 
     def push(self, readings: Readings, arrival: float) -> tuple[Readings, float]:
-        """Take samples in, with stamps in s; return those whose turn it is and when the last of them came.
+        """Adds samples with stamps in s; returns those that are ready, and the arrival of the last.
 
         `arrival` is s of `time.monotonic()`.
         """

@@ -22,7 +22,7 @@ PIECE_SAMPLES = 50
 
 
 def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
-    """Make a source of a log; `speed=2` replays it twice as fast, `speed=max` as fast as it can be read.
+    """Opens a log as a source; `speed=2` replays it twice as fast, `speed=max` at full speed.
 
     Raises `LogError` where there is no such log.
     """

@@ -182,7 +182,7 @@ class RowReader:
         ]
 
     def _take_names(self, names: list[str], delimiter: str) -> None:
-        """Take column names; a device that starts anew sends them again."""
+        """Accepts column names; a device that starts anew sends them again."""
         if self._layout is None and not (self._first and self._may_be_incomplete(names)):
             self._unnamed = []
             self._layout = self._layout_or_complaint(tuple(names), delimiter)

@@ -83,7 +83,7 @@ class LineUnit(ConditionedSource, Generic[Part]):
         return self._conditioner.take(*found, self._arrival)
 
     def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
-        """Take in what came over the line for all its units, at `arrival`, s of `time.monotonic()`."""
+        """Adds samples of all its units that came over the line at `arrival`, s of `time.monotonic()`."""
         self._waiting += parts
         self._arrival = arrival
 
@@ -140,7 +140,7 @@ class SharedLine(ABC, Generic[Part]):
         return self.transport.fileno()
 
     def receive(self) -> None:
-        """Take in what has come, without waiting, for all units.
+        """Reads waiting bytes, without waiting for more, for all units.
 
         Raises `LogError` where the line is lost, `EOFError` where it is at its end.
         """
@@ -154,7 +154,7 @@ class SharedLine(ABC, Generic[Part]):
             raise
 
     def _come(self) -> list[Part]:
-        """Take in all that has come: of messages that come one by one, those that have piled up.
+        """Reads all waiting bytes: of messages that come one by one, all that have piled up.
 
         Where more piles up than that, messages of senders that never sent a sample stay unread.
         """
@@ -186,11 +186,11 @@ class SharedLine(ABC, Generic[Part]):
 
     @abstractmethod
     def _parts(self, piece: bytes) -> Sequence[Part]:
-        """Take apart what came."""
+        """Splits the received bytes."""
 
     @abstractmethod
     def unit(self, address: Address, options: ReadOptions) -> LineUnit[Part]:
-        """Make the source of one unit; `address` differs from the line's in its unit only."""
+        """Creates the source of one unit; `address` differs from the line's in its unit only."""
 
 
 class SharedLines:

@@ -156,7 +156,7 @@ class GrowingFile:
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Say where the file did not just grow."""
+        """Reports interruptions of the growth of the file."""
         truncated = f"the file was cut short {count_of('time', self._truncated)} and read on from its start"
         replaced = f"the file was replaced {count_of('time', self._replaced)} and the new one read"
         return (*((truncated,) if self._truncated else ()), *((replaced,) if self._replaced else ()))
@@ -187,7 +187,7 @@ class GrowingFile:
         return b""
 
     def _go_to_last_line(self) -> None:
-        """Go to where the line begins that is being written."""
+        """Moves to the beginning of the line that is being written."""
         assert self._file is not None, "the file was opened"
         end = self._file.seek(0, os.SEEK_END)
         begin = self._file.seek(max(0, end - LONGEST_LINE))
@@ -220,7 +220,7 @@ class GrowingFile:
         return piece
 
     def _follow(self) -> None:
-        """Go to the start of a file that was cut short, and to the new one where it was replaced."""
+        """Moves to the start of a file that was cut short, or of the new one that replaced it."""
         assert self._file is not None, "a file is read while it is open"
         here = os.fstat(self._file.fileno())
         if here.st_size < self._file.tell():

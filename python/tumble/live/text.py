@@ -21,34 +21,34 @@ from tumble.logs.options import ReadOptions
 
 
 def serial_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `serial:DEVICE?baud=115200`."""
+    """Creates the line of `serial:DEVICE?baud=115200`."""
     address.refuse_other_settings("baud")
     line = SerialLine(address, address.place, int(address.number("baud", DEFAULT_BAUD)))
     return TextLine(address, options, line, PurePath(address.place).name)
 
 
 def udp_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `udp://HOST:PORT?from=ADDRESS&reorder=0.05`, to which devices send."""
+    """Creates the line of `udp://HOST:PORT?from=ADDRESS&reorder=0.05`, to which devices send."""
     address.refuse_other_settings("from", "reorder")
     host, port = host_and_port(address, address.place)
     return TextLine(address, options, DatagramSocket(address, host, port), f"udp-{port}")
 
 
 def tcp_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `tcp://HOST:PORT`, to which it connects."""
+    """Creates the line of `tcp://HOST:PORT`, to which it connects."""
     address.refuse_other_settings()
     host, port = host_and_port(address, address.place)
     return TextLine(address, options, TcpConnection(address, host, port), f"tcp-{port}")
 
 
 def piped_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `stdin:`."""
+    """Creates the line of `stdin:`."""
     address.refuse_other_settings()
     return TextLine(address, options, StandardInput(address), STANDARD_INPUT)
 
 
 def file_line(address: Address, options: ReadOptions) -> TextLine:
-    """Make the line of `file:PATH?from=end`, a file that grows."""
+    """Creates the line of `file:PATH?from=end`, a file that grows."""
     address.refuse_other_settings("from")
     begin = address.settings.get("from", "end")
     if begin not in ("start", "end"):

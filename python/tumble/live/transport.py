@@ -190,7 +190,7 @@ class DatagramSocket(NetworkSocket):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """Say that others sent as well: samples of two devices in turn would be those of none."""
+        """Reports other senders: alternating samples of two devices are those of none."""
         sender = self._wanted or (self._sender and self._sender[0])
         others = f"left out {count_of('datagram', self._from_others)} not from {sender}"
         unread = f"{count_of('datagram', self.unread)} dropped unread: this computer was too slow"

@@ -66,6 +66,6 @@ def kind_of(message_type: str) -> str | None:
 
 
 def remedy(path: Path) -> str:
-    """Say what to do about a damaged one."""
+    """Returns the remedy for a damaged one."""
     tool = {".bag": "rosbag reindex", ".mcap": "mcap recover"}.get(path.suffix, "ros2 bag reindex")
     return f"copy it again, or repair it with {tool}"

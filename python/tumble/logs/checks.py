@@ -63,7 +63,7 @@ class Oddities:
         self.first = self.first or other.first
 
     def phrase(self) -> str:
-        """Say the first, and how many more there are."""
+        """Describes the first, and the number of others."""
         return self.first if self.count == 1 else f"{self.first}, and {self.count - 1} more"
 
 
@@ -77,7 +77,7 @@ class Warming:
     last: float = -np.inf
 
     def add(self, chunk: Chunk) -> None:
-        """Take in a chunk; medians of its parts leave out garbled readings."""
+        """Adds a chunk; medians of its parts leave out garbled readings."""
         if chunk.temperature is None:
             return
         self.first, self.last = min(self.first, float(chunk.time[0])), max(self.last, float(chunk.time[-1]))
@@ -87,7 +87,7 @@ class Warming:
                 self.low, self.high = min(self.low, middle), max(self.high, middle)
 
     def join(self, other: Warming) -> None:
-        """Take in another pass."""
+        """Adds another pass."""
         self.low, self.high = min(self.low, other.low), max(self.high, other.high)
         self.first, self.last = min(self.first, other.first), max(self.last, other.last)
 
@@ -142,7 +142,7 @@ class Counts:
         self.warming.join(other.warming)
 
     def notices(self) -> tuple[str, ...]:
-        """Say what was left out; empty if nothing was."""
+        """Describes omissions; empty if there were none."""
         notices = []
         if self.reordering.rows:
             notices.append(self.reordering.phrase())
@@ -253,7 +253,7 @@ class ChunkStream(Iterator[Chunk]):
         return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature, received=piece.received)
 
     def _drop_unsound(self, chunk: Chunk, first: int) -> tuple[Chunk, Numbers]:
-        """Leave out samples that are no readings; return the others, and their numbers in the log.
+        """Omits samples that are no readings; returns the others, and their numbers in the log.
 
         `first` is the number of the first sample in the log.
         """
@@ -303,7 +303,7 @@ class ChunkStream(Iterator[Chunk]):
         self._order.dropped.clear()
 
     def _wrong_order(self, row: WrongTime) -> LogError:
-        """Say which sample has a time that fits nowhere."""
+        """Returns the sample whose time fits nowhere."""
         moves = "runs backwards" if row.step < 0.0 else "jumps ahead"
         seen = (
             f"{self._track.source}: {self._track.locate(row.number)}: time {moves} by "
@@ -319,7 +319,7 @@ class ChunkStream(Iterator[Chunk]):
         )
 
     def _possible(self, chunk: Chunk, numbers: Numbers) -> Mask:
-        """Leave out, and count, what no sensor reads."""
+        """Omits and counts readings that no sensor gives."""
         impossible = {
             what: _largest_each(values) > _LARGEST_POSSIBLE[what]
             for what, values in self._quantities(chunk).items()
@@ -361,7 +361,7 @@ class ChunkStream(Iterator[Chunk]):
         oddities.add(Oddities(count, seen))
 
     def _drop_no_samples(self, chunk: Chunk) -> Chunk:
-        """Leave out what has no time, and rows in which only other IMUs of the table have numbers."""
+        """Omits rows without time, and rows in which only other IMUs of the table have numbers."""
         stamped = np.isfinite(chunk.time)
         if unstamped := int((~stamped).sum()):
             self.counts.channels["time"] = self.counts.channels.get("time", 0) + unstamped

@@ -179,7 +179,7 @@ def conversion_for(
 
 
 def _credible(track: Stating, triad: Triad, readings: FloatArray, recorded: Collection[Triad]) -> FloatArray:
-    """Leave to the guesses of units only what a sensor can have said."""
+    """Returns only plausible readings, from which units are guessed."""
     if triad not in recorded:
         return readings
     numbers = np.isfinite(readings).all(axis=1)
@@ -203,7 +203,7 @@ def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadCo
 
 
 def notices_on_axes(options: ReadOptions) -> tuple[str, ...]:
-    """Say which axes the user had turned."""
+    """Describes the axes that the user changed."""
     notices = []
     if options.accelerometer_sign == -1:
         notices.append("sign of the accelerometer changed to read +g up")
@@ -246,7 +246,7 @@ def _counts_per_unit(value: AxisValues, name: str) -> FloatArray:
 
 
 def _stated(quantity: Quantity, found: StatedUnit | None, option: str | None) -> StatedUnit | None:
-    """Take what the user says, else what the log says."""
+    """Returns the statement of the user, else that of the log."""
     if option is None:
         return found
     name = find_unit(option, quantity)

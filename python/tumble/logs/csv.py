@@ -340,7 +340,7 @@ class TextTable:
 
 
 def _single_blanks(data: bytes) -> bytes:
-    """Leave one blank between fields and none around a line; replacing is ten times as fast as a pattern."""
+    """Leaves one blank between fields and none around a line; replacing is ten times as fast as a pattern."""
     data = data.replace(b"\t", b" ").replace(b"\r\n", b"\n")
     while b"  " in data:
         data = data.replace(b"  ", b" ")

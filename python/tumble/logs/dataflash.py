@@ -152,7 +152,7 @@ def _temperature(records: Records) -> FloatArray | None:
 
 
 def _by_source(block: Mapping[str, Records]) -> Iterator[tuple[_Source, Records]]:
-    """Take messages apart by IMU: by field I, else, in older logs, by name, as IMU2."""
+    """Splits messages by IMU: by field I, else, in older logs, by name, as IMU2."""
     for name, records in block.items():
         if name not in _NAMES or not len(records):
             continue

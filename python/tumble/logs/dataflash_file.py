@@ -93,7 +93,7 @@ class _BinaryWalk:
         self._lengths[FMT] = _HEADER + _FORMAT.itemsize
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
-        """Take complete messages apart, and give how many bytes they are."""
+        """Splits off complete messages; returns their number of bytes."""
         at, length, lengths, gathered = 0, len(data), self._lengths, self._gathered
         while at + _HEADER <= length:
             kind = data[at + 2]
@@ -180,7 +180,7 @@ class _TextWalk:
     _gathered: dict[str, list[bytes]] = field(default_factory=dict)
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
-        """Take complete lines apart, and give how many bytes they are."""
+        """Splits off complete lines; returns their number of bytes."""
         used = len(data) if whole else data.rfind(b"\n") + 1
         for line in data[:used].split(b"\n"):
             name, _, rest = line.partition(b",")

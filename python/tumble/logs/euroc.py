@@ -31,7 +31,7 @@ _FOLDERS = ("mav0", "dso")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a folder is of this layout; a file was told by its column names."""
+    """Returns whether a folder has this layout; a file is recognised by its column names."""
     return bool(head) or bool(_files(path))
 
 
@@ -155,7 +155,7 @@ def _yaml(file: Path) -> dict[str, Any] | None:
 
 
 def _extrinsics(stated: dict[str, Any]) -> tuple[str, tuple[str, ...]]:
-    """Say in which frame the samples are: that of the body, or how the sensor stands in it."""
+    """Describes the frame of the samples: that of the body, or the sensor's with its extrinsics."""
     given = stated.get("T_BS")
     values = given.get("data") if isinstance(given, dict) else None
     numbers = [number_of(str(value)) for value in values] if isinstance(values, list) else []

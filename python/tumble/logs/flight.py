@@ -72,7 +72,7 @@ def list_of(path: Path, imus: Sequence[FlightImu], sought: str) -> tuple[str, ..
 def open_flight_imu(
     path: Path, imus: Sequence[FlightImu], wanted: str | None, options: ReadOptions, format_: str, clock: str
 ) -> LoggedImu:
-    """Make the track of the wanted IMU, or of that which was logged best where none is named.
+    """Creates the track of the wanted IMU, or of that which was logged best where none is named.
 
     Raises `LogError` where there is no such one, or several that are as good.
     """

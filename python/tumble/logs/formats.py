@@ -31,7 +31,7 @@ class Reader(Protocol):
     """Interface of the module of a format."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """Say whether a file, or a folder, is of this format; `head` is empty for a folder."""
+        """Returns whether a file, or a folder, is of this format; `head` is empty for a folder."""
         ...
 
     def open_logged_imu(self, path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:

@@ -42,7 +42,7 @@ def _has_four_columns(*paths: Path) -> bool:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a file is one of a pair, or a folder holds one."""
+    """Returns whether a file is one of a pair, or a folder holds one."""
     return find_pair(path) is not None
 
 

@@ -38,7 +38,7 @@ _STAMP = re.compile(rb"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(?:\.(\d{1,9}))?")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a folder is an oxts folder, or has one."""
+    """Returns whether a folder is an oxts folder, or has one."""
     return not head and _oxts(path) is not None
 
 

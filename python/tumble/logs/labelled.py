@@ -56,7 +56,7 @@ class _Layout:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Tell whether most lines of a file are words and numbers of the same few kinds."""
+    """Returns whether most lines of a file are words and numbers of the same few kinds."""
     return path.is_file() and _find(path, ReadOptions()) is not None
 
 

@@ -51,7 +51,7 @@ _NAME_4 = re.compile(rb"[A-Za-z]\w{0,62}\x00")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a file is of version 5, or begins with a matrix of version 4."""
+    """Returns whether a file is of version 5, or begins with a matrix of version 4."""
     return head.startswith(_MAGIC) or _header_4(head) is not None
 
 

@@ -66,6 +66,6 @@ def _temperature(message: MavlinkMessage) -> float:
 
 
 def coarseness(name: str) -> Iterator[str]:
-    """Say where a message comes in steps that show."""
+    """Describes a message with coarse resolution."""
     if KINDS[name].time_unit == "ms":
         yield f"{name} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer"

@@ -31,7 +31,7 @@ class SummaryCheck(NamedTuple):
 
 
 def check_summary(file: IO[bytes]) -> SummaryCheck:
-    """Hold the summary against its checksum. A file that has no end is left to whoever reads it."""
+    """Verifies the summary's checksum. Whoever reads a file without an end handles that."""
     size = file.seek(0, os.SEEK_END)
     tail_size = _FOOTER.size + len(_MAGIC)
     if size < tail_size:
@@ -55,7 +55,7 @@ def check_summary(file: IO[bytes]) -> SummaryCheck:
 
 
 def chunk_remarks(file: IO[bytes], summary: Summary) -> Iterator[str]:
-    """Say how many chunks cannot be checked, and of how many the index of messages is damaged."""
+    """Describes the number of chunks that cannot be checked, and of those with a damaged index."""
     chunks = summary.chunk_indexes
     unchecked = sum(not _has_checksum(file, chunk) for chunk in chunks)
     if unchecked:

@@ -52,7 +52,7 @@ class ImuDecoder(Protocol):
 
     @property
     def what(self) -> str:
-        """Say what its messages are, for those that are none."""
+        """Describes its messages, for errors."""
 
     def decode(self, messages: Sequence[bytes]) -> RawSamples:
         """Decodes some; raises `MalformedMessageError` for the first that is no such message."""

@@ -30,7 +30,7 @@ _AXIS = re.compile(r"[xyz]-axis \((?P<unit>g|deg/s)\)")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a file is of MetaBase, which its first bytes told, or a folder holds one pair."""
+    """Returns whether a file is of MetaBase, by its first bytes, or a folder holds one pair."""
     return path.is_file() or _pair_of(path) is not None
 
 

@@ -38,7 +38,7 @@ _LARGEST_HEADER = 1 << 16
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a file is an archive with arrays in it, or a damaged one that is named so."""
+    """Returns whether a file is an archive with arrays, or a damaged one by its name."""
     if not head.startswith(_ARCHIVE):
         return False
     try:

@@ -35,7 +35,7 @@ def imported(module: str, about: object, extra: str) -> Any:  # noqa: ANN401 - a
 
 
 def not_installed(about: object, package: str | None, extra: str) -> LogError:
-    """Say how to get a library that is not installed; `about` is what is to be read with it."""
+    """Describes how to get a library that is not installed; `about` is what is to be read with it."""
     return LogError(
         f"{about}: reading it needs the Python package {package}, which is not installed; "
         f"type: {install_command(extra)}"

@@ -50,7 +50,7 @@ class TriadFile:
 def imu_of_pair(
     path: Path, log_format: str, accelerometer: TriadFile, gyroscope: TriadFile, options: ReadOptions
 ) -> LoggedImu:
-    """Make one IMU of two files; `path` is what the user named."""
+    """Creates one IMU of two files; `path` is what the user named."""
     interpolated = (
         "accelerometer brought to the times of the gyroscope by straight lines, which lowers its noise"
     )

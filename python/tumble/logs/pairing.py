@@ -52,7 +52,7 @@ class Thermometer:
         self._known = np.empty((0, 2))
 
     def read(self, time: FloatArray, temperature: FloatArray) -> None:
-        """Take (n,) degC at (n,) s; all but the last of earlier ones are forgotten."""
+        """Adds (n,) degC at (n,) s; all but the last of earlier ones are forgotten."""
         self._known = np.vstack([self._known[-1:], np.column_stack([time, temperature])])
 
     def at(self, time: FloatArray) -> FloatArray:

@@ -43,7 +43,7 @@ def find_files(path: Path) -> tuple[Path, Path] | None:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a folder, or that in which a file is, holds a file a sensor."""
+    """Returns whether a folder, or that in which a file is, holds a file a sensor."""
     return find_files(path) is not None
 
 

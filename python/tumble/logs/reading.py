@@ -125,7 +125,7 @@ def _no_time(track: LoggedImu) -> str:
 
 
 def _odd_step(time: FloatArray, unit: ResolvedUnit) -> tuple[str, ...]:
-    """Say that samples are too far apart, or too close, to be those of an IMU."""
+    """Reports a distance of samples that no IMU has."""
     odd = odd_step(usual_step(time) * unit.scale)
     if not odd:
         return ()

@@ -97,7 +97,7 @@ class RowOrder:
         self._last = -np.inf
 
     def push(self, chunk: Chunk, numbers: Numbers) -> list[Rows]:
-        """Take the next chunk, and return the rows that are ready.
+        """Adds the next chunk, and returns the rows that are ready.
 
         Raises `WrongOrderError` where a row belongs nowhere in the window.
         """
@@ -121,7 +121,7 @@ class RowOrder:
         return ready
 
     def _ready(self) -> list[Rows]:
-        """Take from the front what no row within the window can still precede."""
+        """Removes rows from the front that no row within the window can still precede."""
         ready: list[Rows] = []
         spare = sum(map(len, self._held)) - LARGEST_DISPLACEMENT
         while self._held and len(self._held[0]) <= spare:
@@ -180,7 +180,7 @@ class RowOrder:
         return wrong
 
     def _without(self, logged: Rows, wrong: Mask) -> Rows:
-        """Leave wrong rows out where that is wanted; else raise `WrongOrderError` with the first."""
+        """Omits wrong rows if allowed; otherwise raises `WrongOrderError` with the first."""
         time = logged.chunk.time
         steps = np.diff(time, prepend=max(self._last, time[0]) if np.isfinite(self._last) else time[0])
         beside = np.append(wrong[1:], False) | np.append(False, wrong[:-1])

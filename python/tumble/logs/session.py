@@ -159,7 +159,7 @@ class Recorded:
 
 
 def recorded_so_far(folder: Path, name: str) -> Recorded:
-    """Tell how much of a unit is on disk, without reading all of it."""
+    """Returns the extent of a unit on disk, without reading all of it."""
     samples, last, columns = 0, -math.inf, ()
     for path in unit_files(folder, name):
         with parquet.opened(path) as file:
@@ -182,7 +182,7 @@ class RecordedColumn:
         return len(self._waiting) > 0 and bool(np.isfinite(self._waiting[0]))
 
     def take(self, count: int) -> FloatArray:
-        """Take off so many."""
+        """Removes and returns so many values."""
         pieces = [self._waiting]
         while sum(map(len, pieces)) < count:
             pieces.append(next(self._pieces))

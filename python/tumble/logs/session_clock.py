@@ -80,14 +80,14 @@ class _Stretch:
         return (self.last - self.first) / max(self.samples - 1, 1)
 
     def extend(self, stamp: FloatArray) -> None:
-        """Take in where (n,) further samples, at least one, lead."""
+        """Adds the time and delay of (n,) further samples, at least one."""
         if self.samples == 0:
             self.first = float(stamp[0])
         self.last = float(stamp[-1])
         self.samples += len(stamp)
 
     def add(self, one: _Arrival) -> None:
-        """Take in the quickest sample of a second, or of a part of it, by wherever files or batches end."""
+        """Adds the quickest sample of a second, or of a part of it, by wherever files or batches end."""
         last = self.quickest[-1] if self.quickest else None
         if last is None or math.floor(last.stamp) != math.floor(one.stamp):
             self.quickest.append(one)
@@ -108,7 +108,7 @@ class _Evenness:
     """s of the sensor: stamps after uneven steps, of the newest rows."""
 
     def take(self, stamp: FloatArray) -> None:
-        """Take in (n,) further stamps, s."""
+        """Adds (n,) further stamps, s."""
         if not len(stamp):
             return
         steps = np.diff(stamp, prepend=self._last)
@@ -120,7 +120,7 @@ class _Evenness:
         self._last = float(stamp[-1])
 
     def allows_leap(self, stamp: float, *, set_back: bool) -> bool:
-        """Tell whether the sensor's clock may have been set where the live clock jumped, at a stamp taken in.
+        """Returns whether the sensor's clock may have been set at an added stamp.
 
         That it was set back may show only after a while, from samples that all are late.
         """
@@ -193,7 +193,7 @@ def _columns(files: Iterable[Path]) -> Iterator[tuple[FloatArray, FloatArray, Fl
 
 
 def _sound(stamp: FloatArray, arrival: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Leave out what came far sooner than the quickest of other seconds: its stamp is spoilt."""
+    """Omits samples that came far sooner than the quickest of other seconds: their stamps are wrong."""
     if len(stamp) < FEWEST:
         return stamp, arrival
     delay = arrival - stamp
@@ -205,7 +205,7 @@ def _sound(stamp: FloatArray, arrival: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _in_order(stretches: list[_Stretch]) -> list[Line]:
-    """Lay the line of each; one that would end after the next begins had longer delays, and gives way."""
+    """Fits the line of each; one that would end after the next begins had longer delays, and yields."""
     lines: list[Line] = []
     begins, step = math.inf, LEAST_STEP
     for stretch in reversed(stretches):
@@ -218,7 +218,7 @@ def _in_order(stretches: list[_Stretch]) -> list[Line]:
 
 
 def _line(stretch: _Stretch) -> Line:
-    """Lay the line below all arrivals with the least sum of distances (eq. 8)."""
+    """Fits the line below all arrivals with the least sum of distances (eq. 8)."""
     stamp, arrival = _sound(
         np.array([one.stamp for one in stretch.quickest]),
         np.array([one.arrival for one in stretch.quickest]),

@@ -32,7 +32,7 @@ _kept: tuple[IO[str], PipedLog] | None = None
 
 
 def nothing_piped(typed: str) -> LogError:
-    """Say that standard input, as it was typed, is the keyboard or closed."""
+    """Reports that standard input, as it was typed, is the keyboard or closed."""
     return LogError(f"{typed}: nothing is piped in; give a file, or pipe a log into the command")
 
 

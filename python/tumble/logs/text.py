@@ -260,7 +260,7 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
 
 
 def _end_in_delimiter(rows: Sequence[str], delimiter: str, columns: int) -> bool:
-    """Tell whether a delimiter stands behind the last field of most rows, as MT Manager writes it."""
+    """Returns whether a delimiter stands behind the last field of most rows, as MT Manager writes it."""
     if delimiter == BLANKS:
         return False
     ended = [row.endswith(delimiter) and len(row.split(delimiter)) == columns + 1 for row in rows]
@@ -351,7 +351,7 @@ def names_for(
 
 
 def _gyroscope_stands_first(rows: Sequence[str], delimiter: str) -> bool:
-    """Tell it by gravity, of which only the last three of the six columns have the length."""
+    """Returns whether the last three of six columns have the length of gravity."""
     fields = [split_line(row, delimiter)[-6:] for row in rows]
     read = [
         [number_of(field, _decimal_point(row, delimiter)) for field in split]
@@ -382,5 +382,5 @@ def _are_quoted(rows: Sequence[str]) -> bool:
 
 
 def is_time_stamp(text: str) -> bool:
-    """Tell whether a field is a date and time such as `2024-05-01T12:00:00.25`."""
+    """Returns whether a field is a date and time such as `2024-05-01T12:00:00.25`."""
     return _TIME_STAMP.match(text) is not None

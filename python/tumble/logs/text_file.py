@@ -54,7 +54,7 @@ class _Stream(io.RawIOBase):
         self._left = memoryview(b"")
 
     def readable(self) -> bool:
-        """Say that it can be read."""
+        """Returns True, as it can be read."""
         return True
 
     def readinto(self, buffer: bytearray | memoryview) -> int:  # type: ignore[override]
@@ -70,7 +70,7 @@ class _Stream(io.RawIOBase):
         return count
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Closes the file."""
         self._file.close()
         super().close()
 
@@ -81,7 +81,7 @@ def _pieces(file: BinaryIO) -> Iterator[bytes]:
 
 
 def _recoded(pieces: Iterator[bytes]) -> Iterator[bytes]:
-    """Make UTF-8 of UTF-16, which begins with its mark; all else stays as it is."""
+    """Converts UTF-16, which begins with its mark, to UTF-8; all else stays as it is."""
     first = next(pieces, b"")
     if not first.startswith(_UTF_16):
         yield first

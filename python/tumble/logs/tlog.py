@@ -77,7 +77,7 @@ class _Scan:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """Say whether a file begins with a time of arrival, and a message behind it, and the same again."""
+    """Returns whether a file begins with a time of arrival, and a message behind it, and the same again."""
     first = _length(head, 0)
     if not first or not _EARLIEST <= int.from_bytes(head[:2], "big") <= _LATEST:
         return False
@@ -267,7 +267,7 @@ class _Packets:
     """First bytes of times of arrival, which stay the same for years."""
 
     def take(self, data: bytes, position: int, whole: bool) -> int:
-        """Take complete messages apart, and give how many bytes they are."""
+        """Splits off complete messages; returns their number of bytes."""
         at, length = 0, len(data)
         self._time = self._time or data[:2]
         while at + ARRIVAL + 3 <= length:

@@ -134,14 +134,14 @@ def one_name(source: Path | str, named: str | None, topic: str | None) -> str | 
 
 
 def several(source: Path | str, typed: str, names: Sequence[str]) -> LogError:
-    """Say that one of several IMUs has to be named; `typed` is what its name is put behind."""
+    """Reports that one of several IMUs has to be named; `typed` is the text before its name."""
     return LogError(
         f"{source}: holds {len(names)} IMUs: name one, as {typed}:{names[0]} (found: {', '.join(names)})"
     )
 
 
 def none_such(source: Path | str, what: str, wanted: str, names: Sequence[str]) -> LogError:
-    """Say that there is no IMU of that name; `what` is what names one here."""
+    """Reports an unknown IMU; `what` is the kind of name that IMUs have here."""
     found = ", ".join(name for name in names if name) or "only one IMU, without a name"
     return LogError(f"{source}: no {what} {wanted!r}; found: {found}")
 

@@ -240,7 +240,7 @@ def _temperature(records: Records) -> FloatArray | None:
 
 
 def _unpacked(triad: Triad, records: Records) -> TriadSamples:
-    """Take batches apart: `samples` readings in units of `scale`, `dt` us apart, the last of them stamped."""
+    """Splits batches: `samples` readings in units of `scale`, `dt` us apart, the last of them stamped."""
     most = records["x"].shape[1]
     number = np.arange(most)
     count = np.minimum(records["samples"].astype(np.int64), most)

@@ -209,7 +209,7 @@ class _Walk:
     """Where the block stands in the file."""
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
-        """Take complete messages apart, and give how many bytes they are."""
+        """Splits off complete messages; returns their number of bytes."""
         self._block, self._begin = data, position
         at, length, last_data, head, places = 0, len(data), -1, _HEAD.unpack_from, self._places
         while at + _HEAD.size <= length:

@@ -248,15 +248,15 @@ def usual_step(time: FloatArray) -> float:
 
 
 def _stamps(time: FloatArray) -> FloatArray:
-    """Leave out what is no time in any unit."""
+    """Omits numbers that are no time in any unit."""
     return time[np.abs(time) < LARGEST_TIME / UNITS["time"]["ns"]]
 
 
 def odd_step(step: float) -> str:
-    """Say why times that far apart, s, are no IMU's; empty where they may be."""
+    """Describes a distance of stamps, s, that no IMU has; empty where an IMU may have it."""
     return "" if is_imu_step(step) else f"a sample every {step:.6g} s, {1.0 / step:.4g} Hz, is none of an IMU"
 
 
 def is_imu_step(step: float) -> bool:
-    """Tell whether an IMU samples with that time between samples, s; taken for granted where it is NaN."""
+    """Returns whether an IMU samples with that time between samples, s; taken for granted where it is NaN."""
     return not (step * FASTEST_HZ < 1.0 or step * SLOWEST_HZ > 1.0)

@@ -235,7 +235,7 @@ def _plain_columns(variable: Variable, prefix: str) -> Iterator[tuple[str, _Plac
 
 
 def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> ImuColumns:
-    """Take the units that the file states beside the names."""
+    """Returns the variables with the units that the file states beside their names."""
 
     def stated(column: str | None, quantity: Quantity, so_far: StatedUnit | None) -> StatedUnit | None:
         if column is None:

@@ -148,7 +148,7 @@ class SentenceTable(TextTable):
         super().__init__(path, self.layout, ())
 
     def use(self, names: list[str]) -> None:
-        """Say which columns are to be read."""
+        """Returns the columns to be read."""
         self._names = names
 
     def _parse(self, block: Block) -> Rows:
@@ -165,7 +165,7 @@ class SentenceTable(TextTable):
         return Rows(columns, bad)
 
     def _read_singly(self, table: bytes, good: _Positions, wrong: dict[int, str]) -> Mapping[str, FloatArray]:
-        """Leave out, and add to the wrong, sentences whose checksum is right and whose fields are not."""
+        """Omits sentences with a right checksum and wrong fields, and adds them to the errors."""
         lines = table.split(b"\n")[: len(good)]
         problems = [
             self._problem(line.removesuffix(b"\r").decode("utf-8", "surrogateescape"), cut_off=False)
@@ -246,7 +246,7 @@ def _first_in(places: _Positions, starts: _Positions, lasts: _Positions, end: in
 def _checked(
     data: NDArray[np.uint8], dollars: _Positions, stars: _Positions, lasts: _Positions, sound: _Mask
 ) -> _Mask:
-    """Tell which lines have the checksum that they state: eight bits in two digits, or sixteen in four."""
+    """Returns for each line whether its checksum is right: eight bits in two digits, or sixteen in four."""
     digits = lasts - stars - 1
     computed = np.zeros(len(stars), dtype=np.uint8)
     if sound.any():

@@ -46,7 +46,7 @@ class Damage:
         self.bytes += count
 
     def notices(self) -> tuple[str, ...]:
-        """Say what was met, a line each."""
+        """Yields a notice on each kind of damage."""
         notices = []
         if self.dropouts:
             notices.append(

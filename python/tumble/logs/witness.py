@@ -72,7 +72,7 @@ class Witness:
         in_body: bool = False,
         source: str = "witness",
     ) -> Witness:
-        """Take velocity (n, 3) m/s at times (n,) s, NaN where an axis is not measured.
+        """Adds velocity (n, 3) m/s at times (n,) s, NaN where an axis is not measured.
 
         It is that of the primary's place in a level frame with z up, whose heading stays and may be unknown;
         with `in_body`, in the primary's axes. `sigma`, m/s, is one number, three, or (n, 3).
@@ -93,7 +93,7 @@ class Witness:
     def heading(
         cls, time: ArrayLike, value: ArrayLike, sigma: ArrayLike, *, source: str = "witness"
     ) -> Witness:
-        """Take the heading of the primary, rad, (n,) at times (n,) s, as of a magnetometer.
+        """Adds the heading of the primary, rad, (n,) at times (n,) s, as of a magnetometer.
 
         That is the angle about the vertical of its x axis, counter-clockwise seen from above, from any
         direction that stays. `sigma`, rad, is one number or (n,).
@@ -110,7 +110,7 @@ class Witness:
 
     @classmethod
     def score(cls, unit: str, time: ArrayLike, value: ArrayLike, *, source: str = "witness") -> Witness:
-        """Take how badly an estimator that runs on a unit fits its other sensors, (n,) at times (n,) s.
+        """Adds the normalised innovation of a unit's estimator, (n,) at times (n,) s.
 
         That is innovation squared over its variance, a degree of freedom: 1 on average in health.
 

@@ -132,7 +132,7 @@ class _Counter:
         self._total = 0.0
 
     def timed(self, samples: RawSamples) -> RawSamples:
-        """Make seconds of the counter of successive samples; more than half its range is a step back."""
+        """Converts the counter of successive samples to seconds; more than half its range is a step back."""
         assert samples.time is not None
         counted = np.isfinite(samples.time)
         raw: FloatArray = samples.time[counted]

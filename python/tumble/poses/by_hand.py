@@ -26,7 +26,7 @@ def natural() -> FloatArray:
 
 
 def orientation_words(up: FloatArray) -> str:
-    """Say how to hold a unit so that this direction (3,) of its case points up.
+    """Describes the attitude of a unit in which this direction (3,) of its case points up.
 
     >>> orientation_words(np.array([0.77, -0.64, 0.0]))
     'x up, tilted by 40 deg so that -y rises'
@@ -44,7 +44,7 @@ def orientation_words(up: FloatArray) -> str:
 
 
 def axis_words(axis: FloatArray) -> str:
-    """Say an axis (3,) to turn about by those of the case that it lies between.
+    """Describes an axis (3,) of rotation by the case axes between which it lies.
 
     >>> axis_words(np.array([0.77, -0.64, 0.0]))
     'the axis between +x and -y'
@@ -55,7 +55,7 @@ def axis_words(axis: FloatArray) -> str:
 
 
 def why_not_so_many(orientations: int) -> str:
-    """Say why nobody can show so many orientations; empty where one can."""
+    """Describes why so many orientations are impossible by hand; empty where they are possible."""
     if 1 <= orientations <= MOST_ORIENTATIONS:
         return ""
     return f"--orientations {orientations}: give 1 to {MOST_ORIENTATIONS}"

@@ -146,7 +146,7 @@ class PoseEntry(Document):
         return self
 
     def pose(self) -> Pose:
-        """Make it the pose that procedures know."""
+        """Returns the pose in the form of procedures."""
         return Pose(self.name, self.up, self.file)
 
 

@@ -117,7 +117,7 @@ def _parameters(
 
 
 def _shown(seen: Flags) -> list[bool]:
-    """Say what the data show: a scale needs its row of M, an angle between axes two, mounting all three."""
+    """Describes the observable part: a scale needs its row of M, an angle two rows, mounting all three."""
     x, y, z = (bool(row.all()) for row in seen[:9].reshape(3, 3))
     biases = [bool(flag) for flag in seen[9:]]
     return [*biases, x, y, z, x and y, y and z, z and x, *[x and y and z] * 3]

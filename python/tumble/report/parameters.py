@@ -75,7 +75,7 @@ class ParameterGroup:
 
     @property
     def common_reason(self) -> str:
-        """Why none of them was observable, where that is one reason."""
+        """Common reason why none of them was observable; empty where there are several."""
         reasons = {row.reason for row in self.rows}
         return reasons.pop() if len(reasons) == 1 else ""
 

@@ -23,7 +23,7 @@ VERDICT_TITLES = {word: word.capitalize() for word in VERDICT_SIGNS}
 
 
 def temperature_sentence(temperature: tuple[float, float, float] | None) -> str:
-    """Say the mean temperature at rest and its range."""
+    """Describes the mean temperature at rest and its range."""
     if temperature is None:
         return "not recorded"
     low, mean, high = (f"{value:.1f}" for value in temperature)

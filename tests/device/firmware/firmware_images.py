@@ -21,7 +21,7 @@ EMULATORS: Mapping[str, str] = {
 
 
 def built_image(feature: str = "", target: str = CORTEX_M4F) -> Path:
-    """Where the platform for a processor is, with one of its features."""
+    """Path of the platform image for a processor, with one of its features."""
     return FOLDER / target / f"platform{feature and '-'}{feature}"
 
 

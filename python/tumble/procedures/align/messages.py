@@ -20,7 +20,7 @@ def _ratio(ratio: float) -> str:
 
 
 def _remedy(ratio: float) -> str:
-    """Say what mends a rate that is off by a factor."""
+    """Describes the remedy for a rate with a wrong factor."""
     degrees = math.degrees(1.0)
     if abs(math.log(ratio / degrees)) < 0.2 or abs(math.log(ratio * degrees)) < 0.2:
         return (

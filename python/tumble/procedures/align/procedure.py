@@ -106,7 +106,7 @@ def _aligned(
 
 
 def _share_a_clock(ours: Recording, theirs: Recording) -> bool:
-    """Tell whether one clock stamped both; lines from clocks of sensors to that of the computer are apart."""
+    """Returns whether one clock stamped both; clocks of sensors aligned to the computer's are separate."""
     one = bool(ours.metadata.clock) and ours.metadata.clock == theirs.metadata.clock
     return one and ours.metadata.pace_sigma == theirs.metadata.pace_sigma == 0.0
 

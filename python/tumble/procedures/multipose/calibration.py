@@ -12,7 +12,7 @@ from tumble.procedures.multipose.result import MultiposeResult
 
 
 def calibration_of(result: MultiposeResult) -> Calibration:
-    """Make the calibration file, on top of the one that the procedure was started from."""
+    """Creates the calibration file, on top of the one that the procedure was started from."""
     content: dict[str, Any] = {
         "name": result.name,
         "serial": result.serial,

@@ -28,11 +28,11 @@ class OrientationGuide:
     """Indicates whether the present rest is among `forces`."""
 
     def motion(self) -> None:
-        """Take in that the unit moves."""
+        """Reports to the guide that the unit moves."""
         self._counted = False
 
     def rest(self, force: FloatArray, seconds: float) -> bool:
-        """Take in the rest under way, mean specific force (3,) m/s^2; whether it is long enough just now."""
+        """Adds the present rest, mean specific force (3,) m/s^2; returns whether it is now long enough."""
         if not self.is_enough(seconds):
             return False
         self.forces.append(force)

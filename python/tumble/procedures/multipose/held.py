@@ -24,7 +24,7 @@ class HeldRests:
         self._kept: deque[Chunk] = deque(maxlen=MOST_KEPT)
 
     def keep(self, rest: Chunk) -> None:
-        """Take in the samples of a rest that counts, later than all before."""
+        """Adds the samples of a rest that counts, later than all before."""
         self._kept.append(rest)
 
     def since(self, newest: Chunk) -> float:

@@ -175,7 +175,7 @@ class LiveMultipose:
             self._go_on()
 
     def stop(self) -> None:
-        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        """Requests `steps` to end soon; may be called by a handler of signals."""
         self._was_stopped = True
         self._recorder.stop()
 
@@ -243,7 +243,7 @@ class LiveMultipose:
         yield from self._wants(step)
 
     def _rested(self, step: RecordStep) -> Iterator[MultiposeStep]:
-        """Take in the rest under way; where it trembled, only what is a rest beside the others counts."""
+        """Adds the present rest; one that trembled counts only if it is a rest beside the others."""
         [unit] = step.units
         if self._rest.look(self._acquired.newest(self.name, SHORTEST_REST), self._time):
             self._trembled = False
@@ -259,7 +259,7 @@ class LiveMultipose:
             yield self._step("rest done", step, orientation_words(_unit(self._rest.force)))
 
     def _found(self, step: RecordStep) -> Iterator[MultiposeStep]:
-        """Take what was found so far, and begin to find it anew where that is due."""
+        """Stores finished estimates, and starts the next ones when due."""
         if self._finding.is_running:
             return
         if (found := self._finding.take()) is not None:
@@ -295,7 +295,7 @@ class LiveMultipose:
         return result.directions >= patience * wanted
 
     def _wants(self, step: RecordStep) -> Iterator[MultiposeStep]:
-        """Say once where to turn the unit, as soon as that is found."""
+        """Reports the next orientation once, as soon as it is known."""
         up = self.guide.wanted
         was_asked = up is self._asked and not self._asks_again
         is_away = step.units[0].condition not in ("rest", "motion")
@@ -353,7 +353,7 @@ class LiveMultipose:
         self._recorder.describe(self._procedure)
 
     def _warnings(self, step: RecordStep, objections: Iterable[Objection]) -> Iterator[MultiposeStep]:
-        """Say each trouble once."""
+        """Reports each trouble once."""
         for each in objections:
             if each.key not in self._told:
                 self._told.add(each.key)
@@ -402,7 +402,7 @@ class LiveMultipose:
         self._frozen.push(name, chunk)
 
     def _go_on(self) -> None:
-        """Take in what was recorded before, and count its rests."""
+        """Adds what was recorded before, and counts its rests."""
         if not recorded_so_far(self.session, self.name).samples:
             return
         segmenter = _core.Segmenter(SHORTEST_REST, by_hand=True)

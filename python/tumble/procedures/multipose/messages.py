@@ -32,7 +32,7 @@ def explain(word: str, figures: RefusalFigures) -> str:
 
 
 def tremor_words(tremor: tuple[float, float] | None) -> str:
-    """Say how a unit trembled, by the amplitude of its angular rate, rad/s, and its frequency, Hz."""
+    """Describes how a unit trembled, by the amplitude of its angular rate, rad/s, and its frequency, Hz."""
     if tremor is None:
         return ""
     amplitude, frequency = tremor

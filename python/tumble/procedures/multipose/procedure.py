@@ -227,7 +227,7 @@ def multipose(
 
 
 def _provenance(source: RecordingSource, operator: str, station: str) -> Provenance:
-    """Say who calibrated and where: what is stated, else what stands in the recorded session."""
+    """Returns operator and station: those stated, else those of the recorded session."""
     asked = procedure_of(source)
     return Provenance(
         date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
@@ -241,7 +241,7 @@ def _labelled(recording: Recording, sections: Sections | None) -> tuple[Section,
 
 
 def as_counts(read: ReadOptions | None) -> ReadOptions:
-    """Make of how to read a log how to read its numbers as they stand."""
+    """Returns options by which the numbers of a log are read as they stand."""
     return replace(read or ReadOptions(), accelerometer_unit="m/s^2", gyroscope_unit="rad/s")
 
 
@@ -301,7 +301,7 @@ def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgres
 
 
 def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
-    """Leave out what stood still: frozen in a turn, it looks like a rest."""
+    """Omits frozen samples: frozen in a turn, they look like a rest."""
     kept = np.ones(len(samples), dtype=bool)
     for first, last in frozen:
         kept[first : last + 1] = False
@@ -356,7 +356,7 @@ def _ferraris(figures: _core.FerrarisFigures) -> FerrarisTriad:
 
 
 def _trembling(rests: Sequence[Rest], figures: _core.MultiposeFigures) -> Iterator[Rest]:
-    """Say of each rest how it trembled."""
+    """Describes the tremor of each rest."""
     for rest, tremor in zip(rests, figures["tremors"], strict=True):
         yield replace(rest, remark=tremor_words(tremor))
 

@@ -145,5 +145,5 @@ def _checked(sections: Sequence[Section], about: str) -> tuple[Section, ...]:
 
 
 def are_faces(sections: Sequence[Section]) -> bool:
-    """Tell whether the sections are those of six faces, not rests in any orientation."""
+    """Returns whether the sections are those of six faces, not rests in any orientation."""
     return any(each.label != REST for each in sections)

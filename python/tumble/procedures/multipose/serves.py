@@ -11,7 +11,7 @@ from tumble.foundation.services import Evidence, Service, refused, unknown
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording."""
     if "accelerometer" not in evidence.triads:
         yield refused("multipose", "accelerometer")
         return

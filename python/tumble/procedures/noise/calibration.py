@@ -22,7 +22,7 @@ def _for_filters(result: NoiseResult, triad: Triad) -> dict[str, FloatArray]:
 
 
 def calibration_of(result: NoiseResult) -> Calibration:
-    """Make the calibration file of a unit whose noise was measured, on top of what it was started from.
+    """Creates the calibration file of a unit whose noise was measured, on top of what it was started from.
 
     A triad that has no calibration yet is left as measured.
     """

@@ -18,7 +18,7 @@ FEW_STRETCHES = 4.0
 
 
 def not_identifiable(high: float, unit: str, needed: float | None) -> str:
-    """Say what is known of a term all the same, and what would show it."""
+    """Describes the bound on a term that is not identifiable, and the remedy."""
     if not math.isfinite(high):
         return "not identifiable: the log is too short, or too disturbed, to bound it"
     known = f"not identifiable: at most {high:.2g} {unit}"

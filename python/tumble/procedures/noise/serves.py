@@ -8,5 +8,5 @@ from tumble.foundation.services import Evidence, Service
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording."""
     yield evidence.service("noise", evidence.lacking_still)

@@ -14,7 +14,7 @@ from tumble.procedures.thermal.result import AxisDrift, ThermalResult
 
 
 def calibration_of(result: ThermalResult) -> Calibration:
-    """Make the calibration file of a unit whose drift was found, on top of what it was started from.
+    """Creates the calibration file of a unit whose drift was found, on top of what it was started from.
 
     M and b are left as they are: the reference of the drift is the temperature that they hold at. A triad
     that has no calibration yet is left as measured at that temperature.
@@ -42,6 +42,6 @@ def _sigmas(axis: AxisDrift) -> FloatArray:
 
 
 def _rows(powers: Sequence[FloatArray], without: float) -> tuple[FloatArray, ...]:
-    """Lay the coefficients of three axes side by side, a row for each power that one of them has."""
+    """Arranges the coefficients of three axes side by side, a row for each power of any of them."""
     highest = max(len(each) for each in powers)
     return tuple(np.array([each[k] if k < len(each) else without for each in powers]) for k in range(highest))

@@ -61,7 +61,7 @@ MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
 
 
 def no_temperature_of_start(name: str) -> str:
-    """Say that nobody knows at which temperature a calibration holds, whose bias is to drift from there."""
+    """Reports that the temperature at which an initial calibration holds is unknown."""
     return (
         f"{name}: does not say at which temperature it was made, and its bias holds there only; give it with "
         "--start-temperature"
@@ -69,7 +69,7 @@ def no_temperature_of_start(name: str) -> str:
 
 
 def several_temperatures(name: str, found: Sequence[float]) -> str:
-    """Say that the triads of a calibration hold at temperatures of their own."""
+    """Reports that the triads of a calibration hold at different temperatures."""
     listed = join([f"{value:.1f}" for value in found])
     return (
         f"{name}: its triads hold at {listed} degC; make them hold at one, or say which is meant with "
@@ -78,7 +78,7 @@ def several_temperatures(name: str, found: Sequence[float]) -> str:
 
 
 def start_out_of_range(temperature: float, low: float, high: float) -> str:
-    """Say that a calibration was made at a temperature that the logs do not show."""
+    """Reports that a calibration was made at a temperature outside that of the logs."""
     return (
         f"the calibration it is added to was made at {temperature:.1f} degC, and nobody knows how the unit "
         f"drifts from there to {low:.1f} degC and more: it is taken to hold at the edge of {low:.1f} to "
@@ -87,7 +87,7 @@ def start_out_of_range(temperature: float, low: float, high: float) -> str:
 
 
 def warnings_of(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Iterator[str]:
-    """Say what was left out, and where one curve for warming and cooling is not enough."""
+    """Describes what was left out, and where one curve for warming and cooling is not enough."""
     if blocks.moved > NOTABLE_SHARE * (blocks.still + blocks.moved):
         yield f"{length_of_time(blocks.moved)} were left out, in which the unit did not stand still"
     if not all(axis.hysteresis.observable for axis in axes):

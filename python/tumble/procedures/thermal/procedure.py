@@ -150,7 +150,7 @@ def _refuse_unfit(unit: Imu) -> None:
 def _read(
     recording: Recording, recorder: _core.ThermalRecorder, samples: int, progress: SampleProgress | None
 ) -> None:
-    """Hand a log to the core; a triad that was not recorded stands still at zero."""
+    """Passes a log to the core; a triad that was not recorded is zero."""
     triads = recording.metadata.triads
     for part in recording.parts or (recording,):
         for chunk in part.chunks():

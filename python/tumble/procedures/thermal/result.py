@@ -141,13 +141,13 @@ def _powers(t: FloatArray, count: int) -> FloatArray:
 
 
 def estimated(name: str, unit: str, value: float, sigma: float) -> Parameter:
-    """Make a parameter of an estimate and its 1-sigma."""
+    """Creates a parameter of an estimate and its 1-sigma."""
     value, sigma = float(value), float(sigma)
     return Parameter(name, unit, value, sigma, value - INTERVAL * sigma, value + INTERVAL * sigma)
 
 
 def unknown(name: str, unit: str, reason: str) -> Parameter:
-    """Make a parameter of what the data do not show."""
+    """Creates a parameter of what the data do not show."""
     return Parameter(name, unit, math.nan, math.inf, math.nan, math.nan, False, reason)
 
 

@@ -9,7 +9,7 @@ from tumble.foundation.services import Evidence, Service
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording."""
     lacking = (*_lacking_temperature(evidence.temperature), *evidence.lacking_still)
     yield evidence.service("thermal", lacking)
 

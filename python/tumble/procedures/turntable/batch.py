@@ -59,12 +59,12 @@ class Batch:
         return len(self.last)
 
     def counts(self) -> str:
-        """Say how many targets there are, with which verdict."""
+        """Describes the number of targets with each verdict."""
         verdicts = Counter(last.verdict for last in self.last.values())
         return ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
 
     def remarks(self) -> Iterator[str]:
-        """Say what of the file could not be read."""
+        """Describes what of the file could not be read."""
         for number in self.lost_lines:
             yield (
                 f"{self.path}: line {number} was cut short or changed; that attempt does not count, and the "

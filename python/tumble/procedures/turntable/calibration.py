@@ -14,7 +14,7 @@ from tumble.procedures.turntable.result import TargetResult, TurntableResult
 
 
 def calibration_of(batch: TurntableResult, target: TargetResult) -> Calibration:
-    """Make the calibration file of one target.
+    """Creates the calibration file of one target.
 
     Raises `ProcedureError` where the target could not be calibrated.
     """

@@ -177,11 +177,11 @@ class Guide:
         self._turned, self._turn_taken = np.zeros(3), True
 
     def turn(self, angle: FloatArray) -> None:
-        """Take in what the reference turned, (3,) rad about its axes."""
+        """Adds a turn of the reference, (3,) rad about its axes."""
         self._turned = self._turned + angle
 
     def motion(self) -> None:
-        """Take in that the table moves."""
+        """Reports to the guide that the table moves."""
         self._turn_taken = False
         if self.at is not None:
             self.at.leave()
@@ -190,7 +190,7 @@ class Guide:
     def rest(
         self, force: FloatArray, seconds: float, targets: Mapping[str, float] | None = None
     ) -> Iterator[WantedPose | WantedTurn]:
-        """Take in a rest with this specific force, (3,) m/s^2, that is so long by now; give what it ticks.
+        """Adds the present rest of this specific force, (3,) m/s^2, and duration; returns what it completes.
 
         `targets` are s of samples that each target has given of it.
         """

@@ -145,10 +145,10 @@ class Driver(Protocol):
 
     @property
     def aim(self) -> str:
-        """Where the table is or goes, for people."""
+        """Name of the place where the table is or goes."""
 
     def advance(self, now: float, rest: float | None) -> None:
-        """Do what is due, without waiting; `now` and the length of the rest under way are s of the samples.
+        """Advances without waiting; `now` and the duration of the present rest are s of the samples.
 
         Raises `TableError` where the table does not obey.
         """
@@ -157,10 +157,10 @@ class Driver(Protocol):
         """Returns whether the table goes where this direction, (3,) in its frame, points up."""
 
     def again(self, seconds: float) -> bool:
-        """Go everywhere once more, for so many s of rest; False where that was done often enough."""
+        """Repeats all stops, for so many s of rest; returns False where that was done often enough."""
 
     def leave_out(self, ups: Sequence[FloatArray], turned: FloatArray) -> None:
-        """Do not go again where a recording was: rests with these directions up, and turns.
+        """Removes stops that were recorded: rests with these directions up, and turns.
 
         `ups` are (3,) in the frame of the table, `turned` (n, 3) rad by which the reference turned between
         one rest and the next.
@@ -246,7 +246,7 @@ class LiveTurntable:
             self._go_on()
 
     def stop(self) -> None:
-        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        """Requests `steps` to end soon; may be called by a handler of signals."""
         self._was_stopped = True
         self._recorder.stop()
 
@@ -328,7 +328,7 @@ class LiveTurntable:
             yield self._step("ended early", step, text=f"{self._why_early}; {self._what_is_missing()}")
 
     def _silence(self, step: RecordStep) -> Iterator[TurntableStep]:
-        """Say at once that no unit is there any more, and end where that lasts."""
+        """Reports at once that all units are silent, and ends the session where that lasts."""
         yield from self._warnings(step, list(self._silent.objections(step)))
         if reason := self._silent.reason:
             self._end_early(reason)
@@ -428,14 +428,14 @@ class LiveTurntable:
         return isinstance(wanted, WantedTurn) or (wanted is not None and not driver.shows(wanted.pose.up))
 
     def _send_again(self, driver: Driver) -> bool:
-        """Have the table go where something still lacks; whether it may."""
+        """Sends the table to the missing stops; returns whether it may go."""
         may = driver.again(0.0)
         self._leave_out_what_was_shown(driver)
         # The missing stop may be the end of a turn, which is no stop of its own.
         return may and (not driver.is_done or driver.again(0.0))
 
     def _wants(self, step: RecordStep) -> Iterator[TurntableStep]:
-        """Say once what to do next."""
+        """Reports the next step once."""
         wanted = self.guide.wanted
         name = self._driver.aim if self._driver is not None else wanted.name if wanted is not None else ""
         if name and name != self._asked:
@@ -444,7 +444,7 @@ class LiveTurntable:
             yield self._step("turn wanted" if is_turn else "pose wanted", step, name, self._why_again(wanted))
 
     def _why_again(self, wanted: WantedPose | WantedTurn | None) -> str:
-        """Say which targets missed a pose that is wanted once more."""
+        """Returns the targets that missed a repeated pose."""
         if self._driver is not None or not isinstance(wanted, WantedPose):
             return ""
         if wanted is self.guide.at or not wanted.is_rested:
@@ -485,7 +485,7 @@ class LiveTurntable:
         self._frozen.push(name, chunk)
 
     def _found(self, step: RecordStep) -> Iterator[TurntableStep]:
-        """Take what was found so far, and begin to find it anew where that is due."""
+        """Stores finished estimates, and starts the next ones when due."""
         if self._finding.is_running:
             return
         if (found := self._finding.take()) is not None:
@@ -575,7 +575,7 @@ class LiveTurntable:
     def _warnings(
         self, step: RecordStep, objections: tuple[Objection, ...] | list[Objection]
     ) -> Iterator[TurntableStep]:
-        """Say each trouble once."""
+        """Reports each trouble once."""
         for each in objections:
             if (each.unit, each.key) not in self._told:
                 self._told.add((each.unit, each.key))
@@ -599,7 +599,7 @@ class LiveTurntable:
         )
 
     def _go_on(self) -> None:
-        """Take in what was recorded before, and tick what its rests and turns show."""
+        """Adds what was recorded before, and ticks what its rests and turns show."""
         for name in Session.load(self.session).names:
             if recorded_so_far(self.session, name).samples:
                 for chunk in open_recording(f"{self.session}:{name}").chunks():
@@ -632,7 +632,7 @@ class LiveTurntable:
         self.guide.motion()
 
     def _leave_out_what_was_shown(self, driver: Driver) -> None:
-        """Have the table not go again where the recording was."""
+        """Removes recorded stops from the plan of the table."""
         recording = self._acquired.recordings().get(self._reference)
         try:
             turned = (

@@ -70,12 +70,12 @@ class Session:
         return replace(found, provenance=provenance or self.provenance)
 
     def note_gyroscopes(self, names: Sequence[str], units: Sequence[UnitRead]) -> None:
-        """Take in the order of targets before they are calibrated side by side: a later twin is remarked."""
+        """Stores the order of targets before they run in parallel, so that later duplicates are reported."""
         for name, unit in zip(names, units, strict=True):
             self._procedure.first_with_gyroscope(name, unit)
 
     def why_swapped(self, unit: UnitRead) -> str:
-        """Say why a target must be the reference, where it is so much the better unit; empty where not."""
+        """Describes why a target must be the reference, as the much better unit; empty where it is not."""
         reference, gravity = self._reference, self.batch.gravity
         residual = _core.sphere_residual(reference.acquired, gravity)
         if isinstance(unit, TumbleError) or residual is None or "accelerometer" not in unit.triads:

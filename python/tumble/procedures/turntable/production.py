@@ -137,7 +137,7 @@ class Production:
         return with_serial(unit, serial)
 
     def _after_the_first_of_use(self, results: Iterator[Calibrated]) -> Iterator[Calibrated]:
-        """Hold back failures until a target was calibrated, or has results here that hold no longer."""
+        """Holds back failures until a target is calibrated or has obsolete results here."""
         failed: list[Calibrated] = []
         for each in results:
             if each.result is None or not each.result.failure or each.result.name in self.batch.last:
@@ -238,7 +238,7 @@ def keep(batch: Batch, printed: Printed) -> Made:
 
 
 def pages_for(targets: int) -> Pages:
-    """Say which of so many targets have a page if nothing is stated."""
+    """Returns the targets with a page, of so many, if nothing is stated."""
     return "all" if targets <= MOST_PAGES else "failed"
 
 

@@ -74,7 +74,7 @@ def reference_warnings(
     *,
     by_table: bool = False,
 ) -> Iterator[str]:
-    """Say what was odd about the reference; `gravity` and where it is from are those of `local_gravity`.
+    """Describes irregularities of the reference; `gravity` and its source are those of `local_gravity`.
 
     `by_table` says whether the commanded rates are the truth of gyroscopes.
     """
@@ -92,7 +92,7 @@ def reference_warnings(
 
 
 def _unclear_rests(unit: Imu, *, by_table: bool) -> Iterator[str]:
-    """Say what the targets lack where no rest was found among constant rates."""
+    """Describes the loss for targets without a rest among constant rates."""
     if len(unit.acquired.rest_times) or not unit.acquired.constant_rates:
         return
     slow = [rate for *_, kind, rate, _ in unit.acquired.constant_rates if kind == "unclear"]
@@ -126,7 +126,7 @@ def _rates_apart(unit: Imu) -> Iterator[str]:
 
 
 def _remedy(gravity_source: str, applied: Calibration | None) -> str:
-    """Say what to give that was not given, and what to check of what was."""
+    """Describes missing options to give, and stated ones to check."""
     known = {
         "standard": "give the local gravity with --latitude and --height or --gravity",
         "given": "check the value of --gravity",

@@ -29,7 +29,7 @@ class ReferenceUncertainty:
 
 
 def reference_uncertainty(applied: Calibration | None, grade: str | None) -> ReferenceUncertainty:
-    """Take the uncertainty of each triad from its calibration, or else from the grade.
+    """Returns the uncertainty of each triad from its calibration, or else from the grade.
 
     Raises `ProcedureError` where no grade has that name.
     """

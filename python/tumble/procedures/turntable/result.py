@@ -324,7 +324,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     """Where truth is `table`."""
 
     def inherited_from(self, triad: TriadName) -> str:
-        """Say who states what all targets inherit: `calibration`, `table`, `calibration and table`."""
+        """Returns the source of the inherited part: `calibration`, `table`, `calibration and table`."""
         stated = getattr(self.reference.uncertainty, triad)
         if self.commanded is None or triad != "gyroscope":
             return str(stated)
@@ -343,7 +343,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
         return self.targets
 
     def calibration_of(self, target: TargetResult) -> Calibration:
-        """Make the calibration file of a target of this batch.
+        """Creates the calibration file of a target of this batch.
 
         Raises `ProcedureError` where the target could not be calibrated.
         """

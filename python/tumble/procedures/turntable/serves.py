@@ -14,7 +14,7 @@ _SMALLEST_SPREAD = 0.1
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording, as that of a reference and as that of a target."""
+    """Judges the suitability of a recording, as that of a reference and as that of a target."""
     as_reference, as_target = "turntable, as reference", "turntable, as target"
     unseen = () if evidence.turned else ("gyroscope scale and axes stay unknown without turns between rests",)
     if "accelerometer" not in evidence.triads:

@@ -16,6 +16,6 @@ def poses_of(session: Path | str) -> PoseList | None:
 
 
 def keep_poses(session: Path, poses: PoseList) -> None:
-    """Have a list lie in the folder of a session, unless it is the usual one, or lies there already."""
+    """Stores a list in the folder of a session, unless it is the usual one or already there."""
     if poses is not SIX_FACES and not (session / FILE).exists():
         poses.save(session / FILE)

@@ -124,7 +124,7 @@ def _is_met(target: TargetResult) -> bool:
 def _failures(
     session: Session, targets: Mapping[str, Imu], found: tuple[TargetResult, ...], known: set[str]
 ) -> Iterator[Objection]:
-    """Say why targets cannot be calibrated, or not well, where nothing more exact is known of them."""
+    """Describes why targets cannot be calibrated, or not well, where nothing more exact is known."""
     for each in found:
         if why := session.why_swapped(targets[each.name]):
             yield Objection(each.name, "better than the reference", why)

@@ -132,7 +132,7 @@ class TableDrive:
             self._motion, self._there_since = "none", now
 
     def _leave(self, now: float) -> None:
-        """Leave a stop for the next one; an axis at a rate goes over to its next rate, or to rest first."""
+        """Leaves a stop for the next one; an axis at a rate goes over to its next rate, or to rest first."""
         self._stop += 1
         next_stop = None if self.is_done else self._stops[self._stop]
         if self._is_at_rate and not _holds_a_rate(next_stop):
@@ -200,7 +200,7 @@ def _only(axis: int, value: float, others: FloatArray) -> FloatArray:
 
 
 def stop_name(axes: tuple[Axis, ...], angles: FloatArray) -> str:
-    """Say where a table stands: `outer 90, inner 0 deg`."""
+    """Names a stop of the table: `outer 90, inner 0 deg`."""
     degrees = np.degrees(angles).tolist()
     each = (f"{axis.name} {angle:.0f}" for axis, angle in zip(axes, degrees, strict=True))
     return f"{', '.join(each)} deg"

@@ -39,7 +39,7 @@ class TurnedTable:
     """Poses where the table does not come: the units are turned over by hand, after all else."""
 
     def lines(self) -> Iterator[str]:
-        """Say what the driver remarks, each stop, and how long all of it takes."""
+        """Describes what the driver remarks, each stop, and how long all of it takes."""
         for remark in self.table.remarks:
             yield f"{self.name}: {remark}"
         route = self.plan.route

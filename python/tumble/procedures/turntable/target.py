@@ -98,7 +98,7 @@ class TargetProcedure:
         return replace(result, checks=self.limits.check(result)) if self.limits else result
 
     def _triads(self, name: str, unit: Imu) -> tuple[bool, bool]:
-        """Say which triads can be calibrated: turns have to be shown by both units."""
+        """Returns the triads that can be calibrated: both units have to show turns."""
         accelerometer, gyroscope = (triad in unit.triads for triad in TRIADS)
         gyroscope = gyroscope and "gyroscope" in self.reference.triads
         if not (accelerometer or gyroscope):
@@ -200,7 +200,7 @@ class TargetProcedure:
         return accelerometer
 
     def _response(self, gyroscope: TriadResult | None) -> Iterator[str]:
-        """Say that the response to specific force was fitted although nobody asked for it."""
+        """Reports that the response to specific force was fitted without a request."""
         if self.response_asked_for or gyroscope is None or gyroscope.g_sensitivity is None:
             return
         largest = math.degrees(float(np.abs(gyroscope.g_sensitivity).max())) * STANDARD_GRAVITY
@@ -211,7 +211,7 @@ class TargetProcedure:
         )
 
     def _unshown(self, unit: Imu) -> Iterator[str]:
-        """Say what a unit of one triad, or beside one, leaves open."""
+        """Describes values that a unit with one triad, or beside one, leaves open."""
         if "gyroscope" in unit.triads and "gyroscope" not in self.reference.triads:
             yield "the reference has no gyroscope, so the gyroscope could not be calibrated"
         if "gyroscope" not in unit.triads and not unit.recording.parts and self._shares_no_clock(unit):

@@ -105,7 +105,7 @@ def natural(text: str) -> list[tuple[bool, int, str]]:
 
 
 def _counted(typed: Sequence[str]) -> list[str]:
-    """Take what a shell has sorted by letters in the order of its numbers, and all else as it was typed."""
+    """Sorts names that a shell sorted by letters by their numbers; others keep their order."""
     return sorted(typed, key=natural) if list(typed) == sorted(typed) else list(typed)
 
 
@@ -220,7 +220,7 @@ def _listed_target(path: Path, line: int, cells: dict[str, str]) -> Target:
 
 
 def _place(source: str) -> tuple[Path, str | None]:
-    """Say which recording is meant, however it is spelt."""
+    """Returns the recording that is meant, however it is spelt."""
     spec = parse_spec(source)
     return spec.path.resolve(), spec.imu
 
@@ -254,7 +254,7 @@ def _named(targets: Sequence[Target], name_by: str, read: ReadOptionsOf) -> list
 
 
 def _numbered(targets: Sequence[Target]) -> list[Target]:
-    """Tell targets of one name apart by a number."""
+    """Distinguishes targets of one name by a number."""
     counts = Counter(target.name for target in targets)
     seen: Counter[str] = Counter()
     numbered = []

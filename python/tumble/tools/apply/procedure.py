@@ -107,7 +107,7 @@ def _refuse_without_force(calibration: Calibration, recording: Recording) -> Non
 
 
 def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool | None) -> Iterator[str]:
-    """Say what would make corrected samples worse than those of the unit of that serial number."""
+    """Describes misuses that make corrected samples worse than raw ones of the unit of that serial number."""
     if already_corrected:
         yield "was corrected already"
     if calibration.serial and serial and calibration.serial != serial:
@@ -122,7 +122,7 @@ def _is_spin(calibration: Calibration) -> bool:
 def warnings_on(
     calibration: Calibration, *, what: str, name: str, serial: str, triads: Sequence[Triad] = TRIADS
 ) -> tuple[str, ...]:
-    """Say what the calibration leaves open for `what`, a log or a source, of that name and these triads."""
+    """Describes parts of `what`, a log or a source, that the calibration does not correct."""
     warnings = [f"{doubt}; what is corrected with it is no better" for doubt in doubts(calibration)]
     if calibration.name != name and not (calibration.serial and serial):
         silent = what if calibration.serial else "calibration"

@@ -38,7 +38,7 @@ def _seconds(date: str) -> float:
 
 
 def histories(units: Sequence[UnitModel], years: FloatArray, own_axes: bool) -> Iterator[History]:
-    """Lay each parameter over time that three calibrations or more show; all in one frame."""
+    """Arranges each parameter of three or more calibrations over time; all in one frame."""
     variances = [parameter_variance(unit) for unit in units]
     for triad in TRIADS:
         for k, (name, unit) in enumerate(parameter_names(triad)):

@@ -21,7 +21,7 @@ _NEAR = 2.0
 def notes_on(
     first: Calibration, second: Calibration, models: tuple[UnitModel, UnitModel], *, turned: bool
 ) -> Iterator[str]:
-    """Say what makes a pair less comparable than it looks."""
+    """Describes conditions that limit the comparison of a pair."""
     labels = models[0].label, models[1].label
     if first.serial != second.serial and first.serial and second.serial:
         yield f"serial {first.serial} and serial {second.serial}: these are two units"
@@ -38,7 +38,7 @@ def notes_on(
 
 
 def warnings_on(calibration: Calibration, label: str) -> Iterator[str]:
-    """Say of a calibration of that label what is known to be wrong with it."""
+    """Describes known errors of a calibration of that label."""
     return (f"{label}: {doubt}" for doubt in doubts(calibration))
 
 
@@ -80,7 +80,7 @@ def _stated(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
 def temperature_notes(
     calibrations: Sequence[Calibration], labels: Sequence[str], temperatures: dict[Triad, float]
 ) -> Iterator[str]:
-    """Say at which temperature units were compared, and where nobody knows what temperature did."""
+    """Describes the temperature of the comparison, and unknown temperature drift."""
     for triad, temperature in temperatures.items():
         knowing = [
             label

@@ -15,7 +15,7 @@ from tumble.tools.compare.unit import PLACES, UnitModel
 
 
 def motion_errors(first: UnitModel, second: UnitModel, largest_rate: float) -> Iterator[MotionError]:
-    """Say by how much the first corrects wrongly where the second is right, of each triad that both hold.
+    """Returns the error of the first where the second is right, of each triad in both.
 
     `largest_rate`, rad/s, is that of the turns. Both units are in one frame and at one temperature.
     """

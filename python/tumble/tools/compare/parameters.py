@@ -62,7 +62,7 @@ def parameter_names(triad: Triad) -> list[tuple[str, str]]:
 
 
 def differences(first: UnitModel, second: UnitModel, own_axes: bool) -> Differences:
-    """Hold two units, in one frame and at one temperature, against each other."""
+    """Compares two units, in one frame and at one temperature, with each other."""
     covariances = parameter_covariance(first), parameter_covariance(second)
     covariance = covariances[0] + covariances[1]
     seen = [np.isfinite(np.diag(each)) for each in covariances]
@@ -101,7 +101,7 @@ def _differences(first: UnitModel, second: UnitModel, triad: Triad) -> FloatArra
 
 
 def _reasons(first: UnitModel, second: UnitModel, triad: Triad) -> list[str]:
-    """Say why each of twelve parameters says nothing, where it does not; empty where it does."""
+    """Describes why each of twelve parameters is unknown; empty where it is known."""
     if {triad} <= first.stated & second.stated:
         return ["neither states an uncertainty"] * OF_A_TRIAD
     reasons = [""] * OF_A_TRIAD

@@ -36,7 +36,7 @@ LARGEST_RATE = TYPICAL["gyroscope"]
 
 
 def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGEST_RATE) -> CompareResult:
-    """Hold the first calibration against each of the others.
+    """Compares the first calibration with each of the others.
 
     A source is a `Calibration`, a file of one, or a file of another program that `import_calibrations` reads,
     as FILE:NAME where it holds several IMUs. All are brought to one temperature and one frame. Three or more

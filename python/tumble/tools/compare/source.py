@@ -40,7 +40,7 @@ def _is_of_another_program(path: Path) -> bool:
 
 
 def date_of(calibration: Calibration) -> str:
-    """When it was made, the last contribution counted; empty for what was imported, which nobody knows of."""
+    """Date of the calibration, that of the last contribution included; empty for an import."""
     if calibration.method is not None and calibration.method.procedure == IMPORT:
         return ""
     return max([calibration.date, *(each.date for each in calibration.contributions or ())])

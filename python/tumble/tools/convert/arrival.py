@@ -30,7 +30,7 @@ class ArrivalWatch:
         """Sums of t, d, t t, t d and d d, of time and delay since the first."""
 
     def push(self, time: FloatArray, received: FloatArray) -> None:
-        """Take in (n,) times by the sensor and (n,) by the recorder, s."""
+        """Adds (n,) times by the sensor and (n,) by the recorder, s."""
         if self._origin is None:
             self._origin = float(time[0]), float(received[0] - time[0])
         t, d = time - self._origin[0], received - time - self._origin[1]

@@ -233,7 +233,7 @@ def _common_facts(recordings: dict[str, Recording]) -> Facts:
 
 
 def _untold(common: Facts) -> Iterator[str]:
-    """Say what one file cannot tell of several IMUs that differ in it."""
+    """Describes differences between IMUs that one file cannot hold."""
     if not common.serial:
         yield "serial number"
     if not common.corrected:

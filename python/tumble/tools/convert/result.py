@@ -80,12 +80,12 @@ class Converted(Tabular):
         return "\n".join([f"Converted({self.source} to {self.format})", *map("  {}".format, self.lines())])
 
     def lines(self) -> list[str]:
-        """Say in words what was written where."""
+        """Describes the written files."""
         return [line for each in self.imus for line in imu_lines(each)]
 
 
 def imu_lines(imu: ConvertedImu) -> list[str]:
-    """Say what was written of one IMU."""
+    """Describes the output for one IMU."""
     where = f"{imu.path}:{imu.name}" if imu.name else str(imu.path)
     lines = [
         f"{where}: {count_of('sample', imu.samples)}, {imu.rate:.6g} Hz, jitter {1e6 * imu.jitter:.3f} us"

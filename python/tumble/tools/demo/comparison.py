@@ -39,7 +39,7 @@ class TargetDifference:
     triads: tuple[TriadDifference, ...]
 
     def line(self) -> str:
-        """Say it in a line."""
+        """Describes the difference in a line."""
         found = "; ".join(f"M {each.matrix:.1e}, b {each.bias:.1e} {each.unit}" for each in self.triads)
         return f"{self.name} ({self.grade}): {found}"
 

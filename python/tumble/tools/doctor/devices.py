@@ -14,7 +14,7 @@ SERIAL_NAMES = ("ttyUSB*", "ttyACM*", "ttyAMA*", "cu.usb*")
 
 
 def serial_ports(root: Path) -> Iterator[Finding]:
-    """Look at each serial port; `root` is the folder that holds `dev`."""
+    """Inspects each serial port; `root` is the folder that holds `dev`."""
     from tumble.live.transport import GET_PERMISSION
 
     ports = _listed() if root == Path(root.anchor) else _seen(root)
@@ -42,7 +42,7 @@ def _seen(root: Path) -> list[str]:
 
 
 def iio_devices(root: Path) -> Iterator[Finding]:
-    """Look at each sensor that Linux drives itself; `root` is the folder that holds `sys` and `dev`."""
+    """Inspects each sensor that Linux drives itself; `root` is the folder that holds `sys` and `dev`."""
     from tumble.live.iio_device import GET_PERMISSION, device_folders
 
     folders = device_folders(root)

@@ -48,7 +48,7 @@ def requirements() -> Iterator[Requirement]:
 
 
 def library(requirement: Requirement, remedy: str) -> Finding:
-    """Look at a library: whether it is there, of a version that will do, and can be imported."""
+    """Checks a library: installed, of a suitable version, and importable."""
     name = requirement.name
     try:
         version = metadata.version(name)

@@ -20,7 +20,7 @@ DATA_FRAMES = Requirement("pandas", "", "")
 
 
 def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:
-    """Look at this machine: devices below `root`, what a shell completes below `home`, that of the user."""
+    """Inspects this machine: devices below `root`, what a shell completes below `home`, that of the user."""
     return Diagnosis(
         (
             _section("Tumble", _tumble, is_needed=True),
@@ -48,7 +48,7 @@ def _section(name: str, look: Callable[[], Iterable[Finding]], *, is_needed: boo
 
 
 def _tumble() -> Iterator[Finding]:
-    """Look at the package and its native module, which is to be of the same version."""
+    """Inspects the package and its native module, which is to be of the same version."""
     wanted = metadata.version(PACKAGE)
     yield Finding("tumble", State.WORKS, wanted)
     system = f"{platform.system()} {platform.machine()}"

@@ -21,14 +21,14 @@ SHOWN = "±°²"
 
 
 def terminal(home: Path) -> Iterator[Finding]:
-    """Look at the screen, the command and, with the files in `home`, its completion."""
+    """Inspects the screen, the command and, with the files in `home`, its completion."""
     yield _screen()
     yield _command()
     yield _completion(home)
 
 
 def _screen() -> Finding:
-    """Say how wide the terminal is, and whether it can show the signs of results."""
+    """Describes the width of the terminal, and whether it can show the signs of results."""
     encoding = getattr(sys.stdout, "encoding", None) or "ascii"
     width = shutil.get_terminal_size().columns
     kind = f"terminal of {width} columns" if sys.stdout.isatty() else "no terminal, but a file or a pipe"
@@ -41,7 +41,7 @@ def _screen() -> Finding:
 
 
 def _command() -> Finding:
-    """Say which `tumble` a shell would start."""
+    """Returns the `tumble` that a shell would start."""
     found = shutil.which("tumble")
     if found is None:
         remedy = f"add {Path(sys.executable).parent} to it"
@@ -50,7 +50,7 @@ def _command() -> Finding:
 
 
 def _completion(home: Path) -> Finding:
-    """Say whether the shell of this user completes commands and options."""
+    """Returns whether the shell of this user completes commands and options."""
     shell = Path(os.environ.get("SHELL", "")).name
     if shell not in COMPLETIONS:
         known = ", ".join(COMPLETIONS)

@@ -68,7 +68,7 @@ class SensingAxes:
 
 
 def sensing_axes(matrix: FloatArray) -> SensingAxes:
-    """Take (3, 3) M apart into scale, non-orthogonality and mounting."""
+    """Splits (3, 3) M into scale, non-orthogonality and mounting."""
     scale, lower, rotation = factors(matrix)
     return SensingAxes(np.diag(scale), lower, rotation)
 
@@ -80,7 +80,7 @@ def lower_and_rotation(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def section_of(triad: TriadName, correction: FloatArray, bias: FloatArray) -> dict[str, object]:
-    """Make the section of a triad of `u = C (y - b)`.
+    """Creates the section of a triad of `u = C (y - b)`.
 
     `correction` is (3, 3) C, `bias` (3,) in the unit of the triad. Raises `CalibrationFileError` where C has
     no inverse.
@@ -92,7 +92,7 @@ def section_of(triad: TriadName, correction: FloatArray, bias: FloatArray) -> di
 
 
 def losses(calibration: Calibration, held: dict[TriadName, Collection[Part]]) -> list[Loss]:
-    """Say what is lost of a calibration where of each triad these parts only are held."""
+    """Returns the losses of a calibration where only these parts of each triad are held."""
     return [
         loss
         for triad in held
@@ -104,7 +104,7 @@ def losses(calibration: Calibration, held: dict[TriadName, Collection[Part]]) ->
 
 
 def frame_losses(calibration: Calibration, frame_from_case: FloatArray) -> tuple[Loss, ...]:
-    """Say what it costs that results are in a frame of the sensor's, (3, 3) from the case."""
+    """Returns the loss by results in a frame of the sensor's, (3, 3) from the case."""
     return tuple(
         Loss(calibration.name, triad, "mounting in the case", size, _TYPICAL_WORDS[triad])
         for triad in TRIADS

@@ -131,7 +131,7 @@ def read_c(text: str) -> list[Content]:
 
 
 def _split(content: bytes) -> Iterator[bytes]:
-    """Take records apart by the lengths that they say they have; what says none is all there is."""
+    """Splits records by the lengths that they state; without a length, the whole is one record."""
     from tumble import _core
 
     while content:

@@ -30,7 +30,7 @@ LARGEST_FILE = 4 << 20
 def export(
     calibrations: Calibration | Sequence[Calibration], to: str, settings: Mapping[str, str] | None = None
 ) -> Exported:
-    """Make the file of another program.
+    """Creates the file of another program.
 
     `to` is one of `TARGETS`; `settings` are what it has to be told besides. What it cannot hold is in
     `losses`, with the error that stays.

@@ -91,7 +91,7 @@ def _parameters(
 
 
 def _ignored(calibration: Calibration, triad: TriadName, section: Triad) -> Iterator[Loss]:
-    """Tell of what is so small that the firmware leaves its defaults in place."""
+    """Reports values so small that the firmware keeps its defaults in their place."""
     offset = float(np.linalg.norm(section.b))
     if section.temperature_drift is None and 0.0 < offset <= IGNORED:
         yield Loss(calibration.name, triad, f"bias, as PX4 ignores up to {IGNORED:g},", offset)

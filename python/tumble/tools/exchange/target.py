@@ -191,7 +191,7 @@ class Target:
         return f"{self.axes} ({in_words(self.body)})" if self.body else self.axes
 
     def export(self, calibrations: Sequence[Calibration], typed: Mapping[str, str]) -> Exported:
-        """Make a file of one calibration or several.
+        """Creates a file of one calibration or several.
 
         Raises `ProcedureError`, in one line, where it takes fewer, needs a setting, or takes no such values.
         """

@@ -111,7 +111,7 @@ class Inspection(Tabular):
 
 
 def head_lines(inspection: Inspection) -> list[str]:
-    """Say what the recording is: format, time, units."""
+    """Describes the recording: format, time, units."""
     metadata, timing = inspection.metadata, inspection.timing
     serial = f", serial {metadata.serial}" if metadata.serial else ""
     lines = [
@@ -135,7 +135,7 @@ def head_lines(inspection: Inspection) -> list[str]:
 
 
 def channel_line(channel: ChannelFacts) -> str:
-    """Say what one channel shows."""
+    """Describes one channel."""
     step = "no step seen" if channel.step is None else f"step {channel.step:.4g}"
     state = ", stuck" if channel.stuck else ""
     state += f", {count_of('sample', channel.saturated)} saturated" if channel.saturated else ""
@@ -143,7 +143,7 @@ def channel_line(channel: ChannelFacts) -> str:
 
 
 def rest_lines(inspection: Inspection) -> list[str]:
-    """Say how many rests there are, and what only looked like one."""
+    """Describes the number of rests, and rejected candidates."""
     total = sum(rest.end - rest.start for rest in inspection.rests)
     where = (
         f" in {count_of('direction', inspection.directions)}"
@@ -157,7 +157,7 @@ def rest_lines(inspection: Inspection) -> list[str]:
 
 
 def service_line(service: Service) -> str:
-    """Say whether the recording can serve a procedure, and what is missing if not."""
+    """Describes whether the recording suits a procedure, and missing conditions if not."""
     if not service.possible:
         return f"{service.procedure}: no, it needs {'; '.join(service.missing)}"
     return f"{service.procedure}: yes" + "".join(f", but {remark}" for remark in service.remarks)
@@ -169,7 +169,7 @@ def _corrected(metadata: Metadata) -> str:
 
 
 def _started(timing: Timing) -> str:
-    """Say when it began by its own clock: times of a recording are printed from there."""
+    """Describes its start by its own clock: printed times count from there."""
     date = LogTime(timing.start).date
     return f"start: {f'{date}, ' if date else ''}{timing.start:.6f} s of its clock"
 

@@ -62,7 +62,7 @@ class ChannelWatch:
         self._bottom = _Extreme()
 
     def push(self, values: FloatArray) -> None:
-        """Take in (n,) values."""
+        """Adds (n,) values."""
         if self._count == 0:
             self.step = quantisation_step(values)
         self.low = min(self.low, float(values.min()))
@@ -114,7 +114,7 @@ class SampleWatch:
         )
 
     def push(self, chunk: Chunk) -> None:
-        """Take in a chunk."""
+        """Adds a chunk."""
         self.time.push(chunk.time)
         self._push_temperature(chunk.temperature)
         columns = (column for triad in self._triads for column in getattr(chunk, triad).T)

@@ -11,14 +11,14 @@ from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, is_imu_step
 
 
 def services_of(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording for all procedures."""
     for procedure in PROCEDURES:
         if procedure.serves:
             yield from import_module(f"{procedure.folder}.serves").services(evidence)
 
 
 def faults_of(interval: float, stuck: Sequence[str]) -> tuple[str, ...]:
-    """Say what no procedure can do with; `interval` is how far samples are apart, s."""
+    """Describes faults that rule out every procedure; `interval` is that of samples, s."""
     return (
         *_lacking_rate(interval),
         *(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck),

@@ -46,7 +46,7 @@ class Acquisition:
         self._units: dict[str, _Samples] = {}
 
     def push(self, name: str, chunk: Chunk) -> None:
-        """Take in samples of a unit."""
+        """Adds samples of a unit."""
         self._units.setdefault(name, _Samples()).push(chunk)
 
     def recordings(self) -> dict[str, Recording]:

@@ -34,11 +34,11 @@ class Finding(Generic[Found]):
         return self._running is None and self._clock() >= self._due
 
     def hurry(self) -> None:
-        """Have it due as soon as what runs is done."""
+        """Makes the next estimate due as soon as the running one is finished."""
         self._due = -math.inf
 
     def begin(self, find: Callable[[], Found]) -> None:
-        """Have something found, once `take` gave what was found before."""
+        """Starts the next estimate, once `take` gave the result of the last."""
         self._began, self._due = self._clock(), math.inf
         self._running = self._worker.submit(find)
 

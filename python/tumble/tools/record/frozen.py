@@ -40,7 +40,7 @@ class FrozenUnits:
         """s of the samples since which each unit that was named repeats its reading."""
 
     def push(self, name: str, chunk: LiveChunk) -> None:
-        """Take in samples of a unit, one or more."""
+        """Adds samples of a unit, one or more."""
         rows = np.hstack([chunk.accelerometer, chunk.gyroscope])
         times = chunk.time
         last = self._readings.get(name)

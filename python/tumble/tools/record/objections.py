@@ -28,7 +28,7 @@ class Objection:
 
 
 def broken(step: RecordStep) -> str:
-    """Say what became of the line of a unit; empty for a step that says nothing of a line."""
+    """Describes the state of the line of a unit; empty for a step of another kind."""
     return BROKEN.get(step.kind, "").format(reason=step.reason)
 
 

@@ -40,7 +40,7 @@ class RecordedChunk(Chunk):
 
 
 def optional_columns(chunk: LiveChunk) -> tuple[str, ...]:
-    """Tell which of `OPTIONAL` a unit has, by its first samples."""
+    """Returns those of `OPTIONAL` that a unit has, by its first samples."""
     return tuple(name for name in OPTIONAL if getattr(chunk, name) is not None)
 
 
@@ -95,7 +95,7 @@ class UnitParts:
         return sum(file.stat().st_size for file in unit_files(self._folder, self.name))
 
     def write(self, chunk: RecordedChunk) -> None:
-        """Have samples on the disk; raises `OutputError` where that cannot be done."""
+        """Writes samples to disk; raises `OutputError` where that cannot be done."""
         if not self._parts_folder.exists():
             prepare_folder(self._parts_folder)
         self._last += 1

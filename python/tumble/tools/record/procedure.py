@@ -164,11 +164,11 @@ class Recorder:
         return self._writer.session
 
     def describe(self, procedure: SessionProcedure) -> None:
-        """Say in `session.yaml` what this is recorded for."""
+        """Stores the purpose of the recording in `session.yaml`."""
         self._writer.describe(procedure)
 
     def stop(self) -> None:
-        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        """Requests `steps` to end soon; may be called by a handler of signals."""
         self._stopped = True
 
     def steps(self, duration: float | None = None, count: int | None = None) -> Iterator[RecordStep]:
@@ -228,7 +228,7 @@ class Recorder:
             yield self._step(event.kind, event.name, event.reason)
 
     def _silences(self) -> Iterator[RecordStep]:
-        """Say once of each silence that there is one."""
+        """Reports each silence once."""
         for name, unit in self._units.items():
             patience = SILENT_AFTER if unit.newest else FIRST_SAMPLE_WITHIN
             if self._set.listened - unit.heard > patience and not (unit.is_silent or unit.is_lost):

@@ -26,12 +26,12 @@ class RestUnderWay:
     """s of the samples; None while it moves."""
 
     def end(self) -> bool:
-        """Take in motion; whether a rest ended by it."""
+        """Reports motion; returns whether a rest ended by it."""
         ended, self.since = self.since is not None, None
         return ended
 
     def look(self, newest: Chunk, now: float) -> bool:
-        """Take in the newest `SHORTEST_REST` of samples; whether another rest ended before them.
+        """Adds the newest `SHORTEST_REST` of samples; returns whether another rest ended before them.
 
         Samples that were held up come at once, with a motion among them.
         """

@@ -25,7 +25,7 @@ class Absence:
         self.end()
 
     def end(self) -> None:
-        """Take in that it is there."""
+        """Reports the end of the absence."""
         self.since = self.clock()
 
     @property
@@ -41,7 +41,7 @@ class Silence:
         self._absence = Absence(clock)
 
     def objections(self, step: RecordStep) -> Iterator[Objection]:
-        """Say that all units are gone that were there."""
+        """Reports that all units have disappeared."""
         if any(unit.condition in ("rest", "motion") for unit in step.units):
             self._absence.end()
         elif any(unit.samples for unit in step.units):
@@ -50,5 +50,5 @@ class Silence:
 
     @property
     def reason(self) -> str:
-        """Why the session is to end; empty while it may go on."""
+        """Reason for the session to end; empty while it may go on."""
         return f"no unit has sent anything for {GONE_AFTER:.0f} s" if self._absence.lasts else ""

@@ -149,12 +149,12 @@ class SessionWriter:
         return self._units[name].samples
 
     def describe(self, procedure: SessionProcedure) -> None:
-        """Say in `session.yaml` what this is recorded for; at once, and again whenever that changes."""
+        """Stores the purpose of the recording in `session.yaml`, at once and after each change."""
         self.session = self.session.model_copy(update={"procedure": procedure})
         write_session(self._folder, self.session)
 
     def take(self, name: str, chunk: LiveChunk) -> LiveChunk:
-        """Take in samples, at least one, and give them as they are recorded.
+        """Adds samples, at least one, and returns them as they are recorded.
 
         Raises `LogError` where they are older than what was recorded.
         """
@@ -171,7 +171,7 @@ class SessionWriter:
         return replace(chunk, time=chunk.time + self._shift) if self._shift else chunk
 
     def flush(self) -> None:
-        """Have what waits written where it is time to; to be called every now and then, for it takes no time.
+        """Starts writing waiting samples when it is time; cheap, to be called regularly.
 
         Raises `OutputError` where what was to be written before could not be.
         """
@@ -249,7 +249,7 @@ class SessionWriter:
             raise _but_readable(error) from error
 
     def _taken(self) -> list[tuple[_Unit, list[LiveChunk]]]:
-        """Take what waits to be written."""
+        """Removes and returns the samples that wait to be written."""
         taken = [(unit, unit.waiting) for unit in self._units.values() if unit.waiting]
         for unit, _ in taken:
             unit.waiting = []

@@ -65,5 +65,5 @@ def in_plain_words(value: object) -> object:
 
 
 def without_none(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out what was not given."""
+    """Omits fields that were not given."""
     return {key: value for key, value in content.items() if value is not None}

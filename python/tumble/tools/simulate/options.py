@@ -74,7 +74,7 @@ def _setting(text: str) -> tuple[str, str | float]:
 
 
 def unit_line(place: str, unit: SimulatedUnit) -> str:
-    """Say what a unit recorded and what is wrong with it; `place` is where its recording is found."""
+    """Describes the recording of a unit and its faults; `place` is the file of the recording."""
     faults = ", ".join(fault.kind for fault in unit.faults)
     fault = f", fault: {faults}" if faults else ""
     return f"{place}: {unit.grade.name}, {len(unit.samples)} samples{fault}"

@@ -18,7 +18,7 @@ class ScenarioError(TumbleError):
 
 
 def is_finite(value: object) -> bool:
-    """Say whether a field holds no number that is not finite; what holds no numbers does not."""
+    """Returns whether all numbers of a field are finite; a field without numbers is."""
     if isinstance(value, (tuple, list)):
         return all(map(is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)

@@ -34,7 +34,7 @@ NATIVE_KINDS = {
 
 
 def play(simulator: Callable[[str], Played], scenario: Mapping[str, Any], what: str) -> Played:
-    """Let the native simulator play a scenario; raises `ScenarioError`, in one line, where it cannot be."""
+    """Runs a scenario in the native simulator; raises `ScenarioError`, in one line, on failure."""
     try:
         return simulator(as_json(scenario))
     except ValueError as error:

@@ -30,7 +30,7 @@ def parse_limits(text: str, axes: Sequence[Axis]) -> Mapping[str, AxisLimits]:
 
 
 def exceeded(axis: Axis, angle: float, rate: float, acceleration: float) -> Iterator[str]:
-    """Say which limits of an axis a motion would go beyond; an angle that is NaN is none.
+    """Returns the limits of an axis that a motion would exceed; an angle of NaN exceeds none.
 
     A billionth is what arithmetic leaves of a limit that is kept.
     """

@@ -168,7 +168,7 @@ class GuardedTable:
         return self._guarded(self._table.position)
 
     def stop(self) -> None:
-        """Bring all axes to rest, armed or not; raises `TableError` where that is not answered."""
+        """Brings all axes to rest, armed or not; raises `TableError` where that is not answered."""
         self._target = None
         self._stop_for_sure(None)
 
@@ -202,7 +202,7 @@ class GuardedTable:
         return angles
 
     def _begins(self, took: float, what: str) -> bool:
-        """Get ready for a motion; without arms, only say what it would be."""
+        """Prepares for a motion; without arms, only reports it."""
         if not self.armed:
             self._say(f"would {what}")
             return False
@@ -290,13 +290,13 @@ class GuardedTable:
 
 
 def _end(number: int, _frame: FrameType | None) -> None:
-    """Leave every `with` on the way, as Ctrl-C does."""
+    """Exits every `with` on the way, as Ctrl-C does."""
     raise SystemExit(128 + number)
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Let no signal in until the block has run; then those that came take effect."""
+    """Delays signals until the block has run."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -64,7 +64,7 @@ class AxisMotion:
 
     @property
     def end(self) -> float:
-        """When the last change happens, s; before any command, minus infinity."""
+        """Time of the last change, s; before any command, minus infinity."""
         return self._stretches[-1].start
 
     def goto(self, t: float, angle: float, rate: float, acceleration: float) -> None:
@@ -89,12 +89,12 @@ class AxisMotion:
         self._brake(t, rate, acceleration)
 
     def forget_before(self, t: float) -> None:
-        """Let go of what was over by `t`; earlier times cannot be asked for any more."""
+        """Forgets motion before `t`; earlier times cannot be queried any more."""
         while len(self._stretches) > 1 and self._stretches[1].start <= t:
             del self._stretches[0]
 
     def _brake(self, t: float, rate: float, acceleration: float) -> None:
-        """Take back what was to come after `t`, and go over to a rate."""
+        """Cancels motion planned after `t`, and changes over to a rate."""
         angle, now = self.state(t)
         while self._stretches[-1].start >= t:
             self._stretches.pop()
@@ -102,7 +102,7 @@ class AxisMotion:
         self._speed_up(t, rate, acceleration)
 
     def _speed_up(self, t: float, rate: float, acceleration: float) -> None:
-        """Go over to a rate from `t` on, which lies in the last stretch."""
+        """Changes over to a rate from `t` on, which lies in the last stretch."""
         angle, now = self._stretches[-1].state(t)
         change = rate - now
         if change != 0.0:

@@ -100,7 +100,7 @@ class ProfileAxis(Document):
         return self
 
     def axis(self, units: Units) -> Axis:
-        """Make it the axis that procedures know."""
+        """Returns the axis in the form of procedures."""
         x, y, z = (self.about / np.linalg.norm(self.about)).tolist()
         deg = units.factor("angle")
         span = None if self.angle is None else (self.angle[0] * deg, self.angle[1] * deg)
@@ -111,7 +111,7 @@ class ProfileAxis(Document):
 
 
 def _fields(text: str, allowed: tuple[str, ...]) -> str:
-    """Hold a command against the fields it may have; raises `ValueError` for another."""
+    """Checks the fields of a command; raises `ValueError` for an unknown one."""
     left = FIELD.sub("", text)
     unknown = [match["name"] for match in FIELD.finditer(text) if match["name"] not in allowed]
     if "{" in left or "}" in left or unknown:
@@ -335,7 +335,7 @@ def written(text: str, axis: str, **values: float) -> str:
 
 
 def pattern(text: str) -> re.Pattern[str]:
-    """Make of a command or reply with fields what recognises it; each field is a group of its name."""
+    """Converts a command or reply with fields to a pattern; each field is a group of its name."""
     parts, end = [], 0
     for match in FIELD.finditer(text):
         parts.append(re.escape(text[end : match.start()]))

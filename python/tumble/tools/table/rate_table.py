@@ -53,4 +53,4 @@ class RateTable(Protocol):
         """Returns the angles; NaN where the table cannot say."""
 
     def stop(self) -> None:
-        """Bring all axes to rest, whatever they do."""
+        """Brings all axes to rest, whatever they do."""

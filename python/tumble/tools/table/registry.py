@@ -30,7 +30,7 @@ class TableAddress:
 
     @classmethod
     def parse(cls, text: str) -> TableAddress:
-        """Take an address apart; raises `TableError` where it names no driver or settings are no pairs."""
+        """Parses an address; raises `TableError` for an unknown driver or settings that are no pairs."""
         before, _, query = text.partition("?")
         driver, _, place = before.partition(":")
         if not driver:

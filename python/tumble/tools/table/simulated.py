@@ -19,7 +19,7 @@ DEG = np.pi / 180.0
 
 
 def _axis(name: str, about: tuple[float, float, float], rate: float, angle: float | None = None) -> Axis:
-    """Make an axis of figures in deg: 360 deg/s^2 for small ones, less for one that carries others."""
+    """Creates an axis of figures in deg: 360 deg/s^2 for small ones, less for one that carries others."""
     span = None if angle is None else (-angle * DEG, angle * DEG)
     return Axis(name, about, AxisLimits(rate * DEG, rate * DEG, span))
 
@@ -40,7 +40,7 @@ PRESETS = {
 
 
 def open_simulated(address: TableAddress) -> SimulatedTable:
-    """Make a table of `simulated:one-axis|two-axis|three-axis?speed=1`; raises `TableError` for another."""
+    """Opens `simulated:one-axis|two-axis|three-axis?speed=1`; raises `TableError` for another table."""
     address.refuse_other_settings("speed")
     preset = address.place or "two-axis"
     if preset not in PRESETS:
@@ -81,7 +81,7 @@ class SimulatedTable:
         self.move(slice(None), angles, rate, acceleration)
 
     def move(self, axes: slice, angles: FloatArray, rate: FloatArray, acceleration: FloatArray) -> None:
-        """Let some of the axes begin to move to their angles, as tables that are told one by one."""
+        """Starts to move some of the axes to their angles, as tables with a command an axis."""
         with self._lock:
             now = self._clock()
             each = zip(self._motions[axes], angles[axes], rate[axes], acceleration[axes], strict=True)
@@ -93,7 +93,7 @@ class SimulatedTable:
         self.turn(slice(None), rates, acceleration)
 
     def turn(self, axes: slice, rates: FloatArray, acceleration: FloatArray) -> None:
-        """Let some of the axes begin to turn at their rates."""
+        """Starts to turn some of the axes at their rates."""
         with self._lock:
             now = self._clock()
             for motion, *figures in zip(self._motions[axes], rates[axes], acceleration[axes], strict=True):
@@ -121,7 +121,7 @@ class SimulatedTable:
         return angles, rates, accelerations
 
     def forget_before(self, t: float) -> None:
-        """Let go of what was over by `t`, s of its clock."""
+        """Forgets motion before `t`, s of its clock."""
         with self._lock:
             for motion in self._motions:
                 motion.forget_before(t)

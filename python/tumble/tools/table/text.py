@@ -25,7 +25,7 @@ UNTRIED = "nobody has tried this profile on hardware: begin slowly, a hand on th
 
 
 def open_text(address: TableAddress) -> TextTable:
-    """Make a table of `text:TCPIP::HOST::PORT::SOCKET?profile=NAME` or `text:ASRL/dev/ttyUSB0::INSTR?...`.
+    """Opens `text:TCPIP::HOST::PORT::SOCKET?profile=NAME` or `text:ASRL/dev/ttyUSB0::INSTR?...`.
 
     `profile` is the name of one that comes with Tumble, or a file.
 
@@ -206,7 +206,7 @@ class TextTable:
 
     @contextmanager
     def _failures_at(self, text: str) -> Iterator[None]:
-        """Say in one line what went wrong at a line of text."""
+        """Converts errors of a line of text to one line."""
         try:
             yield
         except Exception as error:
@@ -240,7 +240,7 @@ class TextTable:
         return settings
 
     def _keep_others_away(self) -> None:
-        """Take a serial line for ourselves: two programs that read it would each get half of the replies."""
+        """Locks a serial line: two programs that read it would each get half of the replies."""
         session = self._manager.visalib.sessions[self._line.session]
         if hasattr(session.interface, "exclusive"):
             session.interface.exclusive = True

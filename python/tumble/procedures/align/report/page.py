@@ -68,7 +68,7 @@ def _headline(result: AlignResult) -> str:
 
 
 def unobserved_sentences(result: AlignResult) -> list[str]:
-    """Say what the motion does not show, with its reason; what goes for several units in one sentence."""
+    """Describes unobservable values, with their reasons; common ones of several units in one sentence."""
     by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for unit in result:
         hidden = [parameter for parameter in unit.parameters if not parameter.observable]

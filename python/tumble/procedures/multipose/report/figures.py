@@ -53,7 +53,7 @@ def sphere_figure(result: MultiposeResult, prefix: str) -> Markup:
 
 
 def flattened(ups: FloatArray) -> FloatArray:
-    """Lay directions (k, 3) of a half of the sphere into a disk (k, 2), equal areas equal; its edge is level.
+    """Projects directions (k, 3) of a half sphere to a disk (k, 2) of equal areas; its edge is level.
 
     Lambert's azimuthal projection, scaled to 1 at 90 deg from the pole.
     """

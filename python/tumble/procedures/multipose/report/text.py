@@ -15,7 +15,7 @@ WORTH_ADDING = 0.9
 
 
 def sentences(result: MultiposeResult) -> Iterator[str]:
-    """Say how many poses there were, and what calibration made of gravity at them and between them."""
+    """Describes the number of poses, and the calibrated gravity at them and between them."""
     rests, turns = len(result.poses), len(result.turns)
     if result.faces is not None:
         tilt = _quantity(math.degrees(result.faces.tilt), "deg")
@@ -43,7 +43,7 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
 
 
 def next_sentences(result: MultiposeResult) -> Iterator[str]:
-    """Say which orientation would help the accelerometer most, and which turn the gyroscope, if by enough."""
+    """Describes the orientation and the turn that would help most, if by enough."""
     orientation, turn = result.next_orientation, result.next_turn
     if orientation is not None and orientation.after < WORTH_ADDING * orientation.before:
         how = orientation_words(orientation.up)

@@ -12,7 +12,7 @@ from tumble.report.numbers import NOT_OBSERVABLE, Scale, readable_scale, signifi
 
 
 def used_sentence(still: StillPart) -> str:
-    """Say how much was used."""
+    """Describes the used part of the logs."""
     logs = "" if still.logs == 1 else f" of {still.logs} logs"
     rate = f"{1.0 / still.interval:.6g} Hz"
     return f"{length_of_time(still.duration)} at rest{logs}, {still.used} samples at {rate}."
@@ -35,7 +35,7 @@ def _printed(term: Parameter, scale: Scale) -> str:
 
 
 def unidentified(result: NoiseResult) -> Iterator[str]:
-    """Say which of the terms asked for the record does not show, and what would, for each triad at once."""
+    """Describes requested terms that the record does not show, with the remedy, for each triad at once."""
     for triad in result.triads:
         for name in ASKED_FOR:
             hidden = {

@@ -18,7 +18,7 @@ COLUMNS = ("order", "drift within the range", "largest hysteresis", "scale")
 
 
 def sentences(result: ThermalResult) -> Iterator[str]:
-    """Say what was used, and where the result holds."""
+    """Describes what was used, and where the result holds."""
     blocks = result.blocks
     low, high = result.range
     logs = len(result.sources)
@@ -38,7 +38,7 @@ def sentences(result: ThermalResult) -> Iterator[str]:
 
 
 def unseen(result: ThermalResult) -> Iterator[str]:
-    """Say what the logs do not show, of which axes, and why."""
+    """Describes what the logs do not show, of which axes, and why."""
     hidden: dict[tuple[str, str], list[str]] = {}
     for axis in result.axes:
         for each in (axis.scale_change, axis.hysteresis):
@@ -60,7 +60,7 @@ def axis_rows(result: ThermalResult) -> tuple[tuple[str, tuple[str, ...]], ...]:
 
 
 def order_of(axis: AxisDrift) -> str:
-    """Say which powers of temperature were taken up."""
+    """Returns the powers of temperature in the fit."""
     of_scale = f", scale {len(axis.scale)}" if len(axis.scale) else ""
     return f"{len(axis.bias)}{of_scale}"
 

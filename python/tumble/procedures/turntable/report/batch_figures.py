@@ -74,7 +74,7 @@ class StripGathering:
         self._columns: dict[str, _Column] = {}
 
     def add(self, record: TargetRecord) -> None:
-        """Take the parameters of one target."""
+        """Adds the parameters of one target."""
         checks = {check.parameter: check for check in record.checks}
         for parameter in record.parameters:
             column = self._columns.setdefault(parameter.name, _Column(parameter.unit))
@@ -153,7 +153,7 @@ def distribution_figure(group: StripGroup, prefix: str) -> Markup:
 
 
 def limits_off_scale(group: StripGroup, reach: float) -> str:
-    """Say which limits lie beyond `reach`, the end of the scale, and so cannot be seen; empty for none."""
+    """Describes limits beyond `reach`, the end of the scale, which are not visible; empty for none."""
     found: dict[str, list[str]] = {}
     for strip in group.strips:
         if strip.limit is not None and strip.limit > reach:

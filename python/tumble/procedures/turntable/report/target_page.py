@@ -144,7 +144,7 @@ def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
 
 
 def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[str, str], ...]:
-    """Say how it was done: name and value of what a reader needs in order to do it again."""
+    """Returns names and values that a reader needs in order to repeat the calibration."""
     reference = result.reference
     carried = f"sha256 {reference.calibration_hash}" if reference.calibration_hash else "none"
     lines = [
@@ -181,7 +181,7 @@ def _origin(target: TargetResult) -> list[tuple[str, str]]:
 
 
 def recording_caption(rests: Sequence[Rest]) -> str:
-    """Say what the recording's figure shows, and why rests were left out."""
+    """Describes the recording's figure, and why rests were left out."""
     caption = "Means over short segments. Shaded: rests used, with number and pose."
     unused = [
         f"rest {n}: {rest.remark or 'no reason stated'}" for n, rest in enumerate(rests, 1) if not rest.used

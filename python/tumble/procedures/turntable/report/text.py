@@ -35,7 +35,7 @@ _MOST_NAMED = 3
 
 
 def verdict_sentence(target: TargetResult) -> str:
-    """Say why the verdict is what it is."""
+    """Describes the reason for the verdict."""
     match target.verdict:
         case "not calibrated":
             return target.failure_reason or target.failure
@@ -50,14 +50,14 @@ def verdict_sentence(target: TargetResult) -> str:
 
 
 def reason(target: TargetResult) -> str:
-    """Why a target failed or has no calibration; empty where neither is so."""
+    """Reason why a target failed or has no calibration; empty where neither is so."""
     broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
     objections = "; ".join(filter(None, (misfit_sentence(target), broken)))
     return target.failure_reason or target.failure or objections
 
 
 def misfit_sentence(target: TargetResult) -> str:
-    """Say which residuals the model does not explain; empty where it explains all."""
+    """Describes the residuals that the model does not explain; empty where it explains all."""
     return "; ".join(
         f"{triad.triad} residuals are {significant(triad.widening, 2)} times what the noise explains, which "
         "no sigma covers: the unit, its fixture or the reference did something that the model does not hold"
@@ -92,7 +92,7 @@ def value_and_limit(check: LimitCheck) -> tuple[str, str]:
 
 
 def chi_square_sentence(triad: TriadResult) -> str:
-    """Say chi-square, its degrees of freedom and what its p value means, in words."""
+    """Describes chi-square, its degrees of freedom and its p value."""
     freedom = triad.degrees_of_freedom
     if freedom <= 0 or not math.isfinite(triad.chi_square):
         return (
@@ -107,7 +107,7 @@ def chi_square_sentence(triad: TriadResult) -> str:
 
 
 def fit_in_brief(triad: TriadResult) -> str:
-    """Say the goodness of fit in two or three words."""
+    """Describes the goodness of fit in two or three words."""
     if triad.degrees_of_freedom <= 0 or not math.isfinite(triad.chi_square):
         return "cannot be tested"
     p = triad.p_value
@@ -119,7 +119,7 @@ def fit_in_brief(triad: TriadResult) -> str:
 
 
 def unobserved_sentences(target: TargetResult) -> list[str]:
-    """Say everything the data of this target did not show, each with its reason; no numbers."""
+    """Describes all unobservable values of this target, each with its reason; no numbers."""
     sentences: list[str] = []
     for triad in (target.accelerometer, target.gyroscope):
         if triad is not None:
@@ -133,7 +133,7 @@ def unobserved_sentences(target: TargetResult) -> list[str]:
 
 
 def clock_sentence(clock: ClockFit | None) -> str:
-    """Say how the clocks of reference and target were brought together."""
+    """Describes the alignment of the clocks of reference and target."""
     if clock is None:
         return "The clocks were not compared."
     if clock.shared:
@@ -147,7 +147,7 @@ def clock_sentence(clock: ClockFit | None) -> str:
 
 
 def mounting_sentence(reference: ReferenceResult) -> str:
-    """Say the mounting angle of the reference with its sigma, or why there is none."""
+    """Describes the mounting angle of the reference with its sigma, or why there is none."""
     if reference.mounting is None:
         return f"The mounting angle was not estimated: {reference.mounting_reason}."
     pairs = zip("xyz", reference.mounting.rotation_vector, reference.mounting.sigma, strict=True)
@@ -155,7 +155,7 @@ def mounting_sentence(reference: ReferenceResult) -> str:
 
 
 def uncertainty_sentence(result: TurntableResult) -> str:
-    """Say who states the uncertainty of the truth, and what is relative to the reference where none does."""
+    """Describes the source of the uncertainty of the truth, and values relative to the reference."""
     of_reference = _of_reference(result.reference.uncertainty, by_table=result.commanded is not None)
     return " ".join(filter(None, (_of_table(result.commanded), of_reference)))
 
@@ -192,7 +192,7 @@ def _of_reference(sources: UncertaintySources, *, by_table: bool) -> str:
 
 
 def gravity_sentence(result: TurntableResult) -> str:
-    """Say the gravity used and where it comes from."""
+    """Describes the gravity used and its source."""
     return f"{result.gravity:.5f} m/s² ({result.gravity_source})"
 
 

@@ -111,6 +111,6 @@ def _panel(axes: Axes, group: str, histories: Sequence[History], ends: tuple[flo
 
 
 def _place(each: History) -> int:
-    """Tell which of three a parameter is: x, y and z, or xy, yz and zx."""
+    """Returns the index of a parameter among three: x, y and z, or xy, yz and zx."""
     axis = each.name.rpartition(" ")[2]
     return PAIRS.index(axis) if axis in PAIRS else AXIS_NAMES.index(axis)

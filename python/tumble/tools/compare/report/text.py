@@ -40,7 +40,7 @@ _RAREST = 1e-12
 
 
 def verdict_sentence(pair: Pair) -> str:
-    """Say in a sentence whether two calibrations are the same, and what that rests on."""
+    """Describes whether two calibrations are the same, and the basis of that."""
     if pair.identical:
         return f"{pair.name} are the same number by number"
     if pair.verdict == "cannot be told":
@@ -56,7 +56,7 @@ def verdict_sentence(pair: Pair) -> str:
 
 
 def differs_sentence(pair: Pair) -> str:
-    """Say what differs, and by how much, before anything of tests."""
+    """Describes the differences in size, before any test."""
     if pair.verdict != "differ":
         return f"{verdict_sentence(pair)}."
     apart = [each for each in pair.differences if each.compared and abs(each.sigmas) > FAR]
@@ -74,7 +74,7 @@ def differs_sentence(pair: Pair) -> str:
 
 
 def matters_sentences(pair: Pair) -> Iterator[str]:
-    """Say what comes of it where one calibration is used in place of the other, and whether that is much."""
+    """Describes the effect of using one calibration in place of the other, and whether it is large."""
     for each in pair.motion:
         where = f"{each.triad}, {each.motion}"
         done = f"Used in place of {pair.first}, {pair.second} is off by {error(each)} rms ({where})"
@@ -93,7 +93,7 @@ def _why_not(pair: Pair) -> str:
 
 
 def sentences(pair: Pair) -> Iterator[str]:
-    """Say what a difference means in motion, and where it sits."""
+    """Describes a difference in motion, and its largest parts."""
     for each in pair.motion:
         beside = f", where the uncertainties alone make {expected}" if (expected := by_chance(each)) else ""
         yield f"{each.triad}: {error(each)} rms on {each.motion}{beside}"
@@ -111,7 +111,7 @@ def _only_biases(pair: Pair) -> bool:
 
 
 def hidden(pair: Pair) -> Iterator[str]:
-    """Say what was not compared, and why."""
+    """Describes parameters that were not compared, with the reasons."""
     reasons: dict[str, list[Difference]] = {}
     for each in pair.differences:
         if not each.compared:
@@ -215,7 +215,7 @@ def history_rows(histories: Sequence[History]) -> Iterator[tuple[str, tuple[str,
 
 
 def drift_sentence(result: CompareResult) -> str:
-    """Say which parameters drift with time; empty where nothing was laid over time."""
+    """Describes the parameters that drift with time; empty where there is no history."""
     if not result.history:
         return ""
     span = max(float(each.years[-1] - each.years[0]) for each in result.history)

@@ -236,7 +236,7 @@ def _fault(scenario: FlightScenario, fault: Fault) -> dict[str, Any]:
 
 
 def _own_clock(unit: FlightUnit) -> bool:
-    """Say whether a unit's clock is another than the flight's."""
+    """Returns whether a unit has a clock other than the flight's."""
     return unit.clock_offset_seconds != 0.0 or unit.clock_skew_ppm != 0.0
 
 

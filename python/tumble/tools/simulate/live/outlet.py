@@ -39,7 +39,7 @@ class Outlet(ABC):
     @property
     @abstractmethod
     def address(self) -> str:
-        """Where a program reads them, as `--live` takes it."""
+        """Address from which a program reads, for `--live`."""
 
     @abstractmethod
     def send(self, samples: Samples, garble: np.random.Generator | None, share: float) -> None:
@@ -55,7 +55,7 @@ class Outlet(ABC):
 
     @abstractmethod
     def unplug(self) -> None:
-        """Take the line away."""
+        """Disconnects the line."""
 
 
 def texts(samples: Samples, form: str) -> list[str]:

@@ -57,7 +57,7 @@ class LiveUnit:
 
     @property
     def address(self) -> str:
-        """Where it is read."""
+        """Address from which it is read."""
         address, speed = self._outlet.address, self._scenario.speed
         mark = "&" if "?" in address else "?"
         return address if speed == 1.0 else f"{address}{mark}{CLOCK_RATE}={speed:g}"
@@ -68,7 +68,7 @@ class LiveUnit:
         return self._outlet.lost
 
     def advance(self, now: float) -> None:
-        """Take what is to be taken by `now`, and send what is due."""
+        """Generates samples up to `now`, and sends those that are due."""
         self._plug(now)
         self._take(now)
         ready = int(np.searchsorted(self._due, now, side="right"))
@@ -85,7 +85,7 @@ class LiveUnit:
         return self._outlet.is_heard()
 
     def close(self) -> None:
-        """Take the line away for good."""
+        """Closes the line for good."""
         self._outlet.unplug()
 
     def _take(self, now: float) -> None:
@@ -191,12 +191,12 @@ class LiveSimulation:
 
     @property
     def addresses(self) -> dict[str, str]:
-        """Where each unit is read, by its name, as `--live` takes it."""
+        """Address of each unit, by its name, for `--live`."""
         return {unit.name: unit.address for unit in self._units}
 
     @property
     def table_address(self) -> str | None:
-        """Where the table is commanded, as `--table` takes it; None where there is none."""
+        """Address of the table for `--table`; None where there is none."""
         if self._server is None:
             return None
         profile = self.scenario.table_profile
@@ -211,7 +211,7 @@ class LiveSimulation:
         return self._ended.wait(timeout)
 
     def stop(self) -> None:
-        """Have it end soon."""
+        """Requests the end of the simulation."""
         self._ended.set()
 
     def _feeds(self, stack: ExitStack) -> Mapping[str, Feed]:

@@ -131,5 +131,5 @@ class LiveScenario:
 
     @property
     def end(self) -> float:
-        """When it ends at the latest, s."""
+        """Latest time of the end, s."""
         return math.inf if self.duration_seconds is None else self.duration_seconds

@@ -33,7 +33,7 @@ _CENTRE = (0.0, 0.0, 0.0)
 
 
 def session_at_rest(scenario: LiveScenario, seconds: float, seed: int, **changes: Any) -> SimulatedTurntable:  # noqa: ANN401
-    """Let the simulator of sessions draw the units, and record them on a table that stands still."""
+    """Simulates a session of the units on a table at rest."""
     reference, *targets = scenario.usual_grades
     plain = TurntableScenario(
         seed=seed,
@@ -85,7 +85,7 @@ class Noise:
         return noise
 
     def close(self) -> None:
-        """Make no more."""
+        """Stops the simulation of noise."""
         self._maker.shutdown(wait=True, cancel_futures=True)
 
     def _weight(self, place: NDArray[np.intp], stretch: int) -> FloatArray:

@@ -15,7 +15,7 @@ WANTED = "orientation wanted"
 
 
 def follow_events(simulation: LiveSimulation, events: TextIO) -> None:
-    """Have the hand of a bench obey events, a line of JSON each; where they end, the bench does."""
+    """Turns the hand of a bench by events, a line of JSON each; the bench ends where they end."""
     threading.Thread(target=_obey, args=(simulation, events), name="told", daemon=True).start()
 
 
