@@ -64,7 +64,7 @@ def plain_fit(reference: Recording, target: Recording, session: Session) -> tupl
     return solution[:3].T, solution[3]
 
 
-def foretold(unit: Unit, M: FloatArray, b: FloatArray) -> float:
+def predicted(unit: Unit, M: FloatArray, b: FloatArray) -> float:
     """Largest error, deg/s, of what is corrected at 60 deg/s about each axis."""
     rate = FORETOLD * np.eye(3)
     error = (rate @ unit.M.T + unit.b - b) @ np.linalg.inv(M).T - rate
@@ -85,8 +85,8 @@ def trial(plan: dict[str, Any], seed: int) -> Content:
     return {
         "ratios": (errors / bound(session, unit)).ravel().tolist(),
         "held": (np.abs(errors) <= INTERVAL * sigmas).ravel().tolist(),
-        "foretold": foretold(unit, found.M, found.b),
-        "plain": foretold(unit, *plain_fit(recordings[0], recordings[1], session)),
+        "predicted": predicted(unit, found.M, found.b),
+        "plain": predicted(unit, *plain_fit(recordings[0], recordings[1], session)),
     }
 
 
@@ -98,7 +98,7 @@ def statistics(name: str, sessions: int) -> Content:
         "sessions": sessions,
         "ratio": float(np.sqrt(np.mean(np.square([each["ratios"] for each in trials])))),
         "coverage": float(np.mean([each["held"] for each in trials])),
-        "foretold": float(np.sqrt(np.mean(np.square([each["foretold"] for each in trials])))),
+        "predicted": float(np.sqrt(np.mean(np.square([each["predicted"] for each in trials])))),
         "plain": float(np.sqrt(np.mean(np.square([each["plain"] for each in trials])))),
     }
 

@@ -122,7 +122,7 @@ def _constant_rates(content: Content) -> Iterator[Goal]:
     )
     what = "turntable at constant rates: share of 95 % intervals that hold the truth, in any plan"
     yield _coverage(what, [plan["coverage"] for plan in plans], RATE_COVERAGE)
-    error = max(plan["foretold"] / plan["plain"] for plan in plans)
+    error = max(plan["predicted"] / plan["plain"] for plan in plans)
     yield Goal(
         "turntable at constant rates: error at a rate that was held out, over that of plain least squares",
         "1",
@@ -209,7 +209,7 @@ def _multipose(content: Content) -> Iterator[Goal]:
     yield _at_most(
         f"{what} the same without g-sensitivity", IMU_TK["angle"], recorded["xsens"]["angle"][1], "deg"
     )
-    unseen = "residual at orientations kept from the fit, against the published in-sample one"
+    unseen = "residual at orientations held out of the fit, against the published in-sample one"
     yield _at_most(f"{what} {unseen}", 1e3 * IMU_TK["norm"], 1e3 * xsens["norm"][2], "mm/s²")
     for unit, (scale, bias) in MPU_9150.items():
         found = recorded[f"mpu9150 {unit}"]

@@ -2,7 +2,7 @@
 
 `python -m benchmarks.redundancy [--runs 100] [--no-save]`
 
-What adoptions leave, and how fast a mission is replayed, comes from `redundancy_adoptions.py`.
+Errors after adoptions, and the speed of replays, come from `redundancy_adoptions.py`.
 """
 
 from __future__ import annotations

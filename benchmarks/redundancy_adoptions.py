@@ -2,7 +2,7 @@
 
 `python -m benchmarks.redundancy_adoptions [--missions 2000] [--seed 0] [--only SEED] [--cores N] [--no-save]`
 
-What counts is defined in `redundancy_judge.py`, what is drawn in `redundancy_mission.py`. Missions have the
+`redundancy_judge.py` defines the counts, `redundancy_mission.py` the draws. Missions have the
 seeds `--seed`, `--seed` + 1 ... `--only SEED` flies one of them alone and shows all that the monitor said.
 """
 

@@ -1,12 +1,12 @@
-"""A campaign of simulated missions with faults: who is named wrong, how soon, and what it costs until then.
+"""A campaign of simulated missions with faults: which unit is named, how soon, and the error until then.
 
 `python -m benchmarks.redundancy_campaign [--missions 2000] [--kinds ramp,jump] [--units 2,3] [--jobs N]`
 
 `--witness` flies them beside a velocity of 5 Hz and 0.3 m/s.
 
 Missions have successive seeds, and a seed is one mission whatever else is flown: `--only SEED` flies it
-alone and prints its events. Figures are kept where the campaign is whole. What they mean stands in
-`benchmarks/README.md`.
+alone and prints its events. Figures of a whole campaign are saved; `benchmarks/README.md` defines
+them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Accuracy of fault isolation: named unit and delay against the truth, from the events alone.
 
-What the outcomes mean stands in `benchmarks/README.md`.
+`benchmarks/README.md` defines the outcomes.
 """
 
 from __future__ import annotations

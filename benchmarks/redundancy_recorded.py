@@ -1,8 +1,8 @@
-"""Eight real IMUs on one board: what is told in health, and of faults put into what they said.
+"""Eight real IMUs on one board: reports in health, and on faults put into their samples.
 
 `python -m benchmarks.redundancy_recorded [--draws 20] [--no-save]`
 
-What is replayed, and what the figures mean, stands in `benchmarks/README.md`.
+`benchmarks/README.md` describes the replays and defines the figures.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ FINE_SECONDS = 3.0
 WITNESS_HZ, WITNESS_SIGMA = 5.0, 0.3
 """Rate, and noise of each axis of a velocity, m/s."""
 MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
-"""m/s^2 and rad/s by which a calibration that followed a wrong primary errs more. What triggers, too."""
+"""m/s^2 and rad/s by which a calibration that followed a wrong primary errs more; a trigger, too."""
 SPARSE = 100
 """Steps of the body from one moment to the next at which errors of records are taken."""
 
@@ -128,7 +128,7 @@ def error_of(
 ) -> float:
     """Root mean square of what sets a compensated secondary apart from a faultless primary from a time on, s.
 
-    Of what the body does then, without noise, drift and vibration; that is what the error will matter for.
+    The error is that in the later motion of the body, without noise, drift and vibration.
     """
     then = body.part(since, SPARSE)
     said, wanted = reading(unit, sensor, then), reading(primary, sensor, then)

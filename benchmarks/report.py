@@ -352,7 +352,7 @@ def multipose(content: Content) -> Iterator[str]:
         )
     recorded = content.get("recorded", {})
     yield ""
-    norm = "\\|f\\| less g: as read, calibrated, kept from the fit, mm/s²"
+    norm = "\\|f\\| minus g: raw, calibrated, held out of the fit, mm/s²"
     yield f"| recording | orientations | {norm} | after a turn, deg |"
     yield "|---|---|---|---|"
     for name, of in recorded.items():
@@ -406,7 +406,7 @@ def _without_equipment(procedure: str, found: Content) -> str:
             gyroscope = found["gyroscope_reason"] or f"{two_digits(found['angle'])}° after a turn"
             figures = (
                 f"{found['directions']} orientations; {two_digits(1e3 * found['held_out'])} mm/s² at those "
-                f"kept from the fit; {gyroscope}"
+                f"held out of the fit; {gyroscope}"
             )
         case "noise":
             each = [density for triad in found["density"].values() for density in triad]
@@ -577,7 +577,7 @@ def constant_rates(content: Content) -> Iterator[str]:
     for of in content["plans"]:
         figures = f"{of['ratio']:.3f}", f"{100 * of['coverage']:.1f} %"
         yield _row(
-            [of["plan"], *figures, f"{1e3 * of['foretold']:.2f} mdeg/s", f"{1e3 * of['plain']:.2f} mdeg/s"]
+            [of["plan"], *figures, f"{1e3 * of['predicted']:.2f} mdeg/s", f"{1e3 * of['plain']:.2f} mdeg/s"]
         )
     yield ""
     yield f"{sum(of['sessions'] for of in content['plans'])} sessions made by numpy alone, six faces each."
@@ -893,7 +893,7 @@ def footprint(content: Content) -> Iterator[str]:
     yield from _device_table(footprint_rows(content))
     yield ""
     yield (
-        "Built for size, with link-time optimisation; flash less that of an image without Tumble. States are "
+        "Built for size, with link-time optimisation; flash minus that without Tumble. States are "
         "what a caller sets aside; the stack comes on top. Instructions are counted by QEMU over the "
         "conformance vectors: 40 samples a second of each of three units, of which every second completes a "
         "window, and the same flight with four samples more between two; 50 a second of the robot. "

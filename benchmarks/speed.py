@@ -59,7 +59,7 @@ Action = Callable[[], object]
 def side_by_side(ours: Action, theirs: dict[str, Action], repetitions: int) -> Content:
     """Runs all in turn, again and again: median time of each, and median of the ratios within each turn.
 
-    What slows the machine down for a while slows both, and cancels in the ratio.
+    A slow phase of the machine slows both, and cancels in the ratio.
     """
     actions = {"ours": ours, **theirs}
     seconds: dict[str, list[float]] = {name: [] for name in actions}

@@ -2,8 +2,8 @@
 
 `python -m benchmarks.spin_live [--sessions 400]`
 
-What is simulated is the README's robot on a floor of 2 deg, whose noise has bias instability that nobody
-tells the procedure. The same sessions are then solved as logs.
+The simulation is that of the README's robot on a floor of 2 deg, whose noise has bias instability unknown
+to the procedure. The same sessions are then solved as logs.
 """
 
 from __future__ import annotations

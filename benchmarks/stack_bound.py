@@ -1,7 +1,7 @@
 """Most stack that a function of a Cortex-M image can take, from its instructions.
 
 Each function is walked from its start, along all branches, with the depth of the stack at each instruction; a
-call adds the depth there to what the callee takes. What is not understood is a `ValueError`, never a guess.
+call adds the depth there to what the callee takes. An unknown instruction is a `ValueError`, never a guess.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
     python scripts/build_packages.py OUT --as-built    of what `make build` compiled, for this machine only
 
 Wheels for Linux are linked by zig (`pip install ziglang`) against the C library of manylinux2014, so that any
-distribution since runs them. What a wheel holds is compared with the sources.
+distribution since runs them. The contents of a wheel are compared with the sources.
 """
 
 from __future__ import annotations

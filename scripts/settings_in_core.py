@@ -13,7 +13,7 @@ TEMPLATE = "settings_in_core.rs.jinja"
 
 
 def bounds() -> str:
-    """Returns the source file. What may be any number, or none, needs no bound here."""
+    """Returns the source file. A setting without bounds needs none here."""
     rows = _core.setting_table("redundancy")
     by_name = {row["name"]: row for row in rows}
     numbers = [row for row in rows if row["kind"] == "number"]

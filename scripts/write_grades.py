@@ -1,7 +1,7 @@
 """Write python/tumble/tools/simulate/grade.py from the lab's grade.rs, or with --check say if it is stale.
 
-A figure of a sensor grade stands in Rust: as a field with its meaning, and in the table of grades. What
-Python users see of it, with types for checkers and editors, is made from there.
+A figure of a sensor grade stands in Rust: as a field with its meaning, and in the table of grades. Its
+Python form, with types for checkers and editors, is made from there.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 `python -m benchmarks.flights.campaign [--missions 2000] [--seed 0] [--kind "two faults"] [--jobs N]`
 
-Each seed is one mission. What came of it is added to the record at once, so that a campaign that was ended
-goes on where it was; missions judged by another native module are judged again. `--only SEED` shows one, and
-keeps its logs in `--keep FOLDER`. What the figures mean stands in `benchmarks/README.md`.
+Each seed is one mission. Its outcome is added to the record at once, so that an interrupted campaign
+resumes; missions judged by another native module are judged again. `--only SEED` shows one, and
+keeps its logs in `--keep FOLDER`. `benchmarks/README.md` defines the figures.
 """
 
 from __future__ import annotations

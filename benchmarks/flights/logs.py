@@ -3,8 +3,8 @@
 `python -m benchmarks.flights.logs FOLDER [--only TEXT] [--no-faults]`
 
 FOLDER holds each file of `tests/flights.yaml` as OWNER+NAME/PATH, at its commit; absent files are left out.
-Then faults are put into the ten longest at 45 Hz and more. What the figures mean stands in
-`benchmarks/README.md`.
+Then faults are put into the ten longest at 45 Hz and more. `benchmarks/README.md` defines
+the figures.
 """
 
 from __future__ import annotations

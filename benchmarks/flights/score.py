@@ -181,7 +181,7 @@ def _is_calibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) 
 def _recalibrated(mission: Mission, replay: Replayed, events: Sequence[Event]) -> tuple[int, int]:
     """Counts sensors of secondaries that aged beyond their threshold, and those of them calibrated anew.
 
-    Of flights in which all units are sound until then: what is owed is judged at the first rest.
+    Flights in which all units are sound until then count: the first rest decides which are due.
     """
     if replay.before is None or mission.onset <= 0.0:
         return 0, 0

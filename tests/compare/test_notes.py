@@ -33,7 +33,7 @@ def test_one_log_and_one_reference_of_both_are_said(units):
     of_one_log = [with_parts(each, log=log) for each in units]
     assert "both were found from one log" in notes(*of_one_log)
     of_one_reference = [with_parts(each, reference={"name": "navigator", "serial": "3"}) for each in units]
-    assert "both were held against the reference navigator" in notes(*of_one_reference)
+    assert "both were calibrated against the reference navigator" in notes(*of_one_reference)
     apart = with_parts(units[0], reference={"name": "navigator", "serial": "4"})
     assert "both were held" not in notes(apart, of_one_reference[1])
 

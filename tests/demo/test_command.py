@@ -45,7 +45,7 @@ def test_every_target_is_compared_with_its_truth(demo):
 def test_calibration_further_from_truth_than_noise_explains_is_a_bug(demo, monkeypatch):
     folder, _ = demo
     monkeypatch.setattr(comparison, "LARGEST_MATRIX_ERROR", 1e-9)
-    with pytest.raises(ArithmeticError, match="target_1 accelerometer: M is off by"):
+    with pytest.raises(ArithmeticError, match="target_1 accelerometer: M has an error of"):
         list(comparison.differences(folder))
 
 

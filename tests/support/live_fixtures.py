@@ -122,7 +122,7 @@ def pieces_of(data, size):
 
 
 class SerialDevice:
-    """A device on a serial line. What it sends before the line is opened is lost, as on any serial line."""
+    """A device on a serial line. Bytes sent before the line is opened are lost, as on any serial line."""
 
     def __init__(self):
         self._device, self._line = pty.openpty()

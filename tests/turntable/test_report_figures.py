@@ -155,7 +155,7 @@ def test_long_name_is_cut_to_the_panel_of_the_figure(result):
 def test_the_overview_stands_alone_and_names_the_three_states(result):
     svg = figure_overview(result)
     texts = "".join(ElementTree.fromstring(svg).itertext())
-    for state in ("as read", "mounting compensated", "calibrated", "target_1"):
+    for state in ("raw", "mounting compensated", "calibrated", "target_1"):
         assert state in texts
     assert "var(" not in svg
     assert figure_overview(result) == svg

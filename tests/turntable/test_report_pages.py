@@ -321,7 +321,7 @@ def test_limits_stand_beside_their_parameters_and_nowhere_else(folder, result):
 
 def test_calibrated_state_is_beside_raw_and_compensated_readings(folder, result):
     number = r"([\d.]+) (m?m/s²)"
-    caption = f"as read {number}, mounting compensated {number}, calibrated {number}"
+    caption = f"raw {number}, mounting compensated {number}, calibrated {number}"
     captions = re.findall(caption, page(folder, "target_1.html").words)
     readings = result["target_1"].axis_readings
     assert len(captions) == len(readings)

@@ -177,7 +177,7 @@ def test_calibration_of_the_reference_removes_its_errors_from_targets(tmp_path):
 
 
 def test_target_inherits_the_errors_of_the_reference_in_its_sigmas():
-    """Accelerometer: what the reference misses of |f| = g shows. Of its gyroscope nothing does."""
+    """The accelerometer shows the error of the reference by |f| = g; the gyroscope shows none."""
     session = simulate(74, grades=("reference",), perfect_reference=False)
     found = calibrate(session)["target_1"]
     assert chi_square(session.target_units[0], found, "accelerometer") < 45.0

@@ -1,8 +1,8 @@
 """The calibration file of one IMU: what the procedures find, applied to later measurements.
 
-Forward model, for each triad: `y = M u + b`, `y` what the sensor says, `u` the truth in the case frame of the
-IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case). What
-temperature adds is in `temperature_drift.py`.
+Forward model, for each triad: `y = M u + b`, `y` the reading, `u` the truth in the case frame of the
+IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case). The
+effect of temperature is in `temperature_drift.py`.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class TemperatureDrift(Document):
     scale_sigma: Sigmas | None = None
     """1-sigma of `scale`; null where the data did not show it."""
     hysteresis: VectorWithGaps | None = None
-    """Bias while warming less that while cooling at one temperature, where it differs most, unit of the
+    """Bias while warming minus that while cooling at one temperature, where it differs most, unit of the
     triad; null where either was not seen."""
     hysteresis_sigma: VectorWithGaps | None = None
     """1-sigma of it."""

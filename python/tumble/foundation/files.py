@@ -162,9 +162,9 @@ def replacing(
 ) -> Iterator[BinaryIO]:
     """Opens a new file, which takes the place of `path` once the block ends without an error.
 
-    `inputs` are not to be replaced, besides those of the running command. What `renews` was read before and
-    lives on in what is written: that is neither an input to be protected nor worth a remark. What is
-    `durable` outlives a loss of power once the block has ended.
+    `inputs` are not to be replaced, besides those of the running command. With `renews` the old content was
+    read and is part of the new one: it is neither a protected input nor reported as replaced. With `durable`
+    the file survives a loss of power once the block has ended.
 
     Raises `OutputError` where the place cannot be written to, or holds anything but a regular file of this
     kind. After any error `path` is as it was.

@@ -154,7 +154,7 @@ class ArrivalClock:
     def stamp(self, count: int, arrival: float) -> FloatArray:
         """Returns s since the first sample, of `count` samples that arrived together at `arrival`, s.
 
-        Of the first arrival only the last sample has a time; the others are NaN.
+        Only the last sample of the first arrival has a time; the others are NaN.
         """
         if self._first is None:
             self._first = arrival

@@ -95,8 +95,8 @@ class HostClock:
     """Gives a sensor's samples the time of this computer's monotonic clock.
 
     A sample arrives no earlier than it was taken. So the least delays, not the mean ones, show how the
-    sensor's clock goes against this one; `LeastDelay` finds the line below them. What even the quickest
-    sample took on its way cannot be seen from one side: host times are late by that, those of a unit alike.
+    sensor's clock goes against this one; `LeastDelay` finds the line below them. The delay of
+    the quickest sample is not observable: host times are late by it, those of a unit alike.
 
     `stamped` says whether times are the sensor's own. Where they are those of arrival there is nothing to
     find, and `sigma` is how unevenly samples arrive.

@@ -129,7 +129,7 @@ class LiveSet:
     read are given in the order of their times. A unit that is silent is given with an empty chunk every
     `HEARTBEAT`. The set ends when the last of its sources does. `async for` iterates it beside other tasks.
 
-    Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` is told
+    Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` receives
     instead, the others go on, and the source is opened anew every second until it is there again; that needs
     an `Opening` where a source is not to be entered twice.
 

@@ -51,10 +51,10 @@ def open_source(
     sender: str | None = None,
     lines: SharedLines | None = None,
 ) -> Source:
-    """Finds the source for an address; enters it with `with` to open the line.
+    """Finds the source for an address; enter it with `with` to open the line.
 
-    `options` say what the stream does not say itself, as for logs. Of a network only `sender` is listened to,
-    as if `from=` were part of the address; without it, the first host that sends. Sources that are found with
+    `options` state what the stream does not, as for logs. A network line accepts only `sender`, as if `from=`
+    were part of the address; without it, the first host that sends. Sources that are found with
     the same `lines` share a line where they differ in their unit only.
 
     Raises `LogError` where nothing reads such an address.

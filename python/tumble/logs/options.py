@@ -22,7 +22,7 @@ AxisValues: TypeAlias = float | Sequence[float]
 class ReadOptions:
     """Options for reading a log. Every field may keep its default where the log states it.
 
-    What is stated here goes before what column names say, and that before what the values suggest.
+    Options take precedence over column names, and those over guesses from values.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)

@@ -88,7 +88,7 @@ class ULogFile:
     ) -> Iterator[dict[Topic, Records]]:
         """Returns the messages of these topics, those of about a megabyte of file at a time.
 
-        `damage` is told what is not as it should be; `changed` the time, us, name and value of each parameter
+        `damage` counts errors; `changed` the time, us, name and value of each parameter
         that changes.
         """
         found = _Walk(self, wanted, damage, changed)

@@ -52,7 +52,7 @@ def open_writer(
     Columns are `time` s, `ax ay az` m/s^2, `gx gy gz` rad/s and, if the first chunk has it, `temperature`
     degC.
     MCAP holds sensor_msgs/Imu on `/imu/data` and sensor_msgs/Temperature on `/imu/temperature`,
-    stamped to the nanosecond. None of `inputs` may be replaced. What is `durable` outlives a loss of power.
+    stamped to the nanosecond. None of `inputs` may be replaced. A `durable` file survives a loss of power.
 
     Raises `OutputError` where the format is unknown or the file cannot be written.
     """

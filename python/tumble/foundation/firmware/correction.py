@@ -21,7 +21,7 @@ POWERS = (1, 2, 3)
 
 @dataclass(frozen=True, slots=True)
 class Thermal:
-    """`t(T) = constant + c1 d + c2 d^2 + c3 d^3`, d being T, held within its range, less the reference."""
+    """`t(T) = constant + c1 d + c2 d^2 + c3 d^3`, d being T, held within its range, minus the reference."""
 
     reference: float
     """degC."""

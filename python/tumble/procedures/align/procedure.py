@@ -43,7 +43,7 @@ def align(
 
     Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
     `search`, s; where logs have no time in common at all, their beginnings are aligned first.
-    `read` says how to read all of them, or each by what was typed. `progress` is told samples done, and
+    `read` says how to read all of them, or each by what was typed. `progress` receives the samples done, and
     samples expected where they are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read or its motion shows nothing.

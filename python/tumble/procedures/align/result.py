@@ -46,7 +46,7 @@ class UnitAlignment:
     lever_arm_unseen: FloatArray
     """(k, 3) unit vectors in the primary's frame, along which the motion does not show the lever arm."""
     gyroscope_bias: FloatArray
-    """(3,) rad/s: bias of the secondary less that of the primary, in the secondary's frame."""
+    """(3,) rad/s: bias of the secondary minus that of the primary, in the secondary's frame."""
     gyroscope_bias_sigma: FloatArray
     accelerometer_bias: FloatArray
     """(3,) m/s^2: the same of the accelerometers."""

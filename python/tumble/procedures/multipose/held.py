@@ -45,7 +45,7 @@ def held_spans(samples: Chunk) -> list[Span]:
 def rests_by_hand(samples: Chunk, lying: FloatArray) -> list[Span]:
     """Returns all rests in order of time: those (n, 2), s, that are still, and those that tremble.
 
-    Of two that overlap, the longer one is given.
+    The longer of two overlapping rests is returned.
     """
     still: list[Span] = [(float(start), float(end)) for start, end in lying]
     found: list[Span] = []

@@ -25,7 +25,7 @@ class PoseFit:
     up: FloatArray
     """(3,) unit vector, case frame."""
     before: float
-    """|y| - g as read, m/s^2."""
+    """|y| - g of raw readings, m/s^2."""
     after: float
     """|u| - g calibrated, m/s^2."""
     sigma: float
@@ -192,7 +192,7 @@ class MultiposeResult(Tabular):
 
     @property
     def norm_before(self) -> float:
-        """Root mean square of |y| - g as read, m/s^2."""
+        """Root mean square of |y| - g of raw readings, m/s^2."""
         return _rms([pose.before for pose in self.poses])
 
     @property

@@ -40,12 +40,11 @@ def noise(
 ) -> NoiseResult:
     """Finds the noise of a sensor from one log or several in which it stands still.
 
-    Of each log only the part that stands still is used; gaps part it into stretches, and no difference spans
-    one. Steps, ramps and knocks are found, named and left out.
+    Only the parts of logs at rest are used; gaps divide them into stretches, and no difference spans a gap.
+    Steps, ramps and knocks are found, named and left out.
 
-    Several logs are records of one sensor. Memory does not grow with their length. `start` is a
-    calibration that the noise is added to. `progress` is told samples done, and samples expected where they
-    are known.
+    Several logs are records of one sensor. Memory does not grow with their length. `start` is a calibration
+    that the noise is added to. `progress` receives the samples done, and those expected where they are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read, does not stand still, or is of another rate
     than the first.

@@ -43,14 +43,14 @@ def thermal(
 ) -> ThermalResult:
     """Finds how bias and scale of a unit change with temperature, from logs of it at rest.
 
-    Of each log only what stands still is used. Several logs are sessions of one unit, each with a turn-on
-    bias of its own. Nobody needs to know how the unit lies: what it reads in a pose at the reference
-    temperature is found with the drift. Each rest is a pose of its own; with `fixture`, which says that a
-    table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
+    Only the parts of logs at rest are used. Several logs are sessions of one unit, each with a turn-on bias
+    of its own. The attitude of the unit need not be known: its readings in a pose at the reference
+    temperature are estimated with the drift. Each rest is a pose of its own; with `fixture`, which says that
+    a table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
 
     `start` is a calibration that the drift is added to. The reference is then the temperature that it was
     made at, as it says itself, or `start_temperature`, degC; else it is the middle of the range. Memory
-    does not grow with the length of logs. `progress` is told samples done, and samples expected where they
+    does not grow with the length of logs. `progress` receives the samples done, and those expected where they
     are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read, holds no temperature, or does not rest;

@@ -32,7 +32,7 @@ class OrderScore:
     scale: int
     """The same in the scale factor."""
     left: float
-    """Root mean square of what was not foretold, unit of the axis."""
+    """Root mean square of the prediction error, unit of the axis."""
     chosen: bool
 
 
@@ -55,7 +55,7 @@ class AxisDrift:
     """Covariance of [bias, scale, hysteresis], the last where it is observable, one for each row of
     `loop`."""
     hysteresis: Parameter
-    """Largest difference, with its sign, of the bias while warming less that while cooling at one
+    """Largest difference, with its sign, of the bias while warming minus that while cooling at one
     temperature, unit of the axis."""
     mean_hysteresis: Parameter
     """The same, its mean over temperature."""
@@ -75,7 +75,7 @@ class AxisDrift:
     """Flicker noise B of what the fit leaves, unit of the axis."""
     scores: tuple[OrderScore, ...]
     change: FloatArray
-    """(blocks,) what each block reads other than at the reference, less what scale does, unit of the axis."""
+    """(blocks,) change of each block from the reference, minus that of scale, unit of the axis."""
 
     @property
     def unit(self) -> str:

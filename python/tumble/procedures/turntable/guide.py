@@ -13,7 +13,7 @@ from tumble.poses.pose_list import Pose, PoseList, angle_between
 from tumble.procedures.turntable.matching import LARGEST_TIP
 
 SHORTEST_TURN = math.radians(80.0)
-"""rad about an axis that count as a turn: a quarter, less what hands miss."""
+"""rad about an axis that count as a turn: a quarter, minus the error of hands."""
 REST_AFTER_TURN = 2.0
 """s at rest after which a turn is over: a turn is measured from rest to rest."""
 
@@ -144,7 +144,7 @@ class Guide:
     def wanted(self) -> WantedPose | WantedTurn | None:
         """Next step: poses, then turns, then poses that a target missed; None when no step remains.
 
-        What only targets lack that are away is not wanted before they return.
+        A step that only absent targets lack waits for their return.
         """
         if self.at is not None and self.at.is_wanted(self.away):
             return self.at

@@ -23,7 +23,7 @@ LIKER = 0.5
 """Two units are swapped where each is nearer by this factor to what the other showed than to its own."""
 
 FEWEST_VISITS = 6
-"""Visits from which an exchange is told without a pose that came again: two more than a fit takes up."""
+"""Visits from which an exchange is detected without a pose that came again: two more than a fit takes up."""
 EXCHANGED = 0.2
 """Two units are exchanged where the readings of both, exchanged, fit the reference better by this factor."""
 

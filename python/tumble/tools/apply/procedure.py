@@ -45,7 +45,7 @@ def apply(
     """Writes a recording, corrected, to `output`, in SI units; memory does not grow with its length.
 
     `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
-    decides. `progress` is told samples done, and samples expected where they are known beforehand. `force`
+    decides. `progress` receives the samples done, and those expected where they are known. `force`
     turns it into a warning that the calibration is of another unit, or that the log was corrected before.
 
     Raises `ProcedureError` for either of these, `LogError` where the recording cannot be read to its end,

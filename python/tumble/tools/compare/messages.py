@@ -57,8 +57,8 @@ def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
         names = {(each.name, each.serial) for each in (first.reference, second.reference)}
         if len(names) == 1:
             yield (
-                f"both were held against the reference {first.reference.name}: what that is off by is in "
-                "both, and does not show here"
+                f"both were calibrated against the reference {first.reference.name}: its errors are in "
+                "both, and do not show here"
             )
     logs = {each.log.sha256 for each in (first, second) if each.log is not None and each.log.sha256}
     if len(logs) == 1 and first.log is not None and second.log is not None:

@@ -41,7 +41,7 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
     A source is a `Calibration`, a file of one, or a file of another program that `import_calibrations` reads,
     as FILE:NAME where it holds several IMUs. All are brought to one temperature and one frame. Three or more
     of one unit with different dates are also laid over time. `largest_rate`, rad/s, is that of the turns for
-    which a difference is told as an error.
+    which a difference is stated as an error.
 
     Raises `TumbleError`, in one line, where a file cannot be read, there are fewer than two, or the rate is
     not above zero.

@@ -18,7 +18,7 @@ LEVEL = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One parameter in both calibrations; differences are the second less the first."""
+    """One parameter in both calibrations; differences are the second minus the first."""
 
     name: str
     """`accelerometer bias x`."""

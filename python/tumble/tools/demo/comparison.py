@@ -56,7 +56,7 @@ def differences(folder: Path) -> Iterator[TargetDifference]:
         triads = tuple(_difference(calibration, triad, truth[triad]) for triad in TRIADS)
         for each in triads:
             if not each.matrix < LARGEST_MATRIX_ERROR:
-                raise ArithmeticError(f"{name} {each.triad}: M is off by {each.matrix:.1e}")
+                raise ArithmeticError(f"{name} {each.triad}: M has an error of {each.matrix:.1e}")
         yield TargetDifference(name, truth["grade"], triads)
 
 

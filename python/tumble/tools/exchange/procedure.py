@@ -32,8 +32,8 @@ def export(
 ) -> Exported:
     """Creates the file of another program.
 
-    `to` is one of `TARGETS`; `settings` are what it has to be told besides. What it cannot hold is in
-    `losses`, with the error that stays.
+    `to` is one of `TARGETS`; `settings` are the further ones it needs. Parts that it cannot hold
+    are in `losses`, with the error that remains.
 
     Raises `ProcedureError`, in one line, where there is no such format, it needs a setting, or a value is
     beyond what it takes.

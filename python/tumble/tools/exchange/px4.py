@@ -1,6 +1,6 @@
 """PX4: parameters of its calibration, `CAL_*`, and of temperature, `TC_*`, as QGroundControl loads them.
 
-What PX4 makes of them is in `tumble.foundation.firmware.px4`. Gyroscopes have no scale.
+PX4's correction by them is in `tumble.foundation.firmware.px4`. Gyroscopes have no scale.
 """
 
 from __future__ import annotations

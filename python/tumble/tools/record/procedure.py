@@ -115,7 +115,7 @@ def _is_held(stamps: FloatArray, force: FloatArray, rate: FloatArray) -> bool:
 class Recorder:
     """Records a `LiveSet` into a folder: a context manager; exhaust `steps`.
 
-    `typed` is what was typed for each unit, `serials` the serial numbers that are known. `on_samples` is told
+    `typed` is what was typed for each unit, `serials` the known serial numbers. `on_samples` receives
     what is recorded of each unit as soon as it came; `report_every` s there is a step at the latest. Units
     that are held `by_hand` need not be as still as those that lie, and may tremble. All else is as for
     `SessionWriter`, whose errors it raises.

@@ -76,7 +76,7 @@ class SessionWriter:
     session ends as failed.
 
     Raises `OutputError`, in one line, where the folder cannot be written to, or holds a session and `resume`
-    was not asked for. What is on disk by then stays readable.
+    was not asked for. The files on disk stay readable.
     """
 
     def __init__(

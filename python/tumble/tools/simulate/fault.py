@@ -42,7 +42,7 @@ FAULTS: dict[FaultKind, str] = {
     "from `start` to `end`, and stays",
     "noise": "white noise grows on a triad from `start` on; at `end` it scatters by `size` m/s^2 or rad/s, "
     "1 or 0.1 if not given, and stays",
-    "spikes": "readings of one axis, one in twenty, are off by `size` m/s^2 or rad/s, 50 or 10 if not "
+    "spikes": "readings of one axis, one in twenty, have errors of `size` m/s^2 or rad/s, 50 or 10 if not "
     "given, from `start` to `end`",
     "saturated": "a triad reads no more than `size` of gravity or of the turn rate (1 rad/s in flight), 0.8 "
     "if not given; always, or from `start`, or to `end`",
@@ -67,7 +67,7 @@ AXES: tuple[AxisName, ...] = get_args(AxisName)
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing wrong with one unit. What a kind has no use for is ignored."""
+    """One fault of one unit. Fields that a kind does not use are ignored."""
 
     kind: FaultKind
     triad: TriadName = "accelerometer"

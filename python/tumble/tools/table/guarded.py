@@ -40,7 +40,7 @@ class GuardedTable:
     """Stands before any driver: limits before each command, a stop on every way out, nothing unless armed.
 
     `limits` of axes by their name come on top of those of the maker. Without `armed` no motion is sent; what
-    would be is told to `say`, one line each. All arrays are (axes,), from the axis on the floor up.
+    would be is passed to `say`, one line each. All arrays are (axes,), from the axis on the floor up.
 
     Leaving it, by any error, Ctrl-C, SIGQUIT, SIGTERM or a terminal that closes, stops the table. So does
     silence: a driver raises where a query is not answered in time. A line that is lost is opened once more

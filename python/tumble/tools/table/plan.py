@@ -250,7 +250,7 @@ def _information(rows: FloatArray, weights: FloatArray) -> FloatArray:
 def _variance(information: FloatArray, matrix_goal: float, bias_goal: float) -> FloatArray:
     """Returns the variances (..., 4) of a row of M and of b over their goals squared.
 
-    `information` is (..., 4, 4). What nothing shows has `UNSEEN`.
+    `information` is (..., 4, 4). An unobservable parameter has `UNSEEN`.
     """
     goals = np.array([matrix_goal, matrix_goal, matrix_goal, bias_goal])
     values, vectors = np.linalg.eigh(information * np.outer(goals, goals))

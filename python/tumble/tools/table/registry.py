@@ -71,7 +71,7 @@ OWN: Mapping[str, tuple[str, str]] = {
 
 
 def open_table(text: str) -> RateTable:
-    """Finds the table for an address; enters it with `with`, best within a `GuardedTable`.
+    """Finds the table for an address; enter it with `with`, best within a `GuardedTable`.
 
     Raises `TableError` where no driver has that name.
     """

@@ -76,7 +76,7 @@ def _draw_half(axes: Axes, title: str) -> None:
 
 
 def norm_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draws |specific force| less gravity at each rest: as read, calibrated, and by a fit without it."""
+    """Draws |specific force| minus gravity at each rest: raw, calibrated, and by a fit without it."""
     figure = Figure(FULL_WIDTH, 4.2)
     upper = figure.add_axes(box(FULL_WIDTH, bottom=2.5, height=1.35))
     lower = figure.add_axes(box(FULL_WIDTH, bottom=0.55, height=1.4))
@@ -86,17 +86,17 @@ def norm_figure(result: MultiposeResult, prefix: str) -> Markup:
         for name in ("before", "after", "held_out", "sigma")
     )
     scale = readable_scale("m/s^2", float(np.abs(before).max()))
-    value_axis_in(upper, scale, "as read, |y| less gravity", before)
+    value_axis_in(upper, scale, "raw, |y| minus gravity", before)
     upper.set_xlim(-0.6, len(place) - 0.4)
     upper.points(place, scale.factor * before, UNCOMPENSATED, "o", hollow=True)
     known = held_out[np.isfinite(held_out)]
     scale = readable_scale("m/s^2", float(np.abs(np.concatenate([after, known])).max()))
-    value_axis_in(lower, scale, "calibrated, |u| less gravity", after - sigma, after + sigma, known)
+    value_axis_in(lower, scale, "calibrated, |u| minus gravity", after - sigma, after + sigma, known)
     error_bars(lower, place - 0.1, scale.factor * after, scale.factor * sigma, COMPENSATED)
     lower.points(place - 0.1, scale.factor * after, COMPENSATED, "D")
     lower.points(place + 0.1, scale.factor * held_out, CALIBRATED, "o", hollow=True)
     category_axis(lower, _labels(len(place)), most=40)
-    return inline_svg(figure, prefix, "Length of specific force less gravity at each rest, before and after")
+    return inline_svg(figure, prefix, "Length of specific force minus gravity at each rest, before and after")
 
 
 def influence_figure(result: MultiposeResult, prefix: str) -> Markup:

@@ -82,7 +82,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         ),
         norm=Picture(
             norm_figure(result, "norm"),
-            "Length of specific force at each rest less gravity. Bars: one sigma of noise. Circles below: "
+            "Length of specific force at each rest minus gravity. Bars: one sigma of noise. Circles below: "
             "by a fit that had seen no rest in that orientation, which is what to expect of new data.",
         ),
         turns=_turns(result),

@@ -29,10 +29,10 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
     held_out = (
         ""
         if math.isnan(result.norm_held_out)
-        else f"; {_quantity(result.norm_held_out, 'm/s^2')} at orientations kept from the fit"
+        else f"; {_quantity(result.norm_held_out, 'm/s^2')} at orientations held out of the fit"
     )
     yield (
-        f"|specific force| less gravity: {_quantity(result.norm_before, 'm/s^2')} as read, "
+        f"|specific force| minus gravity: {_quantity(result.norm_before, 'm/s^2')} raw, "
         f"{_quantity(result.norm_after, 'm/s^2')} calibrated{held_out}"
     )
     if turns:

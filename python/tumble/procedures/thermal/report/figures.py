@@ -63,7 +63,7 @@ def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
 
 
 def _legs(panel: Axes, blocks: ThermalBlocks, values: FloatArray, place: int) -> None:
-    """Draws what was read while warming filled, while cooling hollow."""
+    """Draws readings while warming filled, while cooling hollow."""
     warm = blocks.leg > 0.0
     for chosen, hollow in ((warm, False), (~warm, True)):
         if chosen.any():

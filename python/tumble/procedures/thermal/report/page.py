@@ -66,9 +66,9 @@ def thermal_page(result: ThermalResult) -> ThermalPage:
 
 def _section(result: ThermalResult, triad: Triad) -> TriadSection:
     caption = (
-        "Above: means over stretches at rest, less what was read in the same pose at the reference. Filled: "
+        "Above: means over stretches at rest, minus the reading in the same pose at the reference. Filled: "
         "while warming; hollow: while cooling. Lines: the curve that is stored and its 95 % interval, with "
-        "half the hysteresis where that is clear. Below: the same less the curve."
+        "half the hysteresis where that is clear. Below: the same minus the curve."
     )
     axes = result.of_triad(triad)
     scale = score_scale(axes)

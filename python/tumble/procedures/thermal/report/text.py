@@ -82,7 +82,7 @@ def score_scale(axes: Sequence[AxisDrift]) -> Scale:
 
 
 def score_rows(axes: Sequence[AxisDrift], scale: Scale) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Prints for each set of terms what it did not foretell of each axis; the chosen one is marked."""
+    """Prints the prediction error of each set of terms, by axis; the chosen one is marked."""
     sets = list(dict.fromkeys((score.bias, score.scale) for axis in axes for score in axis.scores))
     rows = []
     for bias, power in sets:

@@ -74,7 +74,7 @@ def _draw_axis(axes: Axes, key: Axes, target: TargetResult, mounting: MountingRe
 def _draw_targets(axes: Axes, key: Axes, result: TurntableResult) -> None:
     pairs = improvements(result)[:_MOST_TARGETS]
     draw_improvement(axes, pairs, named=True)
-    for row, name in enumerate(("as read", "calibrated")):
+    for row, name in enumerate(("raw", "calibrated")):
         _key(key, row, name, name)
     _title(axes, "All targets: error of |specific force|")
 

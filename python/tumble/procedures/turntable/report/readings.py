@@ -1,4 +1,4 @@
-"""The readings of one axis at the poses: as read, compensated for the mounting, and calibrated."""
+"""The readings of one axis at the poses: raw, compensated for the mounting, and calibrated."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tumble.report.panel import category_axis, error_bars, segments, span, value
 from tumble.report.svg import SOFT, inline_svg
 
 LOOKS = {
-    "as read": (UNCOMPENSATED, "o", True, -0.2),
+    "raw": (UNCOMPENSATED, "o", True, -0.2),
     "mounting compensated": (COMPENSATED, "D", False, 0.0),
     "calibrated": (CALIBRATED, "o", False, 0.2),
 }

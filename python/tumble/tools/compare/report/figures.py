@@ -87,7 +87,7 @@ def history_sheet(histories: Sequence[History]) -> Figure:
 
 
 def _panel(axes: Axes, group: str, histories: Sequence[History], ends: tuple[float, float]) -> None:
-    """Draws values less their mean with 95 % intervals, their lines, and the intervals of these."""
+    """Draws values minus their mean with 95 % intervals, their lines, and the intervals of these."""
     years = np.linspace(*ends, _POINTS)
     changes = [each.values - each.level for each in histories]
     reaches = [INTERVAL * each.sigmas for each in histories]

@@ -119,13 +119,13 @@ def _picture(pair: Pair, number: int) -> Picture | None:
     compared = [each for each in pair.differences if each.compared]
     if not compared:
         return None
-    caption = f"Each parameter of {pair.second} less that of {pair.first}, in sigmas of the difference."
+    caption = f"Each parameter of {pair.second} minus that of {pair.first}, in sigmas of the difference."
     return Picture(sigmas_figure(compared, f"sigmas-{number}"), caption)
 
 
 def _pictures(result: CompareResult) -> Iterator[Picture]:
     caption = (
-        "Each calibration less the mean of all, with its 95 % interval; the straight line that fits "
+        "Each calibration minus the mean of all, with its 95 % interval; the straight line that fits "
         "best, and, dotted, its 95 % interval."
     )
     for triad in TRIADS:

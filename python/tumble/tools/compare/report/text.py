@@ -77,7 +77,7 @@ def matters_sentences(pair: Pair) -> Iterator[str]:
     """Describes the effect of using one calibration in place of the other, and whether it is large."""
     for each in pair.motion:
         where = f"{each.triad}, {each.motion}"
-        done = f"Used in place of {pair.first}, {pair.second} is off by {error(each)} rms ({where})"
+        done = f"Used in place of {pair.first}, {pair.second} has an error of {error(each)} rms ({where})"
         if not isfinite(each.expected):
             yield f"{done}."
             continue

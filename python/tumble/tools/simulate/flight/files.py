@@ -67,7 +67,7 @@ def write_flight(
     `velocity` is what a witness said of it, which is written beside them as `velocity.csv`.
 
     MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit that said
-    nothing has no log. `progress` is told the samples written and those there are.
+    nothing has no log. `progress` receives the samples written and those there are.
 
     Raises `OutputError` where the folder cannot be written to.
     """

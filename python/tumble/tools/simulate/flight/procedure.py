@@ -50,12 +50,12 @@ class SimulatedFlightUnit(SimulatedUnit):
 
     @property
     def specific_force(self) -> FloatArray:
-        """(n, 3) m/s^2, as read."""
+        """(n, 3) m/s^2, raw."""
         return self.samples.accelerometer
 
     @property
     def angular_rate(self) -> FloatArray:
-        """(n, 3) rad/s, as read."""
+        """(n, 3) rad/s, raw."""
         return self.samples.gyroscope
 
 

@@ -65,7 +65,7 @@ class FlightUnit:
     """Its place from the primary, in the primary's case frame."""
     mounting_deg: Vector = (0.0, 0.0, 0.0)
     """Nominal mounting: rotation vector from the primary's case to its own; (180, 0, 0) is the board's other
-    side. What it is off by is drawn from the grade."""
+    side. The error is drawn from the grade."""
     perfect: bool = False
     """Indicates whether it has bias and noise only: scale, non-orthogonality and alignment are exact."""
     ageing: float = 1.0
@@ -132,7 +132,7 @@ class FlightScenario:
     sway: Vector = (1.0, 1.0, 1.0)
     """Share, 0 to 1, of the usual motion forward, left and up.
 
-    Of a vehicle: changes of speed and slopes; banks and rolling over bumps; heaving over bumps.
+    For a vehicle: changes of speed and slopes; banks and rolling over bumps; heaving over bumps.
     """
     turning: float = 1.0
     """Share, 0 to 1, of the usual motion about the vertical: yawing, or curves."""

@@ -34,7 +34,7 @@ START = 10.0
 
 @dataclass(frozen=True, slots=True)
 class LiveFault:
-    """One thing wrong with one unit. What a kind has no use for is ignored."""
+    """One fault of one unit. Fields that a kind does not use are ignored."""
 
     kind: LiveFaultKind
     axis: AxisName = "y"

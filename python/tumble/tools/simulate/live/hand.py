@@ -1,4 +1,4 @@
-"""A hand that holds a unit and turns it: where it is told to, or to one orientation after another."""
+"""A hand that holds a unit and turns it on request, or to one orientation after another."""
 
 from __future__ import annotations
 

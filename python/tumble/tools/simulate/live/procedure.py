@@ -124,7 +124,7 @@ class LiveUnit:
 class LiveSimulation:
     """Serves a table and units while it is entered; `wait` until it ends by itself.
 
-    A table moves when it is told; any other motion begins once somebody listens to a unit.
+    A table moves on command; any other motion begins once a client listens to a unit.
 
     `changes` are fields of `LiveScenario`, set on top of it or of its defaults. `folder` is where
     pseudo-terminals are linked.

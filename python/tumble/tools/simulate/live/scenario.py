@@ -16,7 +16,7 @@ Motion: TypeAlias = Literal["table", "six-faces", "hand", "spin", "flight"]
 TransportName: TypeAlias = Literal["udp", "pty", "tcp", "mavlink"]
 
 MOTIONS: dict[Motion, str] = {
-    "table": "a rate table, which moves as it is told over TCP",
+    "table": "a rate table, commanded over TCP",
     "six-faces": "units turned by hand, face after face",
     "hand": "one unit in a hand, which turns it from orientation to orientation",
     "spin": "a robot that stands still, then turns on the spot",

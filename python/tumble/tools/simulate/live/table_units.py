@@ -1,4 +1,4 @@
-"""Units on a table that moves as it is told: they feel what it does when it does it."""
+"""Units on a table that moves by commands: they measure its motion as it happens."""
 
 from __future__ import annotations
 

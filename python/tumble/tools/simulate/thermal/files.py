@@ -15,7 +15,7 @@ from tumble.tools.simulate.thermal.procedure import SimulatedThermal
 
 _HEADER = """\
 The truth of this simulated thermal session: drift of each triad as a calibration file keeps it, a row of x, y
-and z for each power of the temperature less the reference: SI units and K."""
+and z for each power of the temperature minus the reference: SI units and K."""
 
 
 def write_thermal(

@@ -110,7 +110,7 @@ class ThermalScenario:
         return np.asarray(first * drawn / half ** np.arange(HIGHEST_ORDER)[:, None])
 
     def hysteresis(self, triad: Triad) -> float:
-        """Bias while warming less that while cooling, unit of the triad."""
+        """Bias while warming minus that while cooling, unit of the triad."""
         value: float = getattr(self, f"{triad}_hysteresis")
         return value
 
