@@ -18,7 +18,7 @@ SECONDS = 40.0
 
 @pytest.fixture
 def pair():
-    """Tables of a primary and a secondary, to be spoilt: time, specific force, angular rate."""
+    """Tables of a primary and a secondary, to be corrupted: time, specific force, angular rate."""
     sensors = (Sensor(rate_hz=100.0), drawn(41, rate_hz=100.0, skew=0.0))
     return [np.column_stack(record(Motion(41), sensor, SECONDS, k)) for k, sensor in enumerate(sensors)]
 
@@ -136,7 +136,7 @@ def test_left_handed_unit_is_refused_with_the_option_that_helps(tmp_path, pair):
 
 
 @pytest.mark.parametrize(
-    "spoil",
+    "corrupt",
     [
         lambda force: force[:, [1, 0, 2]],
         lambda force: force[::-1],
@@ -145,8 +145,8 @@ def test_left_handed_unit_is_refused_with_the_option_that_helps(tmp_path, pair):
     ],
     ids=["axes exchanged", "of another time", "dead", "in g"],
 )
-def test_accelerometer_that_does_not_fit_is_refused_beside_gyroscopes(pair, spoil):
-    pair[1][:, 1:4] = spoil(pair[1][:, 1:4].copy())
+def test_accelerometer_that_does_not_fit_is_refused_beside_gyroscopes(pair, corrupt):
+    pair[1][:, 1:4] = corrupt(pair[1][:, 1:4].copy())
     with pytest.raises(tumble.ProcedureError, match=r"^u1: its accelerometer does not fit that of u0"):
         aligned(pair)
 

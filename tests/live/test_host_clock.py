@@ -284,13 +284,13 @@ def test_quantiles_of_delays_are_right_to_a_fifth(delays, share):
     assert true * (1.0 - 1e-9) <= counts.quantile(share) <= 1.2 * true
 
 
-def test_one_stamp_that_is_spoilt_moves_no_time_of_others():
-    line, spoilt = (Line(2, seconds=30.0, batch=1) for _ in range(2))
-    spoilt.stamps[2000] += 0.05
+def test_one_stamp_that_is_corrupted_moves_no_time_of_others():
+    line, corrupted = (Line(2, seconds=30.0, batch=1) for _ in range(2))
+    corrupted.stamps[2000] += 0.05
 
     def found(of):
         clock = HostClock()
         return np.concatenate([clock.host_times(stamps, arrival) for stamps, arrival, _ in of.pieces()])
 
     others = np.arange(len(line.stamps)) > 2010
-    assert np.array_equal(found(spoilt)[others], found(line)[others])
+    assert np.array_equal(found(corrupted)[others], found(line)[others])

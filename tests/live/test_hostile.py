@@ -34,7 +34,7 @@ AT_FIRST = [
     f'{{"time": {DIGITS}}}'.encode(),
 ]
 """First datagrams that are no sample."""
-SPOILT = [
+CORRUPTED = [
     *AT_FIRST,
     f'{{"time": 0.305, "ax": {DIGITS}, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}}'.encode(),
     b'{"time": 0.305, "ax": 1e200, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}',
@@ -74,7 +74,7 @@ def hostile():
         st.binary(max_size=200)
         | st.text(max_size=60).map(str.encode)
         | json_values().filter(is_no_sample).map(lambda value: json.dumps(value).encode())
-        | st.sampled_from(SPOILT)
+        | st.sampled_from(CORRUPTED)
     )
 
 
@@ -91,8 +91,8 @@ def test_a_first_datagram_that_is_no_sample_is_left_out_and_counted(first):
     assert left_out(source) >= 1
 
 
-@pytest.mark.parametrize("piece", SPOILT, ids=lambda piece: piece[:50].decode())
-def test_one_spoilt_datagram_costs_no_other_sample(piece):
+@pytest.mark.parametrize("piece", CORRUPTED, ids=lambda piece: piece[:50].decode())
+def test_one_corrupted_datagram_costs_no_other_sample(piece):
     source = scripted([*GOOD[:30], piece, *GOOD[30:]], whole=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -101,9 +101,9 @@ def test_one_spoilt_datagram_costs_no_other_sample(piece):
 
 
 @pytest.mark.parametrize("stamp", [-9e15, 5.0, 1e300])
-def test_a_spoilt_first_stamp_costs_no_other_sample(stamp):
-    spoilt = json.dumps(dict.fromkeys(HEADER.split(","), 0.0) | {"time": stamp}).encode()
-    assert np.array_equal(samples_of(scripted([spoilt, *GOOD], whole=True)), TABLE)
+def test_a_corrupted_first_stamp_costs_no_other_sample(stamp):
+    corrupted = json.dumps(dict.fromkeys(HEADER.split(","), 0.0) | {"time": stamp}).encode()
+    assert np.array_equal(samples_of(scripted([corrupted, *GOOD], whole=True)), TABLE)
 
 
 def test_a_stamp_ahead_costs_only_the_samples_that_it_hides():
@@ -125,13 +125,13 @@ def test_a_stall_costs_one_sample_at_most(stall):
 @example([(0, b"[" * 5000), (30, b"\xff\xfe")])
 @example([(0, WILD), (1, b'{"ax": 0}')])
 @example([(0, WILD), (5, WILD), (10, WILD)])
-def test_no_datagram_however_hostile_ends_the_run(spoilt):
+def test_no_datagram_however_hostile_ends_the_run(corrupted):
     pieces = list(GOOD)
-    for place, piece in sorted(spoilt, key=lambda each: -each[0]):
+    for place, piece in sorted(corrupted, key=lambda each: -each[0]):
         pieces.insert(place, piece)
     found = samples_of(scripted(pieces, whole=True))
     # One whose stamp nobody can tell from the clock's may come to stand before another.
-    assert len(found) >= len(TABLE) - len(spoilt)
+    assert len(found) >= len(TABLE) - len(corrupted)
 
 
 @settings(max_examples=60)
@@ -165,12 +165,12 @@ def test_a_mavlink_time_of_another_age_is_left_out_and_counted(place, seconds):
 
 @settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, 60), st.binary(max_size=80)), max_size=5), st.randoms())
-def test_no_mavlink_however_spoilt_ends_the_run(inserted, random):
+def test_no_mavlink_however_corrupted_ends_the_run(inserted, random):
     whole = highres(TABLE)
     messages = list(whole)
     for place, piece in sorted(inserted, key=lambda each: -each[0]):
-        spoilt = bytearray(whole[random.randrange(len(whole))])
-        spoilt[random.randrange(len(spoilt))] ^= 1 << random.randrange(8)
-        messages[place:place] = [piece, bytes(spoilt)]
+        corrupted = bytearray(whole[random.randrange(len(whole))])
+        corrupted[random.randrange(len(corrupted))] ^= 1 << random.randrange(8)
+        messages[place:place] = [piece, bytes(corrupted)]
     # Bytes that look like the beginning of a message swallow the messages after them.
     assert math.isfinite(float(samples_of(mavlink_scripted(messages)).sum()))

@@ -100,11 +100,11 @@ def test_messages_may_be_cut_anywhere():
         assert near(samples_of(scripted(pieces_of(data, size))), TABLE, 1e-6)
 
 
-def test_a_message_spoilt_on_the_way_is_left_out():
+def test_a_message_corrupted_on_the_way_is_left_out():
     messages = highres(TABLE)
-    spoilt = bytearray(messages[60])
-    spoilt[20] ^= 0xFF
-    messages[60] = bytes(spoilt)
+    corrupted = bytearray(messages[60])
+    corrupted[20] ^= 0xFF
+    messages[60] = bytes(corrupted)
     found = samples_of(scripted(messages))
     assert near(found, np.delete(TABLE, 60, axis=0), 1e-6)
 

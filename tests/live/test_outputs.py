@@ -129,7 +129,7 @@ def test_a_reader_that_is_gone_is_said(monkeypatch):
             raise BrokenPipeError
 
     monkeypatch.setattr(sys, "stdout", Closed())
-    with pytest.raises(OutputError, match="whoever read it is gone"):
+    with pytest.raises(OutputError, match="its reader has ended"):
         sent("stdout", TABLE)
 
 

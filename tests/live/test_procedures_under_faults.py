@@ -155,7 +155,7 @@ def test_disturbed_live_corrections_are_right_or_reported(tmp_path, kind, draw):
             ]
         )
         assert (np.diff(rows[:, 0]) > 0.0).all()
-        # It rests: a spoilt number here and there looks like any other.
+        # It rests: a corrupted number here and there looks like any other.
         assert abs(np.median(rows[:, 1]) - 9.8) < 0.1
 
 

@@ -176,7 +176,7 @@ def test_rows_that_lost_their_front_decide_nothing(way):
     assert np.array_equal(samples_of(source), TABLES["right"])
 
 
-def test_a_name_spoilt_on_the_way_is_no_unit():
+def test_a_name_corrupted_on_the_way_is_no_unit():
     lines = WAYS["a word and a colon"]()
     lines[7] = lines[7].replace(b"right", b"rigXt")
     (source,) = scripted_units(lines, ["right"], whole=True)

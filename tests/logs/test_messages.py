@@ -15,7 +15,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode
 from rosbags.rosbag2 import Writer as Writer2
 
 from bag_fixtures import ROS2, write_bag, write_mcap, write_ros1
-from hostile import few, for_long, read_or_refuse, spoiled
+from hostile import corrupted, few, for_long, read_or_refuse
 from log_fixtures import made_up, read, refusal, same
 from message_fixtures import (
     json_messages,
@@ -131,8 +131,8 @@ def test_times_that_no_clock_shows_are_refused_or_left_out(tmp_path):
 
 def test_a_definition_that_lacks_a_field_of_what_it_names_is_refused(tmp_path):
     path = write_state_bag(tmp_path / "log.bag", 1, BARE)
-    spoilt = path.read_bytes().replace(b"angular_velocity_covariance", b"angular velocity_covariance")
-    path.write_bytes(spoilt)
+    corrupted = path.read_bytes().replace(b"angular_velocity_covariance", b"angular velocity_covariance")
+    path.write_bytes(corrupted)
     assert "message 1 of /state lacks a field" in refusal(f"{path}:/state.front")
 
 
@@ -144,7 +144,7 @@ def test_what_a_field_holds_that_is_no_number_is_refused(value):
 
 
 SMALL = made_up(30)
-SPOILED = {
+CORRUPTED = {
     "json.mcap": lambda path: write_json(path, SMALL, compression=CompressionType.NONE, enable_crcs=False),
     "protobuf.mcap": lambda path: write_protobuf(
         path, SMALL, compression=CompressionType.NONE, enable_crcs=False
@@ -156,14 +156,14 @@ SPOILED = {
 }
 
 
-@pytest.mark.parametrize("name", SPOILED)
-def test_a_spoiled_file_of_messages_is_read_or_refused_in_one_line(tmp_path, name):
-    whole = SPOILED[name](tmp_path / name).read_bytes()
+@pytest.mark.parametrize("name", CORRUPTED)
+def test_a_corrupted_file_of_messages_is_read_or_refused_in_one_line(tmp_path, name):
+    whole = CORRUPTED[name](tmp_path / name).read_bytes()
 
     @few
-    @given(data=spoiled(whole))
+    @given(data=corrupted(whole))
     def check(data):
-        path = tmp_path / f"spoiled_{name}"
+        path = tmp_path / f"corrupted_{name}"
         path.write_bytes(data)
         read_or_refuse(path)
 

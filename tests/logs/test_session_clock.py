@@ -24,7 +24,7 @@ class Sensor:
     stamped = True
 
 
-def recorded(folder, seed, *, seconds=120.0, set_back_at=None, spoilt_at=None, held_up=0.0):
+def recorded(folder, seed, *, seconds=120.0, set_back_at=None, corrupt_at=None, held_up=0.0):
     """Records a unit over a line that is late, as on a busy computer; returns true times."""
     generator = np.random.default_rng(seed)
     print(f"seed {seed}")
@@ -32,8 +32,8 @@ def recorded(folder, seed, *, seconds=120.0, set_back_at=None, spoilt_at=None, h
     stamps = 5.0 + (taken - taken[0]) * (1.0 + SKEW)
     if set_back_at is not None:
         stamps[taken - taken[0] >= set_back_at] -= 3.0
-    if spoilt_at is not None:
-        stamps[spoilt_at] += 0.04
+    if corrupt_at is not None:
+        stamps[corrupt_at] += 0.04
     # Quieter from half time on, so that the line is found to have been too high.
     late = np.where(taken < taken[0] + 0.5 * seconds, 4e-3, 1e-3)
     way = np.where(taken - taken[0] < (set_back_at or 0.0), held_up, 0.0)
@@ -99,11 +99,11 @@ def test_live_times_are_kept_for_output_that_repeats_the_session(tmp_path):
     assert (times(tmp_path / "session") != live).any()
 
 
-def test_a_stamp_that_was_spoilt_moves_no_line(tmp_path):
+def test_a_stamp_that_was_corrupted_moves_no_line(tmp_path):
     recorded(tmp_path / "sound", 6)
-    recorded(tmp_path / "spoilt", 6, spoilt_at=4000)
+    recorded(tmp_path / "corrupted", 6, corrupt_at=4000)
     # By as much as a line without that second differs.
-    moved = times(tmp_path / "spoilt", skip_bad_lines=True) - np.delete(times(tmp_path / "sound"), 4000)
+    moved = times(tmp_path / "corrupted", skip_bad_lines=True) - np.delete(times(tmp_path / "sound"), 4000)
     assert np.abs(moved).max() < 2e-4
 
 

@@ -186,7 +186,7 @@ def test_an_xsens_export_without_counter_has_the_rate_of_its_head(tmp_path, chun
 def test_an_xsens_export_without_gravity_is_refused(tmp_path, chunk):
     path, _, _ = formats.xsens(tmp_path, chunk)
     path.write_text(path.read_text().replace("\tAcc_", "\tOther_"))
-    assert "FreeAcc, from which gravity was taken off" in refusal(path)
+    assert "FreeAcc, from which gravity was removed" in refusal(path)
 
 
 def test_the_stamp_of_a_header_goes_before_the_time_of_its_arrival(tmp_path, chunk):
@@ -220,7 +220,7 @@ def test_phone_files_with_own_times_are_joined_only_on_request(tmp_path, chunk):
 def test_acceleration_without_gravity_of_a_phone_is_refused(tmp_path, chunk):
     path, _, _ = formats.sensor_logger(tmp_path, chunk)
     (path / "TotalAcceleration.csv").rename(path / "Accelerometer.csv")
-    assert "gravity was taken off" in refusal(path)
+    assert "gravity was removed" in refusal(path)
 
 
 def test_counts_of_betaflight_need_what_one_g_is(tmp_path, chunk):

@@ -12,7 +12,7 @@ import pytest
 import scipy.io
 from hypothesis import given
 
-from hostile import MOST_BYTES, few, for_long, read_or_refuse, spoiled
+from hostile import MOST_BYTES, corrupted, few, for_long, read_or_refuse
 from log_fixtures import made_up, read, refusal, same
 from tumble.foundation.recording import Chunk
 from tumble.logs import ReadOptions, list_imus, open_recording
@@ -244,9 +244,9 @@ def test_corrupt_file_claims_no_memory_for_its_stated_size(tmp_path, name):
     whole = small_file(tmp_path, name)
 
     @few
-    @given(data=spoiled(whole))
+    @given(data=corrupted(whole))
     def check(data):
-        path = tmp_path / f"spoiled_{name}"
+        path = tmp_path / f"corrupted_{name}"
         path.write_bytes(data)
         assert read_or_refuse(path) < MOST_BYTES
 

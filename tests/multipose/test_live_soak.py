@@ -102,7 +102,7 @@ def test_a_unit_that_is_unplugged_while_it_is_turned_spoils_nothing(number, tmp_
 
 @pytest.mark.parametrize("kind", ["garbled", "frozen", "gap", "late"] if SOAK else ["garbled", "frozen"])
 @pytest.mark.parametrize("number", draws(12))
-def test_damage_on_the_way_and_sensors_that_freeze_spoil_nothing(
+def test_damage_on_the_way_and_sensors_that_freeze_corrupt_nothing(
     kind, number, tmp_path, monkeypatch, impatient
 ):
     faults = drawn(number, kind)
@@ -113,7 +113,7 @@ def test_damage_on_the_way_and_sensors_that_freeze_spoil_nothing(
 
 
 @pytest.mark.parametrize("number", draws(24))
-def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path, impatient):
+def test_clocks_that_jump_and_units_that_restart_corrupt_nothing(number, tmp_path, impatient):
     faults = drawn(number, "clock-jump", "time-backwards", "restart")
     usual = {**QUICK_BENCH, **HAND, "clock_offset_seconds": 5.0, "clock_skew_ppm": 50.0}
     with LiveSimulation(**usual, seed=number, faults=faults, speed=8.0) as bench:

@@ -63,7 +63,7 @@ def test_factory_calibrated_secondary_is_not_calibrated_again(typed_set, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("spoil", "says"),
+    ("corrupt", "says"),
     [
         (lambda words, found: (*words, "--factory", f"imu7={found}"), "imu7: is none of imu2"),
         (
@@ -77,8 +77,8 @@ def test_factory_calibrated_secondary_is_not_calibrated_again(typed_set, tmp_pat
         (lambda words, found: (*words[:-4], *words[-2:], "--factory", found), "needs --store"),
     ],
 )
-def test_calibration_foreign_to_the_set_is_refused_and_not_stored(typed_set, tmp_path, spoil, says):
-    done = typed("redundancy", *spoil(typed_set, tmp_path / "found.yaml"))
+def test_calibration_foreign_to_the_set_is_refused_and_not_stored(typed_set, tmp_path, corrupt, says):
+    done = typed("redundancy", *corrupt(typed_set, tmp_path / "found.yaml"))
     assert done.code == 2
     assert says in one_line(done.err)
     assert not list((tmp_path / "kept").glob("*"))

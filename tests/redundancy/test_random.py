@@ -77,7 +77,7 @@ FAULTS = (
 )
 
 
-def spoilt(unit, generator):
+def corrupted(unit, generator):
     """A copy with up to three faults, each over a random stretch."""
     said = Said(unit.imu, unit.time.copy(), unit.readings.copy())
     for _ in range(generator.integers(4)):
@@ -95,7 +95,7 @@ def spoilt(unit, generator):
 def test_replay_of_units_with_random_faults_ends_with_a_result(flown, seed):
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)
-    recordings = [spoilt(unit, generator) for unit in flown.values()]
+    recordings = [corrupted(unit, generator) for unit in flown.values()]
     drawn = {name: values[generator.integers(len(values))] for name, values in CHOICES.items()}
     result = tumble.redundancy(
         recordings[0],

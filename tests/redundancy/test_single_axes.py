@@ -67,9 +67,9 @@ def test_axes_with_a_rate_of_their_own_are_calibrated(tmp_path):
     assert found["gyroscope"]["bias"][2] == pytest.approx(BIASED.gyroscope_bias[2], abs=5e-4)
 
 
-def replayed_axes(tmp_path, seed, axes, spoil=lambda said: said):
+def replayed_axes(tmp_path, seed, axes, corrupt=lambda said: said):
     """Replays two units of single axes, those named of the first and of the second."""
-    said = spoil(record([PRIMARY, BIASED], seed, MOVED))
+    said = corrupt(record([PRIMARY, BIASED], seed, MOVED))
     units = [written_apart(tmp_path, said[name], of) for name, of in zip(("imu1", "imu2"), axes, strict=True)]
     return replay(
         *("--primary", "imu1", "--unit", units[0], "--unit", units[1]),

@@ -245,7 +245,7 @@ def test_temperature_warms_up_and_takes_the_bias_with_it():
 def test_every_kind_of_fault_shows_as_it_is_described():
     plain = simulate_turntable(grades=("tactical",), **QUICK)["target_1"]
 
-    def spoiled(kind, **what):
+    def corrupted(kind, **what):
         fault = Fault(kind, **what)
         unit = simulate_turntable(grades=("tactical",), faults={"target_1": fault}, **QUICK)["target_1"]
         assert unit.faults == (fault,)
@@ -254,34 +254,34 @@ def test_every_kind_of_fault_shows_as_it_is_described():
     before = plain.samples.time < 1.0
     forces, rates = plain.samples.accelerometer, plain.samples.gyroscope
 
-    assert spoiled("scale", axis="z").accelerometer.K[2, 2] == pytest.approx(
+    assert corrupted("scale", axis="z").accelerometer.K[2, 2] == pytest.approx(
         1.2 * plain.accelerometer.K[2, 2]
     )
-    stuck = spoiled("stuck", triad="gyroscope", axis="y").samples.gyroscope
+    stuck = corrupted("stuck", triad="gyroscope", axis="y").samples.gyroscope
     assert np.ptp(stuck[~before, 1]) == 0.0
     assert np.array_equal(stuck[before], rates[before])
-    moved = spoiled("moved", axis="y", size=5.0).samples.accelerometer
+    moved = corrupted("moved", axis="y", size=5.0).samples.accelerometer
     assert np.array_equal(moved[before], forces[before])
     turned = np.degrees(np.linalg.norm(moved[250] - forces[250]) / 9.80665)
     assert turned == pytest.approx(5.0, abs=0.1)
-    saturated = spoiled("saturated").samples.accelerometer
+    saturated = corrupted("saturated").samples.accelerometer
     assert np.abs(saturated).max() == pytest.approx(0.8 * 9.80665)
-    missing = np.isnan(spoiled("nan", axis="y", start=1.0, end=1.5).samples.accelerometer)
+    missing = np.isnan(corrupted("nan", axis="y", start=1.0, end=1.5).samples.accelerometer)
     assert missing[:, 1].sum() == 100
     assert missing.sum() == 100
-    swapped = spoiled("swapped-axes", axis="y").samples
+    swapped = corrupted("swapped-axes", axis="y").samples
     assert np.array_equal(swapped.accelerometer, forces[:, [0, 2, 1]])
     assert np.array_equal(swapped.gyroscope, rates[:, [0, 2, 1]])
-    assert np.array_equal(spoiled("left-handed", axis="z").samples.gyroscope, rates * [1, 1, -1])
-    in_g = spoiled("wrong-unit").samples.accelerometer
+    assert np.array_equal(corrupted("left-handed", axis="z").samples.gyroscope, rates * [1, 1, -1])
+    in_g = corrupted("wrong-unit").samples.accelerometer
     assert in_g == pytest.approx(forces / 9.80665)
-    in_degrees = spoiled("wrong-unit", triad="gyroscope").samples.gyroscope
+    in_degrees = corrupted("wrong-unit", triad="gyroscope").samples.gyroscope
     assert in_degrees == pytest.approx(np.degrees(rates))
-    gap = spoiled("gap", start=3.0, end=4.0).samples.time
+    gap = corrupted("gap", start=3.0, end=4.0).samples.time
     assert np.diff(gap).max() == pytest.approx(1.0, abs=0.011)
-    doubled = spoiled("doubled", start=3.0, end=4.0).samples.time
+    doubled = corrupted("doubled", start=3.0, end=4.0).samples.time
     assert np.count_nonzero(np.diff(doubled) == 0.0) == pytest.approx(200, abs=1)
-    backwards = spoiled("time-backwards").samples.time
+    backwards = corrupted("time-backwards").samples.time
     assert np.diff(backwards).min() == pytest.approx(-1.0 + 1 / 200)
 
 

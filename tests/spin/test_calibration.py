@@ -36,7 +36,7 @@ def covariance(sigma_m, sigma_b):
     return np.diag([sigma_m**2] * 9 + [sigma_b**2] * 3)
 
 
-def spoilt(session, force_matrix, rate_matrix, sensitivity=None):
+def corrupted(session, force_matrix, rate_matrix, sensitivity=None):
     """The log of a unit whose scale and axes are not perfect: y = M u + b, M to come in before the bias."""
     force_bias, rate_bias = map(np.array, (session.robot.accelerometer_bias, session.robot.gyroscope_bias))
     force = session.accelerometer - force_bias
@@ -93,7 +93,7 @@ def test_the_file_reads_back_as_it_was_written(tmp_path):
 
 def test_new_bias_is_that_of_the_raw_sensor_after_a_calibration(tmp_path):
     force_matrix, rate_matrix = matrix(1), matrix(2)
-    session = spoilt(record(MOVES, 85), force_matrix, rate_matrix)
+    session = corrupted(record(MOVES, 85), force_matrix, rate_matrix)
     before = calibration(
         tmp_path,
         accelerometer={
@@ -132,7 +132,7 @@ def test_an_earlier_bias_does_not_change_the_new_one(tmp_path):
 
 def test_bias_of_a_g_sensitive_gyroscope_is_free_of_that_effect(tmp_path):
     sensitivity = np.array([[1e-3, 2e-3, -1e-3], [5e-4, 0.0, 2e-3], [-1e-3, 1e-3, 3e-4]])
-    session = spoilt(record(MOVES, 87), np.eye(3), np.eye(3), sensitivity)
+    session = corrupted(record(MOVES, 87), np.eye(3), np.eye(3), sensitivity)
     before = calibration(
         tmp_path,
         accelerometer={"unit": "m/s^2", "M": np.eye(3), "b": [0.0, 0.0, 0.0]},
@@ -190,7 +190,7 @@ def test_corrected_force_at_rest_has_the_joint_covariance(tmp_path):
 
 def test_a_calibration_of_one_triad_serves_that_one(tmp_path):
     before = calibration(tmp_path, gyroscope={"unit": "rad/s", "M": matrix(3), "b": np.zeros(3)})
-    result = spin(recording(spoilt(record(MOVES, 91), np.eye(3), matrix(3))), calibration=before)
+    result = spin(recording(corrupted(record(MOVES, 91), np.eye(3), matrix(3))), calibration=before)
     made = result.calibration
     np.testing.assert_array_equal(made.accelerometer.M, np.eye(3))
     np.testing.assert_array_equal(made.gyroscope.M, matrix(3))

@@ -56,7 +56,7 @@ def beyond_the_range(session):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "parts"),
+    ("corrupt", "parts"),
     [
         (lifted, ["was lifted", "m/s^2", "on its wheels"]),
         (over_a_sill, ["about more than one axis", "rad/s", "sills"]),
@@ -65,9 +65,9 @@ def beyond_the_range(session):
     ],
     ids=["lifted", "over a sill", "carried", "gyroscope saturated"],
 )
-def test_what_is_done_to_the_robot_is_said(tmp_path, spoil, parts):
+def test_what_is_done_to_the_robot_is_said(tmp_path, corrupt, parts):
     session = record(GOOD, 51)
-    spoil(session)
+    corrupt(session)
     line = refused(session, tmp_path)
     for part in parts:
         assert part in line
@@ -300,7 +300,7 @@ def test_gravity_of_nowhere_on_earth_is_refused(tmp_path):
     assert "nowhere on Earth" in line
 
 
-def test_a_spin_that_is_refused_does_not_spoil_a_good_one(tmp_path):
+def test_a_spin_that_is_refused_does_not_corrupt_a_good_one(tmp_path):
     session = record((still(), turn(2), still(), drive(turns=0.3, vibration=0.3), *GOOD), 72)
     part = session.during(5, 0.5, 0.55)
     push = 4.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, part.sum()))

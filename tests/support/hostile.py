@@ -1,4 +1,4 @@
-"""Files of any format, spoiled: cut short, with bytes changed, and with sizes that nothing can have."""
+"""Files of any format, corrupted: cut short, with bytes changed, and with sizes that nothing can have."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tumble.foundation.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 
 EXAMPLES = 40
-"""Spoiled files of one format at a time."""
+"""Corrupted files of one format at a time."""
 SOAK_SECONDS = float(os.environ.get("TUMBLE_SOAK_SECONDS", "600"))
 """For each parser, in `make soak`."""
 MOST_BYTES = 64 << 20
@@ -37,7 +37,7 @@ def for_long(check, share=1.0):
 
 
 @st.composite
-def spoiled(draw, whole):
+def corrupted(draw, whole):
     """The bytes of a file with one to four changes, mostly near its beginning or end, where sizes stand."""
     data = bytearray(whole)
     for _ in range(draw(st.integers(1, 4))):

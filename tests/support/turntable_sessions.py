@@ -208,10 +208,10 @@ class Pair:
         logs[unit] = path
         return [*logs.values(), "-o", path.parent / "out"]
 
-    def spoilt(self, folder, unit, change, header=HEADER):
+    def corrupt(self, folder, unit, change, header=HEADER):
         """Arguments of the command with the log of a unit changed: `change` alters or returns a table."""
         table = self.table(unit)
         changed = change(table)
         return self.with_log(
-            unit, write_table(folder / "spoilt.csv", table if changed is None else changed, header)
+            unit, write_table(folder / "corrupt.csv", table if changed is None else changed, header)
         )

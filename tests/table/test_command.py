@@ -17,7 +17,7 @@ def test_a_table_is_sent_to_angles_and_says_where_it_is():
         assert json.loads(done.out)["position_deg"] == pytest.approx(
             {"outer": 30.0, "inner": -60.0}, abs=1e-3
         )
-        assert "nobody has tried this profile" in done.err
+        assert "this profile is untested" in done.err
         done = typed("table", "position", "--table", address)
         assert done.out.splitlines() == ["outer: 30.0000 deg", "inner: -60.0000 deg"]
 

@@ -155,20 +155,20 @@ def test_limits_decide_between_exit_codes_0_and_3(session, tmp_path, run):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "part"),
+    ("corrupt", "part"),
     [
         (lambda path: path.write_bytes(b""), "is empty"),
         (lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100)), "PNG"),
-        (lambda path: path.write_bytes(bytes(range(256)) * 40), "spoilt.csv"),
-        (lambda path: path.write_text("time,ax,ay,az,gx,gy,gz\n"), "spoilt.csv"),
+        (lambda path: path.write_bytes(bytes(range(256)) * 40), "corrupted.csv"),
+        (lambda path: path.write_text("time,ax,ay,az,gx,gy,gz\n"), "corrupted.csv"),
         (lambda path: path.write_text(path.read_text()[:3000]), "cut short"),
     ],
     ids=["empty", "a picture", "not a log", "column names only", "cut short"],
 )
-def test_a_target_that_is_no_good_log_is_one_line(session, tmp_path, run, spoil, part):
-    path = tmp_path / "spoilt.csv"
+def test_a_target_that_is_no_good_log_is_one_line(session, tmp_path, run, corrupt, part):
+    path = tmp_path / "corrupted.csv"
     path.write_bytes((session / "target_1.csv").read_bytes())
-    spoil(path)
+    corrupt(path)
     done = run("turntable", session / "reference.csv", path, "-o", tmp_path / "out")
     assert done.code == 2
     assert done.err.count("\n") == 1

@@ -105,7 +105,7 @@ def test_a_unit_that_is_unplugged_and_plugged_in_again_spoils_nothing(
 
 
 @pytest.mark.parametrize("number", draws(36))
-def test_damage_on_the_way_and_sensors_that_freeze_spoil_nothing(number, tmp_path, monkeypatch, impatient):
+def test_damage_on_the_way_and_sensors_that_freeze_corrupt_nothing(number, tmp_path, monkeypatch, impatient):
     faults = drawn(number, "garbled", "frozen", "gap", "late")
     with waiting_bench(
         monkeypatch, seed=number, motion="six-faces", rest_seconds=6.0, faults=faults
@@ -117,7 +117,7 @@ def test_damage_on_the_way_and_sensors_that_freeze_spoil_nothing(number, tmp_pat
 
 
 @pytest.mark.parametrize("number", draws(24))
-def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path, impatient):
+def test_clocks_that_jump_and_units_that_restart_corrupt_nothing(number, tmp_path, impatient):
     faults = drawn(number, "clock-jump", "time-backwards", "restart")
     usual = {**QUICK_BENCH, "clock_offset_seconds": 5.0, "clock_skew_ppm": 50.0}
     with LiveSimulation(

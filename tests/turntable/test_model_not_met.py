@@ -21,7 +21,7 @@ accelerometer:
 """
 
 
-def spoilt(folder, slip):
+def corrupted(folder, slip):
     """Logs of a session whose target turned in its fixture by some rad about all axes for half the poses."""
     session = simulate(5100, rest_seconds=6.0, grades=("industrial",))
     reference, target = write(session, folder)
@@ -35,7 +35,7 @@ def spoilt(folder, slip):
 
 
 def test_residuals_beyond_ten_times_the_noise_show_model_not_met(tmp_path):
-    logs = spoilt(tmp_path, 0.01)
+    logs = corrupted(tmp_path, 0.01)
     out = tmp_path / "out"
     done = calibrated(*logs, "-o", out, code=3)
     assert "Model not met" in done.text
@@ -46,7 +46,7 @@ def test_residuals_beyond_ten_times_the_noise_show_model_not_met(tmp_path):
 
 
 def test_a_model_not_met_fails_limits_that_its_numbers_would_meet(tmp_path):
-    logs = spoilt(tmp_path, 0.01)
+    logs = corrupted(tmp_path, 0.01)
     limits = tmp_path / "limits.yaml"
     limits.write_text(LIMITS)
     done = calibrated(*logs, "--limits", limits, "--json", "-o", tmp_path / "out", code=3)
@@ -56,7 +56,7 @@ def test_a_model_not_met_fails_limits_that_its_numbers_would_meet(tmp_path):
 
 
 def test_a_session_as_the_model_has_it_is_calibrated(tmp_path):
-    done = calibrated(*spoilt(tmp_path, 0.0), "-o", tmp_path / "out")
+    done = calibrated(*corrupted(tmp_path, 0.0), "-o", tmp_path / "out")
     assert "Model not met" not in done.text
 
 

@@ -53,8 +53,8 @@ def test_ignored_mounting_leaves_table_off_diagonals(session):
     ours, sigma = errors("found", M)
     assert np.abs(ours).max() < 4.5
     assert (sigma < published_sigma).all()
-    spoilt, _ = errors("ignored", M)
-    assert np.abs(spoilt).max() > 50.0
+    corrupted, _ = errors("ignored", M)
+    assert np.abs(corrupted).max() > 50.0
 
 
 def test_the_slope_of_the_lean_is_its_derivative():

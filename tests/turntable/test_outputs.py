@@ -156,12 +156,12 @@ def test_unreadable_target_stops_no_other_and_has_a_row_with_reason(logs, tmp_pa
     assert "cut: not calibrated" in done.text
 
 
-@pytest.mark.parametrize("spoilt", ["reference", "every target"])
-def test_run_without_any_usable_target_keeps_earlier_results(logs, tmp_path, spoilt):
+@pytest.mark.parametrize("corrupt", ["reference", "every target"])
+def test_run_without_any_usable_target_keeps_earlier_results(logs, tmp_path, corrupt):
     calibrated(*logs[:2], "-o", tmp_path / "out")
     before = contents(tmp_path / "out")
     (tmp_path / "empty.csv").write_text("")
-    pair = (tmp_path / "empty.csv", logs[1]) if spoilt == "reference" else (logs[0], tmp_path / "empty.csv")
+    pair = (tmp_path / "empty.csv", logs[1]) if corrupt == "reference" else (logs[0], tmp_path / "empty.csv")
     assert "empty.csv: is empty" in refusal(*pair, "-o", tmp_path / "out")
     assert contents(tmp_path / "out") == before
 

@@ -56,11 +56,11 @@ def test_fewer_poses_than_unknowns_need_are_refused_with_their_number(tmp_path, 
 
 
 def test_a_target_that_shows_fewer_poses_is_refused_by_itself(session, pair, tmp_path):
-    command = pair.spoilt(tmp_path, "target_1", lambda table: table[table[:, 0] < session.rests[2].end])
-    assert refusal(*command).startswith("spoilt: shows 3 rests, needs at least 4")
+    command = pair.corrupt(tmp_path, "target_1", lambda table: table[table[:, 0] < session.rests[2].end])
+    assert refusal(*command).startswith("corrupt: shows 3 rests, needs at least 4")
     command.insert(1, pair.folder / "target_1.csv")
     calibrated(*command, code=3)
-    assert rows(tmp_path / "out")["spoilt"]["verdict"] == "not calibrated"
+    assert rows(tmp_path / "out")["corrupt"]["verdict"] == "not calibrated"
 
 
 def test_rests_in_four_directions_of_one_plane_are_refused(tmp_path):
@@ -337,7 +337,7 @@ def test_log_of_another_time_with_a_shared_clock_is_refused(pair, tmp_path):
     def later(table):
         table[:, 0] += 1000.0
 
-    command = pair.spoilt(tmp_path, "target_1", later)
+    command = pair.corrupt(tmp_path, "target_1", later)
     line = refusal(*command, "--clock", "shared")
     assert (
         "its turns lie 1000.000 s from those of the reference although the clock is stated to be shared"
@@ -373,6 +373,6 @@ def test_a_refusal_for_its_poses_leaves_earlier_results_alone(pair, tmp_path):
     command = pair.with_log("target_1", pair.folder / "target_1.csv")
     calibrated(*command[:2], "-o", tmp_path / "out")
     before = contents(tmp_path / "out")
-    reference = pair.spoilt(tmp_path, "reference", lambda table: table[table[:, 0] < 15.0])
+    reference = pair.corrupt(tmp_path, "reference", lambda table: table[table[:, 0] < 15.0])
     refusal(*reference)
     assert contents(tmp_path / "out") == before

@@ -73,33 +73,35 @@ STATED = {
 def test_log_with_a_wrong_unit_is_refused_and_its_option_helps(
     pair, tmp_path, unit, change, header, said, remedy
 ):
-    command = pair.spoilt(tmp_path, unit, change, header)
+    command = pair.corrupt(tmp_path, unit, change, header)
     line = refusal(*command)
-    assert "spoilt" in line
+    assert "corrupt" in line
     assert said in line
     assert remedy.replace("=", " ") in line
-    calibrated(*command, "--for", f"spoilt:{remedy}")
+    calibrated(*command, "--for", f"corrupt:{remedy}")
 
 
 @both
 def test_g_in_a_log_that_states_no_unit_is_recognised_at_rest(pair, tmp_path, unit):
-    calibrated(*pair.spoilt(tmp_path, unit, times(FORCE, 1 / G)))
+    calibrated(*pair.corrupt(tmp_path, unit, times(FORCE, 1 / G)))
 
 
 @both
 def test_deg_per_s_without_a_unit_is_refused_with_one_option(tmp_path, unit):
     """At 20 deg/s nothing is too fast for rad/s: only gravity tells."""
     slow = simulate(102, grades=("tactical",), turn_rate_dps=20.0, turn_acceleration_dps2=40.0)
-    command = Pair.make(slow, tmp_path).spoilt(tmp_path, unit, times(RATE, DEGREES))
+    command = Pair.make(slow, tmp_path).corrupt(tmp_path, unit, times(RATE, DEGREES))
     line = refusal(*command)
-    assert line.startswith("spoilt: gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s")
+    assert line.startswith("corrupt: gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s")
     remedy = re.search(r"--for (\S+)$", line).group(1)
     calibrated(*command, "--for", remedy)
 
 
 @both
 def test_a_stated_option_that_contradicts_the_log_is_refused(pair, tmp_path, unit):
-    line = refusal(*pair.spoilt(tmp_path, unit, times(RATE, DEGREES)), "--for", "spoilt:gyroscope-unit=rad/s")
+    line = refusal(
+        *pair.corrupt(tmp_path, unit, times(RATE, DEGREES)), "--for", "corrupt:gyroscope-unit=rad/s"
+    )
     assert "deg/s were taken for rad/s" in line
 
 
@@ -114,17 +116,21 @@ def test_recordings_in_memory_are_held_to_si(unit, triad):
 
 def test_a_gyroscope_in_the_wrong_unit_is_not_taken_for_slow_turns(pair, tmp_path):
     """The response of an industrial gyroscope to gravity is 57 times too large then."""
-    line = refusal(*pair.spoilt(tmp_path, "target_1", times(RATE, DEGREES), with_units("m/s^2", "rad/s")))
+    line = refusal(*pair.corrupt(tmp_path, "target_1", times(RATE, DEGREES), with_units("m/s^2", "rad/s")))
     assert "slow turn" not in line
 
 
 def test_a_unit_that_fits_nothing_is_refused_with_what_to_give(pair, tmp_path):
-    command = pair.spoilt(tmp_path, "target_1", times(FORCE, 417.7))
+    command = pair.corrupt(tmp_path, "target_1", times(FORCE, 417.7))
     line = refusal(*command)
-    assert "spoilt.csv: accelerometer reads 4" in line
+    assert "corrupt.csv: accelerometer reads 4" in line
     assert "--accelerometer-scale" in line
     calibrated(
-        *command, "--for", "spoilt:accelerometer-scale=417.7", "--for", "spoilt:accelerometer-unit=m/s^2"
+        *command,
+        "--for",
+        "corrupt:accelerometer-scale=417.7",
+        "--for",
+        "corrupt:accelerometer-unit=m/s^2",
     )
 
 
@@ -139,20 +145,20 @@ def exchanged(one, other):
 
 @both
 def test_exchanged_columns_of_one_triad_are_named(pair, tmp_path, unit):
-    command = pair.spoilt(tmp_path, unit, as_is, renamed(exchanged("gy", "gz")))
+    command = pair.corrupt(tmp_path, unit, as_is, renamed(exchanged("gy", "gz")))
     line = refusal(*command)
-    assert line.startswith("spoilt: axes of gyroscope and accelerometer are swapped")
+    assert line.startswith("corrupt: axes of gyroscope and accelerometer are swapped")
     assert "fits as x,z,y" in line
     assert "--columns" in line
-    calibrated(*command, "--for", "spoilt:columns=gy=gz,gz=gy")
+    calibrated(*command, "--for", "corrupt:columns=gy=gz,gz=gy")
 
 
 @both
 def test_exchanged_columns_of_the_accelerometer_are_named(pair, tmp_path, unit):
-    command = pair.spoilt(tmp_path, unit, as_is, renamed(exchanged("ax", "ay")))
+    command = pair.corrupt(tmp_path, unit, as_is, renamed(exchanged("ax", "ay")))
     line = refusal(*command)
-    assert line.startswith("spoilt: axes of gyroscope and accelerometer are swapped")
-    calibrated(*command, "--for", "spoilt:columns=ax=ay,ay=ax")
+    assert line.startswith("corrupt: axes of gyroscope and accelerometer are swapped")
+    calibrated(*command, "--for", "corrupt:columns=ax=ay,ay=ax")
 
 
 def turned(*columns):
@@ -165,30 +171,30 @@ def turned(*columns):
 @both
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_left_handed_log_is_named_and_axes_mend_it(pair, tmp_path, unit, axis):
-    command = pair.spoilt(tmp_path, unit, turned(1 + axis, 4 + axis))
+    command = pair.corrupt(tmp_path, unit, turned(1 + axis, 4 + axis))
     line = refusal(*command)
-    assert line.startswith("spoilt: gyroscope turns the wrong way about every axis")
+    assert line.startswith("corrupt: gyroscope turns the wrong way about every axis")
     assert "left-handed" in line
     # Any one axis turned makes it right-handed; which one is a mounting angle of 180 deg.
-    calibrated(*command, "--for", "spoilt:axes=x,y,-z", "--poses", "none")
+    calibrated(*command, "--for", "corrupt:axes=x,y,-z", "--poses", "none")
 
 
 @both
 def test_two_axes_exchanged_in_both_triads_are_left_handed_too(pair, tmp_path, unit):
     header = renamed(exchanged("ax", "ay") | exchanged("gx", "gy"))
-    command = pair.spoilt(tmp_path, unit, as_is, header)
+    command = pair.corrupt(tmp_path, unit, as_is, header)
     assert "left-handed (two are exchanged" in refusal(*command)
-    calibrated(*command, "--for", "spoilt:axes=y,x,z")
+    calibrated(*command, "--for", "corrupt:axes=y,x,z")
 
 
 @both
 def test_an_accelerometer_that_reads_minus_g_up_is_noticed(pair, tmp_path, unit):
-    command = pair.spoilt(tmp_path, unit, turned(1, 2, 3))
+    command = pair.corrupt(tmp_path, unit, turned(1, 2, 3))
     line = refusal(*command)
-    assert line.startswith("target_1: " if unit == "reference" else "spoilt: ")
+    assert line.startswith("target_1: " if unit == "reference" else "corrupt: ")
     assert "accelerometer mirrors that of the reference" in line
     assert "--accelerometer-sign -1" in line
-    calibrated(*command, "--for", "spoilt:accelerometer-sign=-1")
+    calibrated(*command, "--for", "corrupt:accelerometer-sign=-1")
 
 
 @both
@@ -196,24 +202,24 @@ def test_a_gyroscope_with_one_sign_turned_is_noticed(tmp_path, unit):
     """Turns about every axis, so that each sign shows more than once."""
     order = ["X up", "Y up", "Z up", "X down", "Y down", "Z down", "X up"]
     session = simulate(104, grades=("industrial",), visits=order)
-    command = Pair.make(session, tmp_path).spoilt(tmp_path, unit, turned(6))
+    command = Pair.make(session, tmp_path).corrupt(tmp_path, unit, turned(6))
     line = refusal(*command)
-    assert line.startswith("spoilt: gyroscope and accelerometer have opposite signs")
+    assert line.startswith("corrupt: gyroscope and accelerometer have opposite signs")
     remedy = re.search(r"--for (\S+)$", line).group(1)
-    assert remedy == "spoilt:gyroscope-scale=1,1,-1"
+    assert remedy == "corrupt:gyroscope-scale=1,1,-1"
     calibrated(*command, "--for", remedy)
 
 
 def test_a_refusal_leaves_the_output_folder_as_it_was(pair, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out/mine.txt").write_text("mine")
-    refusal(*pair.spoilt(tmp_path, "reference", turned(3, 6)))
+    refusal(*pair.corrupt(tmp_path, "reference", turned(3, 6)))
     assert contents(tmp_path / "out") == {"mine.txt": b"mine"}
 
 
 def test_a_target_in_the_wrong_unit_does_not_stop_a_good_one(pair, tmp_path):
-    command = pair.spoilt(tmp_path, "target_1", times(RATE, DEGREES), with_units("m/s^2", "rad/s"))
+    command = pair.corrupt(tmp_path, "target_1", times(RATE, DEGREES), with_units("m/s^2", "rad/s"))
     command.insert(1, pair.folder / "target_1.csv")
     done = calibrated(*command, code=3)
-    assert "spoilt: not calibrated: gyroscope turns gravity 57.3 times too far" in done.text
+    assert "corrupt: not calibrated: gyroscope turns gravity 57.3 times too far" in done.text
     assert tumble.Calibration.load(tmp_path / "out/target_1.yaml").name == "target_1"

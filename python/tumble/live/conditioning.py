@@ -27,9 +27,9 @@ MOST_WITHOUT_NUMBER = 50
 IMPOSSIBLE_READING = 1e4, 1e3
 """m/s^2 and rad/s that no sensor on a robot reads."""
 FASTEST_TO_REFUSE = 5
-"""Successive samples too fast for rad/s; a single one was spoilt on the way."""
+"""Successive samples too fast for rad/s; a single one was corrupted on the way."""
 STRAY_STAMPS = 20.0
-"""Times the usual distance of the first stamps from their median beyond which one is spoilt; even: 2."""
+"""Times the usual distance of the first stamps from their median beyond which one is corrupt; even: 2."""
 STRAY_READINGS = 1000.0
 """The same of the first readings, beyond which one says nothing of its unit."""
 

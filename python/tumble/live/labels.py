@@ -20,7 +20,7 @@ FOR_ALL = None
 """Label of what is for every unit, as names of columns are."""
 UNLABELLED = ""
 MOST_LABELS = 64
-"""Words taken for names of units at most: what is spoilt on the way may read as any."""
+"""Words taken for names of units at most: a corrupted word may read as any."""
 ROWS_TO_HEAR = 20
 """Rows with labels after which it is decided which units there are."""
 ROWS_WITHOUT_LABEL = 5

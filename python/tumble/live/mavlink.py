@@ -169,7 +169,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
     def _choose(self) -> list[MavlinkMessage]:
         """Chooses, of those that come about as often, the message that says most."""
         often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
-        # A message spoilt on the way may bear any number.
+        # A corrupted message may have any number.
         systems = sorted({sender.system for sender in often})
         if len(systems) > 1:
             listed = ", ".join(map(str, systems))

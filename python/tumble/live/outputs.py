@@ -139,7 +139,7 @@ class _Lines:
             sys.stdout.write("".join(f"{line}\n" for line in lines))
             sys.stdout.flush()
         except BrokenPipeError as error:
-            raise OutputError("standard output: whoever read it is gone; start both again") from error
+            raise OutputError("standard output: its reader has ended; start both programs again") from error
 
     def close(self) -> None: ...
 

@@ -132,7 +132,7 @@ class StandardInput:
 
     def send(self, data: bytes) -> None:
         """Raises `LogError`: a pipe leads one way."""
-        raise LogError(f"{self._address.text}: nothing can be sent to whoever writes there")
+        raise LogError(f"{self._address.text}: the line is read-only; give a line to which data can be sent")
 
 
 class GrowingFile:

@@ -34,7 +34,7 @@ _SMALLEST_SPIKE: Mapping[Literal["accelerometer", "gyroscope"], float] = {
     "accelerometer": 15.0,
     "gyroscope": 1.0,
 }
-"""SI: less does not spoil a calibration."""
+"""SI: less does not affect a calibration."""
 _FEWEST_FOR_SPIKES = 100
 _LEAST_WARMING, _FASTEST_WARMING = 10.0, 5.0
 """K, and K/s: what changes less, or slower, may be a sensor in an oven."""

@@ -333,7 +333,7 @@ def unread_accelerometers(
 
 
 def _without_gravity(names: Sequence[str], path: Path | str) -> str:
-    """Refuses acceleration of which gravity was taken off; empty where there is none."""
+    """Refuses acceleration from which gravity was removed; empty where there is none."""
     found = [name for name in names if _LEFT_OUT.fullmatch(name)]
     if not found:
         return ""

@@ -62,8 +62,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     accelerometer, gyroscope = (_triad(file, options) for file in pair)
     if pair[0].name == _PAIRS[-1][0] and _WITHOUT_GRAVITY in accelerometer.layout.names:
         raise LogError(
-            f"{pair[0]}: gravity was taken off it; switch on Total Acceleration in Sensor Logger, and record "
-            "again"
+            f"{pair[0]}: gravity was removed; switch on Total Acceleration in Sensor Logger, and record again"
         )
     found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
     return replace(

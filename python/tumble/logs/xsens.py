@@ -64,7 +64,7 @@ def _columns(path: Path, layout: TextLayout, options: ReadOptions) -> ImuColumns
     """Finds Acc and Gyr; raises `LogError` where acceleration was exported without gravity only."""
     if not options.columns and "Acc_X" not in layout.names and "FreeAcc_X" in layout.names:
         raise LogError(
-            f"{path}: holds FreeAcc, from which gravity was taken off, but not Acc; export it again with "
+            f"{path}: holds FreeAcc, from which gravity was removed, but not Acc; export it again with "
             "acceleration"
         )
     imus = find_imus(layout.names, path, options)

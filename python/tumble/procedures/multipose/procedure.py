@@ -472,13 +472,13 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
             f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 "
             "are good"
         )
-    spoilt = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
-    if spoilt:
-        yield f"rest {', '.join(spoilt)}: departs from all others and weighs less in the fit; was it touched?"
+    outliers = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
+    if outliers:
+        yield f"rest {', '.join(outliers)}: deviates from all others and weighs less in the fit; was it touched?"
     decisive = [str(k + 1) for k, pose in enumerate(result.poses) if pose.leverage > DECISIVE]
     if decisive and result.faces is None:
         yield (
-            f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses "
+            f"rest {', '.join(decisive)}: no other rest shows the same, so nothing checks it; add poses "
             "near it"
         )
     if result.implausible_scale:

@@ -80,7 +80,7 @@ def several_temperatures(name: str, found: Sequence[float]) -> str:
 def start_out_of_range(temperature: float, low: float, high: float) -> str:
     """Reports that a calibration was made at a temperature outside that of the logs."""
     return (
-        f"the calibration it is added to was made at {temperature:.1f} degC, and nobody knows how the unit "
+        f"the calibration it is added to was made at {temperature:.1f} degC, and it is unknown how the unit "
         f"drifts from there to {low:.1f} degC and more: it is taken to hold at the edge of {low:.1f} to "
         f"{high:.1f} degC; let the logs reach {temperature:.0f} degC"
     )

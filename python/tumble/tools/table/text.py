@@ -21,7 +21,7 @@ BACKEND = "@py"
 """pyvisa-py, which needs no library of a maker."""
 MOST_STALE = 4
 """Answers to earlier questions that may come before that to a stop."""
-UNTRIED = "nobody has tried this profile on hardware: begin slowly, a hand on the emergency stop"
+UNTRIED = "this profile is untested on hardware: begin slowly, a hand on the emergency stop"
 
 
 def open_text(address: TableAddress) -> TextTable:

@@ -67,7 +67,7 @@ def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
     """Lists how it was done."""
     options = [
         "g-sensitivity" if result.options.get("g-sensitivity") else "",
-        "the Earth's rotation taken off" if result.options.get("earth-rate") else "",
+        "the Earth's rotation removed" if result.options.get("earth-rate") else "",
         "readings are counts" if result.options.get("raw") else "",
         "six faces" if result.options.get("faces") else "",
     ]

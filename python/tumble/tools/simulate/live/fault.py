@@ -74,4 +74,4 @@ def refuse_unknown_units(faults: dict[str, list[LiveFault]], names: tuple[str, .
     """Raises `ScenarioError` where a fault is that of a unit there is not."""
     for name in faults:
         if name not in names:
-            raise ScenarioError(f"a fault of unit {name!r}, which there is not; units are {', '.join(names)}")
+            raise ScenarioError(f"unknown unit {name!r} of a fault; units are {', '.join(names)}")
