@@ -474,7 +474,7 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
         )
     outliers = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
     if outliers:
-        yield f"rest {', '.join(outliers)}: deviates from all others and weighs less in the fit; was it touched?"
+        yield f"rest {', '.join(outliers)}: deviates from all others and weighs less in the fit; touched?"
     decisive = [str(k + 1) for k, pose in enumerate(result.poses) if pose.leverage > DECISIVE]
     if decisive and result.faces is None:
         yield (
