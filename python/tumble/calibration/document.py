@@ -81,7 +81,7 @@ class Sigma(Document):
     """1-sigma of what people read off a calibration; null where the data did not show it."""
 
     bias: VectorWithGaps
-    """In the unit of the triad."""
+    """Bias in the unit of the triad."""
     scale: VectorWithGaps
     """Sigma of the diagonal of K, 1."""
     non_orthogonality: NonOrthogonality = Field(alias="non-orthogonality")
@@ -118,7 +118,7 @@ class Triad(Document):
     M: Matrix
     """sensor from case: y = M u + b."""
     b: Vector
-    """In the unit of the triad."""
+    """Bias in the unit of the triad."""
     K: Matrix | None = None
     """Diagonal: scale of each axis."""
     L: Matrix | None = None
@@ -339,7 +339,7 @@ class Calibration(Document):
     serial: str = ""
     software: str = ""
     date: str = ""
-    """When it was made: UTC, ISO 8601, such as `2026-11-22T06:20:00Z`."""
+    """Date of the calibration: UTC, ISO 8601, such as `2026-11-22T06:20:00Z`."""
     operator: str = ""
     station: str = ""
     axes: str | None = None

@@ -17,7 +17,7 @@ _WORDS: Final = {"F": "forward", "B": "backward", "L": "left", "R": "right", "U"
 _VECTORS: Final = {
     "F": (1, 0, 0), "B": (-1, 0, 0), "L": (0, 1, 0), "R": (0, -1, 0), "U": (0, 0, 1), "D": (0, 0, -1),
 }  # fmt: skip
-"""In FLU."""
+"""Unit vectors in FLU."""
 
 
 def in_words(axes: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 MOST_SKEW = 0.05
-"""Beyond it stamps are no seconds; the rate of a sensor that only counts its samples is known within 5 %."""
+"""Largest skew; beyond it stamps are no seconds. Rates of counting sensors are known within 5 %."""
 
 
 def lower_hull(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -44,7 +44,7 @@ Model = TypeVar("Model", bound=BaseModel)
 LARGEST_DOCUMENT = 4 << 20
 """Bytes; the calibration of a unit with hundreds of rests takes a hundredth of it."""
 LARGEST_NUMBER = 1e30
-"""Beyond it the square of a square is no number any more, and nothing that is measured is that large."""
+"""Largest number; beyond it fourth powers overflow, and no measurement is that large."""
 
 
 class Document(BaseModel):

@@ -50,7 +50,7 @@ class FileKind:
     name: str
     """`an HTML page`: for messages."""
     start: re.Pattern[bytes]
-    """Is found in the first bytes of every file of this kind."""
+    """Pattern in the first bytes of every file of this kind."""
 
     def begins(self, path: Path) -> bool:
         """Returns whether the file is of this kind; an empty file is of any kind, a device of none."""

@@ -20,7 +20,7 @@ class LogFormat:
     name: str
     """Name, the same as in `tumble.foundation.recording.Metadata.format`."""
     what: str
-    """In words."""
+    """Description in words."""
     module: str
     """Below `tumble.logs`: it has `open_logged_imu(path, imu, options)` and `list_imus(path, options)`, and
     `recognises(path, head)` where it looks inside."""
@@ -293,8 +293,8 @@ LOG_FORMATS = (
         (".csv", ".tsv", ".txt", ".log", ".dat"),
     ),
 )
-"""In the order in which they are tried: those with first bytes of their own, then those that look inside; the
-last takes what no other one does."""
+"""Formats in the order in which they are tried: those with first bytes of their own, then those that look
+inside; the last takes what no other does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -410,7 +410,7 @@ PACKINGS: Mapping[bytes, Packing] = {
     b"\x28\xb5\x2f\xfd": Packing("zstd", ".zst", "unzstd"),
     b"\xfd7zXZ\x00": Packing("xz", ".xz", "unxz"),
 }
-"""By their first bytes."""
+"""Packings by their first bytes."""
 
 
 def packing_of(head: bytes) -> Packing | None:

@@ -76,7 +76,7 @@ PROCEDURES = (
         serves=False,
     ),
 )
-"""In the order in which people are told of them."""
+"""Procedures in the order of their presentation."""
 
 
 def homes() -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -19,7 +19,7 @@ FEW_SAMPLES = 10
 """Samples that are looked at sooner one by one than by numpy."""
 
 SampleProgress: TypeAlias = Callable[[int, int | None], None]
-"""Told samples done, and samples expected where they are known."""
+"""Callback that receives the samples done, and those expected where they are known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Chunk:
 
 
 ASSUMED = "assumed"
-"""Why a unit was taken where nothing told it."""
+"""Reason of a unit that neither log nor user states."""
 
 
 @dataclass(frozen=True, slots=True)

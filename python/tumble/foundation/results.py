@@ -52,7 +52,7 @@ GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 """Groups of the parameters of a triad, before the axis in their names."""
 
 NOT_SHOWN = "the data do not show it"
-"""Why something is not observable, where nothing more can be said."""
+"""Reason why a parameter is not observable, where no more is known."""
 
 
 Row: TypeAlias = dict[str, object]
@@ -126,7 +126,7 @@ class Addition:
     logs: tuple[LogFacts, ...] = ()
     """Facts about each source."""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
-    """When and by whom it was found."""
+    """Time and author of the result."""
     start_hash: str = ""
     """sha256 of the calibration that it is added to; empty if there was none."""
     start: Mapping[str, object] = field(default_factory=dict, repr=False)
@@ -158,7 +158,7 @@ class Parameter:
     """Ends of the 95 % interval."""
     observable: bool = True
     reason: str = ""
-    """Why it could not be observed."""
+    """Reason why it could not be observed."""
     inherited: float | None = None
     """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
 
@@ -248,7 +248,7 @@ class Rest:
     """Name of the matched pose, empty if none."""
     used: bool = True
     remark: str = ""
-    """Why it was not used, or what is odd about it."""
+    """Reason why it was not used, or an irregularity."""
 
     def from_start(self, time: LogTime) -> Rest:
         """Returns the rest with times from the first sample of its recording."""
@@ -283,4 +283,4 @@ class LimitCheck:
     unit: str
     passed: bool
     remark: str = ""
-    """Why it could not be shown to be within its limit."""
+    """Reason why it could not be shown to be within its limit."""

@@ -13,7 +13,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 
 LOOPBACK = "127.0.0.1"
-"""Where to listen if no address is written: not to everybody on the network."""
+"""Default address to listen at: this computer only."""
 CLOCK_RATE = "clock-rate"
 STANDARD_INPUT = "stdin"
 """Scheme of what is piped into the program; `-` is the same."""

@@ -22,7 +22,7 @@ STAMPS_TO_BELIEVE = 5
 ABSURD = 1e25
 """Bound that no stamp and no reading reaches in any unit; larger numbers are invalid."""
 COUNTER = 2.0**32
-"""Where the counters of small devices begin again: after 71.6 minutes if they count microseconds."""
+"""Overflow of the counters of small devices: after 71.6 minutes if they count microseconds."""
 
 
 def without_absurd(values: FloatArray) -> FloatArray:

@@ -64,7 +64,7 @@ class IioDevice:
     address: Address
     root: Path
     folder: Path
-    """Where sysfs has it."""
+    """Folder of the device in sysfs."""
     scan: Scan = field(default_factory=lambda: Scan([]))
     """Channels that are captured, once it is open."""
     _scaling: dict[str, tuple[float, float]] = field(default_factory=dict)

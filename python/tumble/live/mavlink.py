@@ -82,7 +82,7 @@ class MavlinkLine(SharedLine[MavlinkMessage]):
         self._parser: Any = None
         self._rate = address.number("rate", math.nan)
         self._requests: dict[str, MessageRequest] = {}
-        """By message."""
+        """Requests by message."""
 
     def unit(self, address: Address, options: ReadOptions) -> MavlinkUnit:
         """See `SharedLine`."""

@@ -54,7 +54,7 @@ class SourceEvent:
     time: float
     """s of `time.monotonic()`."""
     reason: str = ""
-    """Why it was lost."""
+    """Reason of the loss."""
 
 
 class _Unit:
@@ -65,7 +65,7 @@ class _Unit:
         self.opening = opening
         self.source = opening()
         self.clock: HostClock | None = None
-        """Known to be needed once it has given samples."""
+        """Clock; None until samples show whether it is needed."""
         self.timing = TimeWatch()
         self.is_open = False
         self.line: int | None = None
@@ -148,7 +148,7 @@ class LiveSet:
         self._units = {name: _Unit(name, partial(_waitable, source)) for name, source in sources.items()}
         self._keep_going = keep_going
         self.on_event = on_event
-        """Told, with `keep_going`, when a source was lost and when it is there again."""
+        """Callback, with `keep_going`, for the loss and the return of a source."""
         clocks = {getattr(unit.source, "clock", "") for unit in self._units.values()}
         # A clock that may begin again is none for others.
         self._one_clock = self.is_replay or (len(clocks) == 1 and "" not in clocks and not keep_going)

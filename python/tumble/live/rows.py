@@ -114,7 +114,7 @@ class RowReader:
         self._most_in_succession = MOST_UNREADABLE
         self._is_whole = whole
         self._no_imu: LogError | None = None
-        """Why names that came so far are those of no IMU; the device may yet send others."""
+        """Error of names that came so far and are no IMU's; the device may yet send others."""
         self._layout: _Layout | None = None
         self._layout_is_doubtful = False
         """Indicates whether its names came with the first line, which may have lost its front."""

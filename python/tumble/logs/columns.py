@@ -149,7 +149,7 @@ class ImuColumns:
 
     accelerometer: tuple[str, str, str] | None
     gyroscope: tuple[str, str, str] | None
-    """None where the table has no such triad."""
+    """Columns of the gyroscope; None where the table has none."""
     time: str | None = None
     temperature: str | None = None
     accelerometer_unit: StatedUnit | None = None

@@ -38,7 +38,7 @@ AXES: Mapping[Triad, tuple[str, str, str]] = {
 SOUGHT = "messages IMU, ACC and GYR, or ISBH and ISBD"
 TEMPERATURES = ("T", "Temp")
 BATCH_TRIADS: Mapping[int, Triad] = {0: "accelerometer", 1: "gyroscope"}
-"""By the type that a batch states."""
+"""Triads by the type that a batch states."""
 AT_SENSOR_RATE = 1
 """Bit of INS_LOG_BAT_OPT: batches are as the sensor gives them."""
 MOST_PARAMETERS = 10_000

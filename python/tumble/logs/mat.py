@@ -46,7 +46,7 @@ _COMPLEX = 0x08
 
 _HEADER_4 = 20
 _NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
-"""By the tens of the type of a matrix of version 4."""
+"""Types by the tens of the type of a matrix of version 4."""
 _NAME_4 = re.compile(rb"[A-Za-z]\w{0,62}\x00")
 
 
@@ -151,7 +151,7 @@ class _Element:
     offset: int
     size: int
     next: int
-    """Where the one after it begins."""
+    """Beginning of the next one."""
 
 
 class _Version5:

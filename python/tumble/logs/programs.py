@@ -30,9 +30,9 @@ class _Program:
     gyroscope: tuple[tuple[str, str, str], ...]
     time: tuple[str, ...]
     units: Mapping[Quantity, str]
-    """Where the name states none."""
+    """Units where the name states none."""
     factor: Callable[[Path, TextLayout, ReadOptions, ImuColumns], float] = lambda *_: 1.0
-    """By which the accelerometer is multiplied."""
+    """Function that gives the factor of the accelerometer."""
     corrected: bool | None = None
     notices: tuple[str, ...] = ()
     rate: re.Pattern[bytes] | None = None

@@ -79,11 +79,11 @@ class Session(Document):
     ended: str | None = None
     """UTC, ISO 8601; absent while it runs, or where it was killed."""
     reason: str | None = None
-    """Why it ended."""
+    """Reason of the end."""
     closed: float | None = None
     """s of the clock of `arrival` at which it ended: since the last sample all units were silent."""
     units: tuple[SessionUnit, ...] = Field(min_length=1, strict=False)
-    """In the order in which they were typed."""
+    """Units in the order in which they were typed."""
     software: str = ""
     procedure: SessionProcedure | None = None
 

@@ -49,7 +49,7 @@ _EARLIEST, _LATEST = 0x0003, 0x0010
 _HEAD_1, _HEAD_2 = 6, 10
 """Bytes before what a message says."""
 _SENSORS = {105: 62, 27: 26}
-"""Where HIGHRES_IMU and RAW_IMU say the number of the sensor."""
+"""Places of the number of the sensor in HIGHRES_IMU and RAW_IMU."""
 _SIGNED = 0x01
 _SIGNATURE = 13
 _BLOCK = 1 << 16
@@ -157,7 +157,7 @@ def _scanned(path: Path) -> _Scan:
     scan, damage = _Scan(), Damage()
     dialect = _dialect(path)
     known: dict[tuple[int, int, int], _Sender] = {}
-    """By what stands in the bytes of a message, once one of that kind was decoded."""
+    """Senders by the bytes of a message, once one of that kind was decoded."""
     for packets in _packets(path, dialect, damage, (*KINDS, HEARTBEAT)):
         for packet in packets:
             key = _key(packet)

@@ -40,15 +40,15 @@ class RawSamples:
 
 
 DEFINED = "message definition"
-"""Where a unit is known from: all messages of that name have it."""
+"""Source of a unit: all messages of that name have it."""
 DOCUMENTED = "documentation of the format"
-"""Where a unit is known from: all files of the format have it, and say nothing of it."""
+"""Source of a unit: all files of the format have it, without stating it."""
 COLUMN_NAME = "column name"
-"""Where a unit is known from: the name holds it, as `ax [g]`."""
+"""Source of a unit: the name holds it, as `ax [g]`."""
 COLUMN_TYPE = "column type"
-"""Where a unit is known from: a table of types holds dates."""
+"""Source of a unit: a table of types holds dates."""
 DATE_AND_TIME = "date and time"
-"""Where a unit of time is known from: a text holds dates."""
+"""Source of a unit of time: a text holds dates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,8 @@ class LoggedImu:
     head: Callable[[], RawSamples]
     """The first samples, quickly, in the units of the log."""
     locate: Callable[[int], str]
-    """Where in the file a sample (counted from 0) stands, in words: `line 812`, `message 40 of /imu`."""
+    """Function that describes the place of a sample (counted from 0) in the file: `line 812`, `message 40 of
+    /imu`."""
     accelerometer_unit: StatedUnit | None = None
     gyroscope_unit: StatedUnit | None = None
     time_unit: StatedUnit | None = None

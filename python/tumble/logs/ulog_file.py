@@ -34,7 +34,7 @@ MOST_CHANGES = 10_000
 _MESSAGE = struct.Struct("<HB")
 """Length and kind."""
 _HEAD = struct.Struct("<HBH")
-"""With the number of the subscription, that data have behind it."""
+"""Head with the number of the subscription, as data have it."""
 _FORMAT, _INFO, _MORE_INFO, _PARAMETER, _DEFAULT, _FLAGS = b"FIMPQB"
 _SUBSCRIPTION, _REMOVAL, _DATA, _DROPOUT, _SYNC = b"ARDOS"
 _DEFINITIONS = frozenset((_FORMAT, _INFO, _MORE_INFO, _PARAMETER, _DEFAULT, _FLAGS))
@@ -68,9 +68,9 @@ class ULogFile:
     formats: Mapping[str, Any]
     """Formats as pyulog gives them, by topic."""
     parameters: Mapping[str, float]
-    """At the start."""
+    """Parameters at the start."""
     sections: tuple[tuple[int, int], ...]
-    """Where data begin and end in the file; more than one where some were appended."""
+    """Begin and end of data in the file; more than one section where some were appended."""
     clock: str
     """Names the time since start."""
     release: tuple[int, ...]
@@ -201,12 +201,12 @@ class _Walk:
     _topics: dict[int, Topic] = field(default_factory=dict)
     _layouts: dict[Topic, np.dtype[np.void]] = field(default_factory=dict)
     _places: dict[int, list[int]] = field(default_factory=dict)
-    """Where data stand in the block, by the number of their subscription."""
+    """Places of data in the block, by the number of their subscription."""
     _block: bytes = b""
     _last: int = 0
     """us of the last data."""
     _begin: int = 0
-    """Where the block stands in the file."""
+    """Place of the block in the file."""
 
     def messages(self, data: bytes, position: int, whole: bool) -> int:
         """Splits off complete messages; returns their number of bytes."""

@@ -27,13 +27,13 @@ from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples,
 from tumble.logs.units import Quantity, find_unit
 
 MOST_VARIABLES = 10_000
-"""In one file; more is no log."""
+"""Largest number of variables in one file; more is no log."""
 
 _MOST_COLUMNS = 64
 """Largest number of columns of one variable; the rows of a wider one are no samples."""
 _AXES = 3
 _SEPARATOR = "/"
-"""Between the names of groups, structures and what is in them."""
+"""Separator of the names of groups, structures and their contents."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Variable:
     """An array of a file that can be read piece by piece."""
 
     name: str
-    """With the groups or structures that it is in: `imu0/acc`; empty where a file holds one without name."""
+    """Name with its groups or structures: `imu0/acc`; empty where a file holds one without name."""
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
     """That of a structured array, which has one axis, says its fields."""
@@ -291,7 +291,7 @@ class _Pieces:
     """The same samples of several variables."""
 
     of_variable: Mapping[int, NDArray[Any]]
-    """By the identity of the variable."""
+    """Pieces by the identity of the variable."""
 
     def samples(self, columns: ImuColumns, places: Mapping[str, _Place]) -> RawSamples:
         """Puts the columns of one IMU together."""

@@ -53,7 +53,7 @@ _SENTENCE = re.compile(
 )
 _NEWLINE, _RETURN, _DOLLAR, _STAR = (ord(each) for each in "\n\r$*")
 _IS_MARK = bytes(int(byte in b"\n$*,") for byte in range(256))
-"""For `bytes.translate`, which is three times as fast as indexing."""
+"""Table for `bytes.translate`, which is three times as fast as indexing."""
 _AS_COMMAS = bytes.maketrans(b"$*", b",,")
 _HEX = np.full(256, 255, dtype=np.uint8)
 _HEX[list(b"0123456789")] = np.arange(10)

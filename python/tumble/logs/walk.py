@@ -31,7 +31,7 @@ class Damage:
     bytes: int = 0
     """Stepped over."""
     first: int = 0
-    """Where the first of them stand."""
+    """Place of the first of them."""
     lines: int = 0
     """Number of lines of text that could not be read."""
     messages: int = 0

@@ -15,7 +15,7 @@ SMALL_PART = 0.3
 """Share of a tilt below which its part towards another axis is not named."""
 
 MOST_ORIENTATIONS = 1000
-"""More than a person holds a unit in: a day and a half of work."""
+"""Largest number of orientations: more than a day and a half of work by hand."""
 
 
 def natural() -> FloatArray:

@@ -18,7 +18,7 @@ from tumble.foundation.units import UNITS
 Flags: TypeAlias = NDArray[np.bool_]
 
 UPPER = 0.975
-"""Where a 95 % interval ends."""
+"""Upper end of a 95 % interval."""
 _BETWEEN = {
     "turn": "turn {}-{}",
     "rate": "rate {}",

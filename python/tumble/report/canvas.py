@@ -23,7 +23,7 @@ Frame: TypeAlias = Literal["data", "panel"]
 """Frame of a place: numbers of the panel, or shares of its width or height."""
 
 Side: TypeAlias = Literal["left", "center", "right"]
-"""Where the place of a text is: at its left end, in its middle, at its right end."""
+"""Place of a text relative to its point: left end, middle, right end."""
 
 POINTS = 72.0
 """An inch."""
@@ -32,7 +32,7 @@ _LINES, _TEXT = 2.0, 3.0
 """Usual order: what is drawn later covers what is drawn before."""
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 _BELOW = {"baseline": 0.0, "center": 0.36, "top": 0.78, "bottom": -0.22}
-"""Where the baseline of a text lies below its place, in sizes of the text."""
+"""Distance of the baseline of a text below its place, in sizes of the text."""
 _LINE_HEIGHT = 1.2
 """Line height of text, in font sizes."""
 _HATCHES = {"////": "M-1 1l2 -2M0 6l6 -6M5 7l2 -2", "xxxx": "M0 0l6 6M6 0l-6 6"}

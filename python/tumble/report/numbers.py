@@ -14,7 +14,7 @@ from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 
 NOT_OBSERVABLE = "not observable"
 GIVEN = "given"
-"""In place of a sigma: the value was stated to us, not estimated."""
+"""Text in place of a sigma: the value was stated, not estimated."""
 MINUS = "\N{MINUS SIGN}"
 THIN_SPACE = "\N{THIN SPACE}"
 

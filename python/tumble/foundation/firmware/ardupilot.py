@@ -42,9 +42,9 @@ class Names:
 
     device: str
     offset: str
-    """With `{}` for the axis."""
+    """Name of the offset, with `{}` for the axis."""
     scale: str
-    """With `{}` for the axis; an accelerometer's only."""
+    """Name of the scale, with `{}` for the axis; an accelerometer's only."""
     calibration_temperature: str
     thermal: str
     """Beginning of the names of the thermal correction, which both triads of an IMU share."""

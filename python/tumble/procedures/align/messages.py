@@ -67,4 +67,4 @@ MESSAGES: dict[str, Callable[[Figures, str, float], str]] = {
         "no solution: the motion shows too little; record a longer one with stronger motion"
     ),
 }
-"""By the core's word for why two units cannot be aligned."""
+"""Messages by the core's word for the reason why two units cannot be aligned."""

@@ -90,7 +90,7 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
     warnings: tuple[str, ...] = ()
     software: str = ""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
-    """When and by whom it was found."""
+    """Time and author of the result."""
     serials: Mapping[str, str] = field(default_factory=dict)
     """Serial numbers of the units whose logs state them, by name."""
     time: LogTime = UNKNOWN_TIME

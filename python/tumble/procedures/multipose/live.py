@@ -46,11 +46,11 @@ Calibrate: TypeAlias = Callable[[Recording], MultiposeResult]
 """Runs the procedure on what there is, as `multipose` does."""
 
 SESSION_FOLDER = "session"
-"""Where the recording is, in the folder of the results."""
+"""Name of the recording in the folder of the results."""
 ORIENTATIONS = 18
 """Number of orientations that is enough where no goal is stated."""
 MOST_RESTS = 120
-"""After which a goal is out of reach: bias instability lets no sigma go below what it lets go."""
+"""Number of rests after which a goal is out of reach, because of bias instability."""
 BETWEEN_REPORTS = 0.2
 """s of the samples' clock between two looks at them."""
 BEFORE_REST = 2.0
@@ -65,7 +65,7 @@ class MultiposeSoFar:
 
     result: MultiposeResult | None = None
     lacking: str = ""
-    """Why there is no result yet."""
+    """Reason why there is no result yet."""
     goals: tuple[GoalProgress, ...] = ()
     objections: tuple[Objection, ...] = ()
 
@@ -92,9 +92,9 @@ class MultiposeStep:
     orientations: int
     """That differ, so far."""
     orientations_wanted: int | None
-    """None where a goal decides."""
+    """Number of orientations; None where a goal decides."""
     turns: int
-    """From one rest to the next, so far."""
+    """Turns from one rest to the next, so far."""
     goals: tuple[GoalProgress, ...]
     subject: str = ""
     """The orientation, or the unit, that it is about."""
@@ -164,7 +164,7 @@ class LiveMultipose:
         self._rests_found = 0
         """Number of rests from which the running fit computes."""
         self._rests_followed = 0
-        """Up to which rest the next orientation follows from what was found."""
+        """Number of rests from which the next orientation follows."""
         self._silent = Silence(lambda: units.listened)
         self._is_complete = False
         self._was_stopped = False

@@ -14,7 +14,7 @@ _UNKNOWNS = [
     *(f"response of axis {axis} along {along}" for axis in "xyz" for along in "xyz"),
     *(f"bias {axis}" for axis in "xyz"),
 ]
-"""By their place in [M row by row, b]."""
+"""Unknowns by their place in [M row by row, b]."""
 
 FACES = 6
 SIX_FACES = ", or give --faces if it lay on the six faces of a box"
@@ -108,4 +108,4 @@ MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
         "no solution: the rests hold values that are not numbers, no noise at all, or lie in a plane"
     ),
 }
-"""By the word for why there is no calibration."""
+"""Messages by the word for the reason why there is no calibration."""

@@ -58,7 +58,7 @@ from tumble.procedures.multipose.sections import (
 )
 
 OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
-"""Why the mounting of the accelerometer is not observable."""
+"""Reason why the mounting of the accelerometer is not observable."""
 
 FEW_TO_CHECK = 4
 """Directions beyond the nine unknowns, below which hardly anything checks them."""
@@ -68,7 +68,7 @@ DECISIVE = 0.95
 """Leverage above which nothing but the pose itself shows what it shows."""
 
 ANGLES = slice(6, 12)
-"""Where the parameters of a triad are angles: non-orthogonality and mounting."""
+"""Angles among the parameters of a triad: non-orthogonality and mounting."""
 
 _UNKNOWNS = {
     0: "scale x",

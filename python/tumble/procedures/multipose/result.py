@@ -33,7 +33,7 @@ class PoseFit:
     held_out: float
     """|u| - g by a fit without any pose in this direction, m/s^2; NaN where the others do not carry one."""
     weight: float
-    """In the robust loss; 1 where nothing stands out."""
+    """Weight in the robust loss; 1 where nothing stands out."""
     direction: int
     """Poses of one number show one direction."""
     leverage: float
@@ -116,12 +116,12 @@ class Faces:
     """Additional results of a session on six faces, in the case frame of the box."""
 
     tilt: float
-    """By how much a face was off level about either axis, rad, 1-sigma, as all faces together show it."""
+    """Tilt of a face about either axis, rad, 1-sigma, as all faces together show it."""
     sections: tuple[tuple[str, int, int], ...]
     """Label, first sample, and the one after the last, of the samples that hold numbers."""
     accelerometer: FerrarisTriad
     gyroscope: FerrarisTriad | None
-    """None where a full turn about one of the axes is missing."""
+    """Result of the gyroscope; None where a full turn about one of the axes is missing."""
     K_ga: FloatArray
     """(3, 3) response of the gyroscope to specific force by the same formulas."""
 
@@ -136,9 +136,9 @@ class MultiposeResult(Tabular):
     accelerometer: TriadResult
     """Its case frame is that of its own axes: x along the first, y in the plane of the first two."""
     gyroscope: TriadResult | None
-    """In the case frame of the accelerometer: its mounting is that against the accelerometer."""
+    """Result in the case frame of the accelerometer: its mounting is that against the accelerometer."""
     gyroscope_reason: str
-    """Why the gyroscope was not calibrated; empty if it was."""
+    """Reason why the gyroscope was not calibrated; empty if it was."""
     poses: tuple[PoseFit, ...]
     """One for each rest."""
     turns: tuple[TurnFit, ...]
@@ -154,9 +154,9 @@ class MultiposeResult(Tabular):
     implausible_scale: float | None = None
     """Scale of the gyroscope, alike on all axes, where no sensor has that one: the sample rate is wrong."""
     faces: Faces | None = None
-    """Where the unit lay on six faces: the formulas of Ferraris beside this result."""
+    """Results by the formulas of Ferraris, where the unit lay on six faces."""
     nominal_scale: NominalScale | None = None
-    """Where readings are counts of a scale that nobody stated."""
+    """Scale, where readings are counts of an unstated scale."""
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
     log: LogFacts = NO_LOG

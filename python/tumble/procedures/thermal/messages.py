@@ -57,7 +57,7 @@ MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
     "range too small": _range_too_small,
     "too little at rest": _too_little_at_rest,
 }
-"""By the word for why nothing was found."""
+"""Messages by the word for the reason why there is no result."""
 
 
 def no_temperature_of_start(name: str) -> str:

@@ -125,7 +125,7 @@ class Guide:
     poses: list[WantedPose]
     turns: list[WantedTurn]
     at: WantedPose | None = None
-    """Where the table rests now; None while it moves, or rests at no pose of the list."""
+    """Pose at which the table rests now; None while it moves, or rests at no pose of the list."""
     tip: float = math.nan
     """deg between the rest under way and the nearest pose."""
     nearest: str = ""

@@ -53,7 +53,7 @@ POSE_SECONDS = 10.0
 REFERENCE = "reference"
 """Name of the unit that is the reference if none is named."""
 SESSION_FOLDER = "session"
-"""Where the recording is, in the folder of the results."""
+"""Name of the recording in the folder of the results."""
 BETWEEN_REPORTS = 0.2
 """s of the samples' clock between two looks at them."""
 TIPPED_AFTER = 4.0
@@ -133,7 +133,7 @@ class TurntableStep:
     """Text of a warning or of an early end: cause and remedy; of a repeated request for a pose: its
     reason."""
     table: str = ""
-    """Where a table that turns itself is or goes; empty before it goes anywhere, and without one."""
+    """Place where an automatic table is or goes; empty before it goes anywhere, and without one."""
 
 
 class Driver(Protocol):

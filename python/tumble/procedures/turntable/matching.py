@@ -29,7 +29,7 @@ class PoseMatch:
     names: dict[int, str]
     """Name of the pose of each rest that has one."""
     reason: str
-    """Why no pose is known; empty if poses are."""
+    """Reason why no pose is known; empty if poses are."""
     warnings: tuple[str, ...] = ()
 
     @property

@@ -86,4 +86,4 @@ MESSAGES: dict[str, Callable[[Figures, PoseNames], str]] = {
     "gyroscope axes coincide": lambda _, __: "two axes of the gyroscope read the same; check the columns",
     "unsolvable": lambda _, __: "no solution: the rests hold values that are not numbers, or no noise at all",
 }
-"""By the word for why there is no calibration."""
+"""Messages by the word for the reason why there is no calibration."""

@@ -35,7 +35,7 @@ from tumble.procedures.turntable.result import TargetResult, TruthSource, Turnta
 from tumble.procedures.turntable.target import TargetProcedure
 
 RecordingsRead: TypeAlias = Callable[[int, int], None]
-"""Told how many recordings are read, and of how many."""
+"""Callback that receives the number of recordings read, and of all."""
 Clocks: TypeAlias = Literal["auto", "shared", "apart"]
 
 UnitRead: TypeAlias = Imu | TumbleError

@@ -207,7 +207,7 @@ class Made:
     fresh: bool
     """False where it was done and unchanged."""
     moved: tuple[Path, ...]
-    """Where files of an earlier attempt went that this one did not replace."""
+    """New places of files of an earlier attempt that this one did not replace."""
 
 
 def refuse_namesake(batch: Batch, name: str, serial: str) -> None:

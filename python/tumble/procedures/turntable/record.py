@@ -17,10 +17,10 @@ class RecordedParameter:
     """One estimated number."""
 
     name: str
-    """With its triad: `accelerometer bias x`."""
+    """Name with its triad: `accelerometer bias x`."""
     unit: str
     value: float | None
-    """None where the data did not show it."""
+    """Value; None where the data did not show it."""
     sigma: float | None
     inherited: float | None = None
     """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
@@ -34,11 +34,11 @@ class TargetRecord:
     stem: str
     """Name of its files, without their endings."""
     attempt: int
-    """From 1."""
+    """Number of the attempt, from 1."""
     date: str
     verdict: Verdict
     reason: str
-    """Why it failed or has no calibration; empty where neither is so."""
+    """Reason why it failed or has no calibration; empty where neither is so."""
     sentence: str
     """Sentence of the report on the verdict."""
     serial: str

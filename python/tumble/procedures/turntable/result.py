@@ -183,7 +183,7 @@ class TargetResult(Tabular):
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""
-    """Why the target could not be calibrated, with its name; empty if it could."""
+    """Reason why the target could not be calibrated, with its name; empty if it could."""
     failure_reason: str = ""
     """The same without its name, and without the folders of this machine: for files."""
 
@@ -293,7 +293,7 @@ class ReferenceResult:
     trace: Trace
     mounting: MountingResult | None
     mounting_reason: str
-    """Why the mounting angle was not estimated; empty if it was."""
+    """Reason why the mounting angle was not estimated; empty if it was."""
     temperature: tuple[float, float, float] | None = None
     missing_samples: int = 0
     """Samples that the log lacks, as the pauses between the others show."""
@@ -321,7 +321,7 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     software: str = ""
     """`tumble 0.1.0`."""
     commanded: CommandedRates | None = None
-    """Where truth is `table`."""
+    """Commanded rates, where truth is `table`."""
 
     def inherited_from(self, triad: TriadName) -> str:
         """Returns the source of the inherited part: `calibration`, `table`, `calibration and table`."""

@@ -34,7 +34,7 @@ class TurnedTable:
     plan: PosePlan
     poses: PoseList
     runs: tuple[RateRun, ...] = ()
-    """At constant rate, after the poses."""
+    """Runs at constant rate, after the poses."""
     by_hand: tuple[Pose, ...] = ()
     """Poses where the table does not come: the units are turned over by hand, after all else."""
 

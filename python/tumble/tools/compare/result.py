@@ -32,7 +32,7 @@ class Difference:
     sigma: float
     """1-sigma of the difference; NaN where either is not observable, 0 where both were stated without any."""
     reason: str = ""
-    """Why it is not compared, where it is not."""
+    """Reason why it is not compared; empty where it is."""
 
     @property
     def group(self) -> str:
@@ -84,7 +84,7 @@ class MotionError:
     triad: TriadName
     unit: str
     motion: str
-    """In words: `rests in all orientations at 9.807 m/s^2`."""
+    """Motion in words: `rests in all orientations at 9.807 m/s^2`."""
     rms: float
     """Root mean square of the length of the error, eq. 9 and 10."""
     expected: float
@@ -99,7 +99,7 @@ class Pair:
     second: str
     differences: tuple[Difference, ...]
     groups: tuple[JointTest, ...]
-    """By kind of parameter."""
+    """Tests by kind of parameter."""
     joint: JointTest | None
     """All that could be compared; None where that is nothing."""
     temperature: JointTest | None
@@ -207,7 +207,7 @@ class CompareResult(Tabular, Collection[Pair]):
     options: dict[str, object] = field(default_factory=dict)
     software: str = ""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
-    """When and by whom it was found."""
+    """Time and author of the result."""
 
     def _items(self) -> Sequence[Pair]:
         return self.pairs

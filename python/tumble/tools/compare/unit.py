@@ -18,7 +18,7 @@ OF_A_TRIAD = 12
 PLACES: Mapping[TriadName, slice] = {
     triad: slice(OF_A_TRIAD * k, OF_A_TRIAD * (k + 1)) for k, triad in enumerate(TRIADS)
 }
-"""Where those of a triad stand among the 24 of a unit."""
+"""Places of a triad's parameters among the 24 of a unit."""
 _STEP = 1e-6
 
 

@@ -39,7 +39,7 @@ class ConvertedImu:
     jitter: float
     """1-sigma of the time between samples, s."""
     arrival: Arrival | None
-    """None where the log has but one time."""
+    """Arrival; None where the log has only one time."""
     remarks: tuple[str, ...]
     """Remarks for the user, including what the new file cannot hold."""
     axes: str = ""

@@ -26,7 +26,7 @@ class TriadDifference:
     matrix: float
     """Error of M; a ratio."""
     bias: float
-    """In `unit`."""
+    """Error of the bias in `unit`."""
     unit: str
 
 

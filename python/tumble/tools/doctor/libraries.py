@@ -25,7 +25,7 @@ class Requirement:
     versions: str
     """`>=0.12,<0.29`; empty where any will do."""
     extra: str
-    """With which it comes; empty where it is always needed."""
+    """Extra with which it comes; empty where it is always needed."""
 
     def holds(self, version: str) -> bool:
         """Returns whether a version is within the bounds.

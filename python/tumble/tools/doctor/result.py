@@ -13,7 +13,7 @@ class State(str, Enum):
 
     WORKS = "works"
     MISSING = "missing"
-    """Not installed, or not plugged in."""
+    """State of a part that is not installed, or not plugged in."""
     REFUSED = "refused"
     """There, but this user may not use it."""
     BROKEN = "broken"

@@ -15,7 +15,7 @@ COMPLETIONS = {
     "zsh": ".zfunc/_tumble",
     "fish": ".config/fish/completions/tumble.fish",
 }
-"""Where `tumble --install-completion` puts its file, below the home folder, for each shell."""
+"""Place of the file that `tumble --install-completion` writes, below the home folder, for each shell."""
 SHOWN = "±°²"
 """Signs that tables of results hold."""
 

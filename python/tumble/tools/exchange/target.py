@@ -29,7 +29,7 @@ class Setting:
     """Name as in `--set NAME=VALUE`."""
     meaning: str
     default: str | None = None
-    """None where it has to be given."""
+    """Default; None where it has to be given."""
 
 
 AS_CALIBRATED = "those of the readings that were calibrated, as nothing is turned"
@@ -160,7 +160,7 @@ class Target:
     holds: Mapping[Triad, Collection[Part]]
     write: Write
     source: str
-    """Where names, units and formula are stated."""
+    """Source of names, units and formula."""
     axes: str
     """Axes in which the program corrects, in words."""
     body: str = ""

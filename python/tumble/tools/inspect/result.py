@@ -37,7 +37,7 @@ class Timing:
     longest_gap: float
     """s."""
     longest_gap_at: float
-    """When it begins, s; NaN if there is none."""
+    """Beginning of the longest gap, s; NaN if there is none."""
     duplicates: int
     """Samples left out because they carry the time stamp of the one before."""
     without_number: int

@@ -14,7 +14,7 @@ BROKEN = {
     "lost": "was lost ({reason}); plug it in again, it is looked for every second",
     "returned": "is there again; check that it is the same unit, in the same place",
 }
-"""By the kind of a step of a recording that says so."""
+"""Texts by the kind of a step of a recording."""
 
 
 @dataclass(frozen=True, slots=True)

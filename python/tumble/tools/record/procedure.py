@@ -58,11 +58,11 @@ class RecordStep:
     """s since it began; of the logs, where logs are replayed."""
     units: tuple[UnitProgress, ...]
     bytes: int
-    """On disk."""
+    """Bytes on disk."""
     unit: str = ""
     """Name of the unit of the event."""
     reason: str = ""
-    """Why a source was lost, or the recording ended."""
+    """Reason why a source was lost, or the recording ended."""
 
 
 @dataclass(slots=True)

@@ -122,7 +122,7 @@ class SessionWriter:
         self._flush_at = time.monotonic() + FLUSH_EVERY
         self._sources = {name: unit.source for name, unit in units.items()}
         self.bytes = 0
-        """On disk."""
+        """Bytes on disk."""
 
     def __enter__(self) -> SessionWriter:
         return self

@@ -86,7 +86,7 @@ class PosePlan:
     """s at each."""
     goals: Goals = field(default_factory=Goals)
     turns: tuple[tuple[int, TableTurn], ...] = ()
-    """After which rest a turn is made, there and back; a rest follows either."""
+    """Turns there and back, with the rest before each; a rest follows either."""
 
     @cached_property
     def route(self) -> FloatArray:

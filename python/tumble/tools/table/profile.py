@@ -26,7 +26,7 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 FORMS = {"axis": r"\S*?", "status": r"(?:0[xX]|#[hH])?[0-9A-Fa-f]+"}
 """Forms of fields other than numbers."""
 DIGITS = 4
-"""After the point, where a field does not say."""
+"""Digits after the point, where a field does not state them."""
 
 Positive = Annotated[float, Field(gt=0.0, strict=False)]
 
@@ -261,13 +261,13 @@ class TableProfile(Document):
     name: Annotated[str, Field(min_length=1)]
     """Make and model."""
     tried: str | None = None
-    """On what hardware this was tried, when and by whom; without it users are warned."""
+    """Hardware on which this was tested, when and by whom; without it users are warned."""
     notes: tuple[str, ...] = Field(default=(), strict=False)
     """Sources of the values: those from documents, and assumptions."""
     units: Units = Units()
     line: Line = Line()
     axes: Annotated[tuple[ProfileAxis, ...], Field(strict=False, min_length=1, max_length=3)]
-    """From the one on the floor up."""
+    """Axes from the one on the floor up."""
     commands: Commands
     queries: Queries = Queries()
     replies: Replies = Replies()

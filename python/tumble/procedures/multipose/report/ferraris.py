@@ -22,7 +22,7 @@ class ComparedRow:
     ferraris: str
     unit: str
     difference: str
-    """In sigmas of what was found."""
+    """Difference in sigmas of the estimate."""
 
 
 def compared(result: MultiposeResult) -> Iterator[ComparedRow]:

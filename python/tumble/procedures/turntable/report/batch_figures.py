@@ -23,9 +23,9 @@ from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments,
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg
 
 _FEW = 30
-"""Up to so many targets each is a dot; beyond, a thin line."""
+"""Largest number of targets that are drawn as dots; beyond, each is a thin line."""
 _MOST_NAMES = 30
-"""Up to so many targets have their names beside the error figure."""
+"""Largest number of targets with their names beside the error figure."""
 _MOST_LABELLED = 3
 _LONGEST_TARGET = 24
 """Letters of a target's name for which the error figure has room."""

@@ -40,7 +40,7 @@ class Vibration:
     tones_hz: tuple[float, ...]
     """Frequencies of the motors, which have half of the power."""
     band_hz: tuple[float, float]
-    """Where the broad band, which has the other half, has half its power."""
+    """Half-power frequencies of the broad band, which has the other half."""
     at_rest: float = 0.0
     """Share of it while the motors do not run: an idling engine; 1 for vibration that never stops."""
     flexing: float = 0.05
@@ -156,7 +156,7 @@ class FlightScenario:
     latitude_deg: float | None = None
     """Sets the Earth's rate, for a body that faces east at first; `None` for none."""
     temperature_celsius: float = 25.0
-    """At the start. Biases hold at 25 degC."""
+    """Temperature at the start. Biases hold at 25 degC."""
     warm_up_kelvin: float = 10.0
     """Rise of the temperature in the long run."""
     warm_up_seconds: float = 120.0

@@ -20,7 +20,7 @@ from tumble.tools.table.simulated import SimulatedTable
 JOINTS = (Axis("wrist", (1.0, 0.0, 0.0), FREE), Axis("fingers", (0.0, 0.0, 1.0), FREE))
 """Two axes, which reach every orientation; the first carries the other."""
 ORIENTATIONS = 24
-"""To which it turns where nobody tells it."""
+"""Number of orientations to which it turns without requests."""
 TARGET = "target_1"
 """Name of the unit among those that the simulator of sessions draws."""
 

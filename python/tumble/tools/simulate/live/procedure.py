@@ -140,7 +140,7 @@ class LiveSimulation:
     ) -> None:
         self.scenario = replace(scenario or LiveScenario(), **changes)
         self.table: SimulatedTable | None = None
-        """Where the motion is that of a table, or of the joints of a hand."""
+        """Table of the motion, or the joints of a hand."""
         self.truth: Mapping[str, Any] = {}
         """Truth of the units, as in `truth.yaml`."""
         self.lag = 0.0
@@ -148,7 +148,7 @@ class LiveSimulation:
         self.error: BaseException | None = None
         """Error that ended the simulation, where that was a bug."""
         self.hand: Hand | None = None
-        """Where the motion is that of a hand; tell it where to turn."""
+        """Hand of the motion; its direction can be commanded."""
         self._folder = Path(folder)
         self.units_on_table: Mapping[str, TableUnit] = {}
         """Units on a table with their motion; empty where there is none."""

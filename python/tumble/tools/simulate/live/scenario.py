@@ -48,7 +48,7 @@ class LiveScenario:
 
     transport: TransportName = "udp"
     host: str = "127.0.0.1"
-    """Where datagrams go, and where TCP is served."""
+    """Address to which datagrams go, and at which TCP is served."""
     port: int = 9000
     """Port of the first unit, the next one's is one more; 0 for any free ones."""
     table_port: int = 5025
@@ -70,7 +70,7 @@ class LiveScenario:
     speed: float = 1.0
     """Simulated s in a second of this machine's clock."""
     duration_seconds: float | None = None
-    """When it ends; when the motion does if not given, and never on a table."""
+    """Duration; by default that of the motion, and unlimited on a table."""
     gravity: float = STANDARD_GRAVITY
     """m/s^2."""
 

@@ -40,7 +40,7 @@ class ThermalScenario:
     cycles: float = 1.0
     """Cycles of warming and cooling; a half is warming alone."""
     poses: int = 1
-    """In which it is laid for equal times; it is turned by hand between them."""
+    """Number of poses for equal times; a hand turns it between them."""
     accelerometer: Powers | None = None
     """Coefficients of t, t^2, t^3 from mid-range, m/s^2/K^k, alike for the three axes; drawn if not given."""
     gyroscope: Powers | None = None
@@ -48,7 +48,7 @@ class ThermalScenario:
     scale: Powers = ()
     """Change of the accelerometer's scale, 1/K^k."""
     accelerometer_hysteresis: float = 0.0
-    """By how much more is read while warming than while cooling, m/s^2."""
+    """Excess of the reading while warming over that while cooling, m/s^2."""
     gyroscope_hysteresis: float = 0.0
     """The same, rad/s."""
     lag: float = 0.0

@@ -59,7 +59,7 @@ class TurntableScenario:
     visits: Sequence[str] | None = None
     """Names of the poses in the order they are taken; each once, as listed, if not given."""
     tipped_deg: Mapping[str, float] = field(default_factory=dict)
-    """By how many degrees the table misses a pose without saying so, by the name of the pose."""
+    """Unreported error of the table at a pose, deg, by the name of the pose."""
     table_error_deg: float = 0.02
     """Error of the table at each pose, 1 sigma about each axis."""
     mounting_angle_deg: RotationDeg = 1.0
@@ -91,7 +91,7 @@ class TurntableScenario:
     latitude_deg: float | None = 45.0
     """Latitude of the table, which sets the Earth's rate; `None` for an Earth that does not turn."""
     temperature_celsius: float = 25.0
-    """At the start. Biases hold at 25 degC."""
+    """Temperature at the start. Biases hold at 25 degC."""
     warm_up_kelvin: float = 0.0
     """Rise of the temperature in the long run."""
     warm_up_seconds: float = 300.0
