@@ -108,7 +108,7 @@ def test_damaged_flight_log_is_read_or_refused_within_its_memory(tmp_path, endin
 
     @cheap
     @given(st.data())
-    def law(data):
+    def attempt(data):
         path.write_bytes(data.draw(damaged(CONTENTS[ending]).map(Content)).data)
         tracemalloc.start()
         try:
@@ -117,4 +117,4 @@ def test_damaged_flight_log_is_read_or_refused_within_its_memory(tmp_path, endin
         finally:
             tracemalloc.stop()
 
-    for_long(law)
+    for_long(attempt)

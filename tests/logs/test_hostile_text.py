@@ -87,12 +87,12 @@ def test_a_log_that_was_cut_or_garbled_is_read_or_refused_in_one_line(tmp_path, 
 
     @settings(max_examples=8, database=None, suppress_health_check=list(HealthCheck))
     @given(st.sampled_from(files), CHANGES)
-    def law(file, changes):
+    def attempt(file, changes):
         file.write_bytes(changed(whole[file], changes))
         read_or_refused(path, options)
         file.write_bytes(whole[file])
 
-    for_long(law, share=0.5)
+    for_long(attempt, share=0.5)
 
 
 MARKS = {
@@ -126,11 +126,11 @@ def test_text_made_of_the_words_of_a_format_is_read_or_refused(tmp_path, name):
 
     @settings(max_examples=25, database=None)
     @given(st.lists(st.one_of(st.sampled_from(MARKS[name]), st.text(max_size=5)), min_size=1, max_size=60))
-    def law(words):
+    def attempt(words):
         path.write_text(MARKS[name][0] + "".join(words), encoding="utf-8", errors="replace")
         read_or_refused(path, ReadOptions(rate=100.0))
 
-    for_long(law)
+    for_long(attempt)
 
 
 def test_files_as_large_as_a_disk_beside_samples_take_no_memory(tmp_path):

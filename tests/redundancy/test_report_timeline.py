@@ -1,4 +1,4 @@
-"""From events to spans, and from windows to lines: the laws of the time line."""
+"""From events to spans, and from windows to lines: properties of the time line."""
 
 from __future__ import annotations
 

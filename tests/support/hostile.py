@@ -29,7 +29,7 @@ few = settings(
 
 
 def for_long(check, share=1.0):
-    """Tries a law with a few examples; in `make soak`, with ever new ones for this share of the time."""
+    """Tests a property with a few examples; in `make soak`, with ever new ones for this share of the time."""
     until = monotonic() + share * SOAK_SECONDS
     check()
     while SOAK and monotonic() < until:

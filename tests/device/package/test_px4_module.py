@@ -73,7 +73,7 @@ def test_no_file_is_touched_in_a_push_or_in_flight(flight, tmp_path):
 
 
 def test_a_module_that_saves_at_once_is_found_out(tmp_path):
-    """The control of the law above."""
+    """The control of the test above."""
     hasty = tmp_path / "hasty"
     shutil.copytree(EXAMPLE, hasty)
     source = hasty / "TumbleImu.cpp"

@@ -51,10 +51,10 @@ def extended(tmp_path_factory):
         (folder / name).write_text(source)
     rows = package / "foundation" / "procedures.py"
     words = '"magnetometer", "MagnetometerResult", "Find the north.", endings=("magnetometer",)'
-    row = f'    Procedure({words}),\n)\n"""In the order'
+    row = f'    Procedure({words}),\n)\n"""Procedures in the order'
     source = rows.read_text()
-    assert source.count(')\n"""In the order') == 1
-    rows.write_text(source.replace(')\n"""In the order', row))
+    assert source.count(')\n"""Procedures in the order') == 1
+    rows.write_text(source.replace(')\n"""Procedures in the order', row))
     return package.parent
 
 

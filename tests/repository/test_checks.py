@@ -1,4 +1,4 @@
-"""The checks that guard the house can fail, and the house passes them."""
+"""The checks of the repository detect breaches, and the repository passes them."""
 
 from __future__ import annotations
 
