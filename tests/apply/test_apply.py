@@ -98,7 +98,7 @@ def test_triad_without_calibration_stays_raw_with_a_warning(tmp_path):
     assert np.array_equal(read(tmp_path / "out.parquet").gyroscope, measured(truth).gyroscope)
 
 
-def test_what_is_left_out_of_the_log_is_warned_of(tmp_path):
+def test_omission_from_the_log_raises_a_warning(tmp_path):
     chunk = measured(made_up(3000))
     chunk.accelerometer[7, 1] = np.nan
     log = write(tmp_path / "log.csv", chunk, serial="SN 1")

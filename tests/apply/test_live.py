@@ -61,7 +61,7 @@ def test_standard_output_holds_samples_and_nothing_else(unit):
     assert f"{len(samples)} samples corrected: stdout" in done.err
 
 
-def test_what_a_log_is_refused_for_a_source_is_refused_for(unit, tmp_path):
+def test_source_is_refused_for_the_same_errors_as_a_log(unit, tmp_path):
     assert "is of unit" in refused(live(unit, "--to", tmp_path / "x.csv", log="reference.csv"))
     assert live(unit, "--to", tmp_path / "once.csv").code == 0
     again = ("apply", "--live", unit / "target_1.yaml", f"replay:{tmp_path}/once.csv?speed=max")
@@ -85,7 +85,7 @@ def test_options_that_do_not_go_together_are_refused(unit, words, says):
     assert says in refused(typed("apply", unit / "target_1.yaml", f"replay:{unit}/target_1.csv", *words))
 
 
-def test_samples_that_come_go_on_corrected_until_it_is_told_to_stop(unit):
+def test_incoming_samples_are_corrected_until_the_stop(unit):
     calibration = Calibration.load(unit / "target_1.yaml")
     came, goes = free_ports(2)
     command = "from tumble.cli.main import main; main()"
@@ -130,7 +130,7 @@ class LostSource:
         raise LogError("usb: is gone; plug it in again")
 
 
-def test_what_came_before_a_source_was_lost_is_kept(unit, tmp_path):
+def test_samples_before_the_loss_of_a_source_are_kept(unit, tmp_path):
     calibration = Calibration.load(unit / "target_1.yaml")
     output = parse_output(str(tmp_path / "kept.csv"))
     with pytest.raises(LogError, match="is gone; plug it in again; 200 samples before that corrected: "):

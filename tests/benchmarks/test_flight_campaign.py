@@ -195,7 +195,7 @@ def unhealthy(time, unit):
         ([(50.0, 1), (101.0, 0), (131.0, 1)], "too early"),
     ],
 )
-def test_of_two_faults_both_have_to_be_named_each_in_its_time(named, outcome):
+def test_two_faults_have_to_be_named_each_in_its_time(named, outcome):
     assert judged(_two_faults(), [START, *(unhealthy(*each) for each in named)]).outcome == outcome
 
 

@@ -36,7 +36,7 @@ def said(checked):
     return SAID.format(check=checked * ONE)
 
 
-def test_of_what_is_done_often_mean_middle_and_largest_are_told():
+def test_frequent_phase_has_mean_median_and_largest():
     instructions = footprint.understood(said(footprint.CHECKED + 13))
     assert instructions["Apply"]["mean"] == 10.0
     push = instructions["Push"]
@@ -44,7 +44,7 @@ def test_of_what_is_done_often_mean_middle_and_largest_are_told():
     assert (push["median"], push["largest"]) == (20.0, 1_000_000.0)
 
 
-def test_of_a_spin_and_of_a_fit_all_samples_count():
+def test_all_samples_of_a_spin_and_of_a_fit_count():
     instructions = footprint.understood(
         said(footprint.CHECKED) + "SpinSlice 1 160\nSpinSlice 1 320\nFitDense 1 160\nFitDense 1 480\n"
     )
@@ -52,18 +52,18 @@ def test_of_a_spin_and_of_a_fit_all_samples_count():
     assert whole == [30.0, 40.0]
 
 
-def test_what_is_done_once_or_twice_is_told_one_by_one():
+def test_rare_phase_is_listed_one_by_one():
     instructions = footprint.understood(said(footprint.CHECKED))
     assert instructions["Restore"]["each"] == [10.0, 20.0]
     assert instructions["Push"]["each"] is None
 
 
-def test_what_took_longer_than_the_timer_counts_has_no_figure():
+def test_phase_longer_than_the_timer_has_no_figure():
     with pytest.raises(ValueError, match="SpinPush took longer than the timer counts"):
         footprint.understood(said(footprint.CHECKED) + "SpinPush 1 longer\n")
 
 
-def test_of_the_stack_the_most_of_both_starts_counts():
+def test_larger_stack_of_both_starts_counts():
     states, stack, functions = footprint.remembered(MEMORY)
     assert states == {"Monitor": 4000, "Corrections": 96}
     assert stack == {"Push": 4000, "Fit": 9000, "Save": 500, "all": 60}

@@ -52,13 +52,13 @@ FAULTY, ONSET, END = 1, 50.0, 100.0
         ([unhealthy(99.9, 1, "late")], "missed", None, None),
     ],
 )
-def test_who_is_named_first_after_the_fault_began_decides_the_outcome(told, outcome, isolated, seen):
+def test_first_unit_named_after_the_fault_decides_the_outcome(told, outcome, isolated, seen):
     judgement = judge([START, *told], FAULTY, ONSET, END)
     assert judgement.outcome == outcome
     assert (judgement.isolated, judgement.seen) == pytest.approx((isolated, seen))
 
 
-def test_in_health_all_that_is_told_is_counted_and_nothing_comes_out():
+def test_reports_in_health_are_counted_and_have_no_outcome():
     told = [START, unhealthy(20.0, 0), selected(20.1, 1), disagree(30.0)]
     judgement = judge(told, None, ONSET, END)
     assert judgement.outcome is None
@@ -66,7 +66,7 @@ def test_in_health_all_that_is_told_is_counted_and_nothing_comes_out():
     assert (judgement.changes_in_health, judgement.changes, judgement.health) == (1, 0, END)
 
 
-def test_of_a_mission_with_a_fault_only_the_time_before_it_is_health():
+def test_only_the_time_before_a_fault_is_health():
     told = [START, disagree(30.0), unhealthy(51.0, 1), unhealthy(60.0, 2), selected(70.0, 0, "none fit")]
     judgement = judge([*told, selected(75.0, 0)], FAULTY, ONSET, END)
     assert (judgement.health, judgement.disagree_in_health, judgement.guilty_in_health) == (ONSET, 1, 0)
@@ -193,7 +193,7 @@ def test_a_kind_or_a_number_of_units_that_is_never_drawn_is_refused(asked, capsy
     assert f"{asked[1]!r} is none of" in capsys.readouterr().err
 
 
-def test_of_a_single_mission_all_events_are_shown(capsys):
+def test_single_mission_shows_all_events(capsys):
     (seed,) = redundancy_campaign.chosen(1, 0, ["dead"], [2])
     assert redundancy_campaign.main(["--only", str(seed)]) == 0
     assert "adopted" in capsys.readouterr().out

@@ -106,7 +106,7 @@ def test_the_chart_is_the_same_in_every_run_and_follows_the_figures():
     assert drawn != spin_chart.chart(figures)
 
 
-def test_how_much_is_enough_is_measured_and_is_close_to_the_bound():
+def test_sufficient_amount_is_measured_and_close_to_the_bound():
     motion = spin_enough.USUAL
     found = spin_enough.sigmas((motion, 1, 3))
     for stated, least in zip(found["stated"], found["bound"], strict=True):

@@ -106,7 +106,7 @@ def test_a_stack_pointer_that_goes_where_nobody_knows_is_refused(instruction):
 
 
 @pytest.mark.parametrize("instruction", ["stmia.w sp, {r0, r1, ip}", "str.w sp, [r7, #-8]", "cmp sp, r0"])
-def test_what_only_reads_the_stack_pointer_moves_it_not(instruction):
+def test_reading_the_stack_pointer_does_not_move_it(instruction):
     listing = f"00000400 <reads>:\n 400:\te88d 1003 \t{instruction.replace(' ', chr(9), 1)}\n"
     ((_, name, code),) = disassembled(listing)
     assert walked(name, code) == Function("reads")

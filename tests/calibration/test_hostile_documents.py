@@ -159,7 +159,7 @@ def test_any_content_is_a_document_or_a_mistake_in_one_line(tmp_path_factory, co
 
 
 @pytest.mark.parametrize("device", ["/dev/zero", "pipe"])
-def test_what_never_ends_is_refused_unread(tmp_path, device):
+def test_endless_input_is_refused_unread(tmp_path, device):
     path = tmp_path / device
     if device == "pipe":
         os.mkfifo(path)

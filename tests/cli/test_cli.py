@@ -136,7 +136,7 @@ def test_the_list_of_commands_says_what_the_command_itself_says(name):
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
-def test_what_is_typed_wrongly_is_said_in_one_line(run, words, line):
+def test_wrong_command_line_is_reported_in_one_line(run, words, line):
     done = run(*words)
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"tumble: error: {line}")

@@ -207,7 +207,7 @@ def test_results_go_to_a_folder_named_after_the_log_by_default(tmp_path, monkeyp
         (("inspect",), "LOG"),
     ],
 )
-def test_what_is_said_to_be_missing_is_what_matters_first(words, part):
+def test_first_reported_condition_is_the_most_important_one(words, part):
     done = typed(*words)
     assert done.code == 2
     assert part in done.err

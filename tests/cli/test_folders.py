@@ -87,7 +87,7 @@ def test_a_command_records_into_a_folder_that_it_holds(tmp_path):
 
 
 @pytest.mark.parametrize("which", [signal.SIGKILL, signal.SIGTERM])
-def test_what_a_killed_run_leaves_stops_nobody(tmp_path, log, holder, which):
+def test_files_of_a_killed_run_stop_nobody(tmp_path, log, holder, which):
     holder.send_signal(which)
     holder.wait()
     assert (tmp_path / "out" / LOCK_FILE).exists()
@@ -95,7 +95,7 @@ def test_what_a_killed_run_leaves_stops_nobody(tmp_path, log, holder, which):
     assert not (tmp_path / "out" / LOCK_FILE).exists()
 
 
-def test_of_many_that_begin_at_once_one_writes(tmp_path):
+def test_one_of_many_concurrent_runs_writes(tmp_path):
     code = HOLD.replace("time.sleep(60)", "time.sleep(2)")
     runs = [
         subprocess.Popen(

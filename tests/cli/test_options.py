@@ -17,7 +17,7 @@ def log(tmp_path):
 
 @pytest.mark.parametrize("option", ["--gyroscope-u", "--gyroscope-uni", "--gyroscope-unit"])
 @pytest.mark.parametrize("sign", [" ", "="])
-def test_an_option_may_be_cut_as_short_as_it_is_told_apart(log, option, sign):
+def test_option_may_be_any_unambiguous_prefix(log, option, sign):
     words = f"{option}{sign}rpm".split(" ")
     done = typed("inspect", log, *words)
     assert "--gyroscope-unit rpm" in done.err

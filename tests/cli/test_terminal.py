@@ -76,7 +76,7 @@ def test_a_unit_of_a_live_stream_is_shown_and_not_obeyed(tmp_path):
     assert is_safe(done.stderr)
 
 
-def test_what_is_drawn_keeps_its_colours_and_escapes_its_text():
+def test_drawings_keep_their_colours_and_escape_their_text():
     drawn = io.StringIO()
     console = EscapingConsole(drawn, width=60)
     console._force_terminal, console._color_system = True, None

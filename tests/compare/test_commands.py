@@ -29,7 +29,7 @@ def compared(*arguments):
     return typed("compare", *arguments)
 
 
-def test_two_calibrations_of_one_unit_are_said_to_be_the_same(folder, tmp_path):
+def test_two_calibrations_of_one_unit_are_reported_as_the_same(folder, tmp_path):
     done = compared(folder / "january.yaml", folder / "june.yaml", "-o", tmp_path)
     assert (done.code, done.err) == (0, "")
     assert "january and june are the same within what is known: chi-square" in done.text
@@ -38,7 +38,7 @@ def test_two_calibrations_of_one_unit_are_said_to_be_the_same(folder, tmp_path):
     assert "january and june are the same within what is known" in page
 
 
-def test_what_changed_is_named_with_its_size(folder, tmp_path):
+def test_changed_parameter_is_named_with_its_size(folder, tmp_path):
     done = compared(folder / "january.yaml", folder / "later.yaml", "-o", tmp_path, "--json")
     assert done.code == 3
     found = json.loads(done.out)
@@ -67,7 +67,7 @@ def test_calibrations_of_one_serial_are_laid_over_time(folder, tmp_path):
     assert "drift over 1.0 years, of 24 parameters" in page
 
 
-def test_units_of_other_serials_are_told_from_drift(folder, tmp_path):
+def test_other_serials_are_distinguished_from_drift(folder, tmp_path):
     files = [folder / f"{name}.yaml" for name in ("january", "june", "other")]
     done = compared(*files, "-o", tmp_path, "--json")
     found = json.loads(done.out)
@@ -77,7 +77,7 @@ def test_units_of_other_serials_are_told_from_drift(folder, tmp_path):
     assert "nothing is laid over time, as the serials differ" in found["notes"]
 
 
-def test_what_is_on_a_vehicle_is_compared_without_an_import(folder, tmp_path):
+def test_calibration_on_a_vehicle_is_compared_without_an_import(folder, tmp_path):
     unit = Calibration.load(folder / "january.yaml")
     path = tmp_path / "vehicle.json"
     path.write_bytes(export(unit, "imucal").content)
@@ -89,7 +89,7 @@ def test_what_is_on_a_vehicle_is_compared_without_an_import(folder, tmp_path):
     assert json.loads(neither.out)["verdict"] == "same"
 
 
-def test_numbers_without_any_uncertainty_cannot_be_told(folder, tmp_path):
+def test_numbers_without_any_uncertainty_are_not_tested(folder, tmp_path):
     for name in ("january", "later"):
         unit = Calibration.load(folder / f"{name}.yaml")
         (tmp_path / f"{name}.json").write_bytes(export(unit, "imucal").content)
@@ -120,7 +120,7 @@ def test_the_rate_of_the_turns_is_stated(folder, tmp_path):
         (("{}/january.yaml", "{}/two.param:imu3"), "two.param: holds imu1 and imu2; name one, as in"),
     ],
 )
-def test_what_cannot_be_compared_is_said_in_one_line(folder, tmp_path, words, message):
+def test_impossible_comparison_is_reported_in_one_line(folder, tmp_path, words, message):
     text = "INS_ACCOFFS_X,0.1\nINS_ACC2OFFS_X,0.2\n"
     (folder / "two.param").write_text(text)
     done = compared(*(word.format(folder) for word in words), "-o", tmp_path / "out")

@@ -24,11 +24,11 @@ def notes(first, second):
     return " ".join((*result.pairs[0].notes, *result.notes))
 
 
-def test_independence_is_said_to_be_assumed(units):
+def test_independence_is_reported_as_assumed(units):
     assert "taken as independent" in notes(*units)
 
 
-def test_one_log_and_one_reference_of_both_are_said(units):
+def test_common_log_and_reference_are_reported(units):
     log = {"file": "night.csv", "sha256": "ab" * 32}
     of_one_log = [with_parts(each, log=log) for each in units]
     assert "both were found from one log" in notes(*of_one_log)
@@ -48,7 +48,7 @@ def test_a_matrix_that_was_taken_over_does_not_count(units):
     assert pair.joint.degrees_of_freedom == 15
 
 
-def test_what_either_does_not_show_is_left_out_and_said(units):
+def test_parameter_missing_in_either_is_left_out_and_reported(units):
     content = units[1].content()
     covariance = np.array(content["accelerometer"]["covariance"])
     covariance[11, :] = covariance[:, 11] = np.nan
@@ -59,7 +59,7 @@ def test_what_either_does_not_show_is_left_out_and_said(units):
     assert pair.joint.degrees_of_freedom == 23
 
 
-def test_a_triad_that_one_lacks_is_said(units):
+def test_triad_missing_in_one_is_reported(units):
     content = units[1].content()
     del content["gyroscope"]
     without = Calibration.model_validate(content)
@@ -67,7 +67,7 @@ def test_a_triad_that_one_lacks_is_said(units):
     assert compare([units[0], without]).pairs[0].joint.degrees_of_freedom == 12
 
 
-def test_other_temperatures_without_a_known_drift_are_said(units):
+def test_other_temperatures_without_a_known_drift_are_reported(units):
     warm, cold = (
         with_parts(each, temperature={"low": mean, "mean": mean, "high": mean})
         for each, mean in zip(units, (45.0, 20.0), strict=True)

@@ -35,7 +35,7 @@ def changed(calibration, triad, **sections):
     return Calibration.model_validate(content)
 
 
-def test_of_one_truth_the_statistic_is_distributed_as_chi_square():
+def test_statistic_of_one_truth_is_chi_square_distributed():
     generator, count = seeded(), repetitions(200)
     found = []
     for _ in range(count):
@@ -150,7 +150,7 @@ def test_the_error_in_motion_is_the_mean_over_that_motion(rate):
         assert each.rms == pytest.approx(np.sqrt(np.mean(np.sum(error**2, axis=1))), rel=0.01)
 
 
-def test_what_uncertainty_alone_makes_of_motion_is_what_it_makes():
+def test_predicted_motion_error_of_uncertainty_is_the_sampled_one():
     generator, count = seeded(10), repetitions(160)
     unit = truth(generator)
     squares = []

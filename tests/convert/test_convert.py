@@ -49,7 +49,7 @@ def late_mcap(path, delays, chunk, topics=("/imu",)):
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
-def test_what_is_converted_reads_back_exactly(tmp_path, ending):
+def test_converted_log_reads_back_exactly(tmp_path, ending):
     log = write(tmp_path / "log.parquet", CHUNK, serial="A7")
     done = typed("convert", log, "-o", tmp_path / f"new.{ending}")
     assert done.code == 0
@@ -58,7 +58,7 @@ def test_what_is_converted_reads_back_exactly(tmp_path, ending):
     assert tumble.open_recording(tmp_path / f"new.{ending}").metadata.serial == "A7"
 
 
-def test_euroc_has_its_columns_and_is_said_what_it_cannot_hold(tmp_path):
+def test_euroc_has_its_columns_and_reports_losses(tmp_path):
     log = write(tmp_path / "log.parquet", CHUNK, serial="A7")
     done = typed("convert", log, "-o", tmp_path / "drive", "--to", "euroc")
     assert done.code == 0
@@ -84,7 +84,7 @@ def test_all_imus_of_a_log_go_into_one_mcap_file(tmp_path):
     assert tumble.open_recording(f"{tmp_path}/new.mcap:/rear/imu").metadata.frame == "imu_link"
 
 
-def test_of_tables_each_imu_is_a_file_and_of_euroc_a_folder(tmp_path):
+def test_table_output_has_a_file_an_imu_and_euroc_a_folder(tmp_path):
     log = two_imus(tmp_path / "log.bag")
     done = typed("convert", log, "-o", tmp_path / "new.csv", "--json")
     found = json.loads(done.out)
@@ -168,7 +168,7 @@ def test_one_triad_alone_goes_where_messages_need_no_other(tmp_path):
     assert "holds accelerometer readings only" in typed("convert", log, "-o", tmp_path / "new.mcap").err
 
 
-def test_an_assumed_unit_is_said(tmp_path):
+def test_assumed_unit_is_reported(tmp_path):
     log = tmp_path / "log.csv"
     write(log, CHUNK)
     assert "assumed to be in rad/s" in typed("convert", log, "-o", tmp_path / "new.mcap").err

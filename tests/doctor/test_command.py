@@ -31,14 +31,14 @@ def section(diagnosis, start):
     return named
 
 
-def test_an_installation_in_order_is_said_to_work():
+def test_installation_in_order_is_reported_to_work():
     done = typed("doctor")
     assert (done.code, done.err) == (0, "")
     assert f"tumble: works: {tumble.__version__}" in done.out
     assert done.out.rstrip().endswith("Tumble works.")
 
 
-def test_as_json_it_holds_the_same():
+def test_json_output_holds_the_same():
     done = typed("doctor", "--json")
     content = json.loads(done.out)
     assert content["works"] is True
@@ -124,7 +124,7 @@ def test_unreadable_serial_port_is_reported_with_the_group_to_join(tmp_path, mon
     assert "dialout" in finding.remedy
 
 
-def test_a_sensor_of_linux_is_found_and_its_permission_told(tmp_path, monkeypatch):
+def test_sensor_of_linux_is_found_with_its_permission(tmp_path, monkeypatch):
     device = ImitatedDevice(tmp_path, 0, "lsm6dsm", axes("in_accel", "le:s16/16>>0", 0))
     try:
         assert found(diagnose(tmp_path), "iio:device0").state is State.WORKS
@@ -136,7 +136,7 @@ def test_a_sensor_of_linux_is_found_and_its_permission_told(tmp_path, monkeypatc
     assert "udev" in finding.remedy
 
 
-def test_where_nothing_is_plugged_in_that_is_said(tmp_path):
+def test_missing_devices_are_reported(tmp_path):
     diagnosis = diagnose(tmp_path)
     assert found(diagnosis, "serial ports").state is State.MISSING
     assert found(diagnosis, "IIO devices").state is State.MISSING
@@ -162,7 +162,7 @@ def test_the_file_of_completion_is_where_the_command_line_puts_it(tmp_path, monk
     assert path == tmp_path / terminal.COMPLETIONS[shell]
 
 
-def test_a_screen_that_cannot_show_the_signs_of_results_is_told(monkeypatch):
+def test_screen_without_the_signs_of_results_is_reported(monkeypatch):
     class Ascii:
         encoding = "ascii"
 

@@ -191,7 +191,7 @@ def sigmas(grade, rest):
     return [1e3 * np.sqrt(variance[3]), 1e6 * np.sqrt(element), 1e3 * np.degrees(np.sqrt(2 * element))]
 
 
-def test_what_longer_rests_buy_is_what_the_noise_says():
+def test_gain_of_longer_rests_follows_the_noise():
     rows = re.findall(r"^\| (\d+) s \|(.*)\|$", text_of(TURNTABLE), re.MULTILINE)
     assert len(rows) >= 5
     for rest, cells in rows:

@@ -39,7 +39,7 @@ def test_every_format_is_written_and_written_again(tmp_path, unit, word):
 
 
 @pytest.mark.parametrize("word", READABLE)
-def test_what_was_written_is_read_back(tmp_path, unit, word):
+def test_written_content_is_read_back(tmp_path, unit, word):
     out = tmp_path / f"exported{TARGETS[word].ending}"
     assert typed("export", unit, "--to", word, *settings_for(word), "-o", out).code == 0
     done = typed("import", out, "-o", tmp_path / "back", "--from", word, "--json")
@@ -168,7 +168,7 @@ def test_a_calibration_is_never_written_over(unit):
         ("a.json", b'{"cal_type": "\xff"}', "is no text"),
     ],
 )
-def test_what_cannot_be_imported_is_said_in_one_line(tmp_path, name, content, message):
+def test_failed_import_is_reported_in_one_line(tmp_path, name, content, message):
     path = tmp_path / name
     path.write_bytes(content)
     chosen = ("--from", "imu-tk-accelerometer") if name == "a.calib" else ()

@@ -84,7 +84,7 @@ def test_numbers_beyond_all_bounds_end_in_a_line_without_warnings(folder, word, 
 
 
 @pytest.mark.parametrize("word", [None, *READABLE])
-def test_what_has_no_end_is_refused(tmp_path, word):
+def test_endless_input_is_refused(tmp_path, word):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", Path("/dev/zero")):
         with pytest.raises(TumbleError, match="is a device or a pipe"):

@@ -213,7 +213,7 @@ def test_a_chain_that_cannot_be_read_is_said_in_one_line(tmp_path, name, text, m
     assert "\n" not in str(raised.value)
 
 
-def test_what_a_format_does_not_hold_is_not_compared(tmp_path):
+def test_parts_missing_from_a_format_are_not_compared(tmp_path):
     from tumble import compare
 
     first = calibration(3).model_dump(mode="json", by_alias=True)

@@ -46,7 +46,7 @@ def test_a_loss_is_the_largest_error_that_leaving_the_part_out_makes(triad, part
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_all_losses_together_are_no_less_than_what_ardupilot_leaves(seed):
+def test_sum_of_losses_bounds_the_error_of_ardupilot(seed):
     unit = calibration(seed)
     generator = np.random.default_rng(seed)
     force, rate = G * directions(), directions() * generator.uniform(0.0, 1.0, (2000, 1))
@@ -64,7 +64,7 @@ def test_all_losses_together_are_no_less_than_what_ardupilot_leaves(seed):
         assert 0.3 * stated < np.linalg.norm(error, axis=1).max() < 1.05 * stated
 
 
-def test_what_px4_takes_for_none_is_said_to_be_lost():
+def test_value_that_px4_takes_for_none_is_reported_as_lost():
     unit = Calibration.model_validate(
         {
             "name": "small",
@@ -89,7 +89,7 @@ def test_what_px4_takes_for_none_is_said_to_be_lost():
         ("px4", {"M": np.eye(3) * 400.0}, "CAL_ACC0_XSCALE would be 0.0025"),
     ],
 )
-def test_what_firmware_would_refuse_is_refused_before(to, change, message):
+def test_value_that_firmware_refuses_is_refused_before(to, change, message):
     unit = calibration(1, parts=())
     unit = unit.model_copy(update={"accelerometer": unit.accelerometer.model_copy(update=change)})
     with pytest.raises(ProcedureError, match=re.escape(message)):
@@ -123,12 +123,12 @@ def test_zero_bias_is_not_taken_by_ardupilot_for_no_calibration():
         ("kalibr-noise", "it holds noise alone"),
     ],
 )
-def test_what_to_know_of_a_format_is_said_with_each_file(to, remark):
+def test_remarks_on_a_format_come_with_each_file(to, remark):
     assert remark in " ".join(export(calibration(1), to, needed(to)).remarks)
 
 
 @pytest.mark.parametrize("to", ["kalibr", "openvins"])
-def test_biases_that_a_chain_has_no_field_for_are_said_to_be_lost(to):
+def test_biases_without_a_field_in_a_chain_are_reported_as_lost(to):
     unit = calibration(1)
     lost = {(each.triad, each.part): each.size for each in export(unit, to, needed(to)).losses}
     for triad in TRIADS:

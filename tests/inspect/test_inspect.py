@@ -168,14 +168,14 @@ def test_six_faces_serve_the_turntable_but_no_spin():
     assert found["redundancy"].missing == ("a second IMU logged with it by the same clock",)
 
 
-def test_one_rest_serves_no_turntable_and_the_need_is_said():
+def test_one_rest_does_not_suit_a_turntable():
     found = services(inspect(recording(*put_together(still(seconds=20.0)))))
     assert found["turntable, as target"].missing == (
         "rests in at least 4 directions more than 20 deg apart, 1 found",
     )
 
 
-def test_rests_in_one_plane_serve_no_turntable_and_the_need_is_said():
+def test_rests_in_one_plane_do_not_suit_a_turntable():
     pieces = []
     for angle in np.arange(0.0, 2.0 * np.pi, np.pi / 3):
         up = np.array([np.sin(angle), 0.0, np.cos(angle)])
@@ -240,7 +240,7 @@ def test_unit_at_rest_serves_noise_and_drift_if_temperature_changes():
     )
 
 
-def test_what_was_left_out_is_counted_in_the_inspection(tmp_path):
+def test_omissions_are_counted_in_the_inspection(tmp_path):
     chunk = made_up(3000)
     chunk.gyroscope[5, 0] = np.nan
     chunk.time[100] = chunk.time[99]

@@ -138,7 +138,7 @@ def test_a_stall_leaves_offset_and_skew_as_they_were():
     assert stalled.delays.largest > 2.9
 
 
-def test_what_waited_in_buffers_when_listening_began_is_no_leap():
+def test_samples_waiting_in_buffers_at_the_start_are_no_leap():
     line = Line(6, seconds=10.0)
     line.arrivals[:80] = line.arrivals[80]
     line.arrivals[:80] -= np.repeat(np.arange(8)[::-1], 10) * 1e-4

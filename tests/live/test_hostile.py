@@ -144,7 +144,7 @@ def test_no_line_however_garbled_ends_the_run(garbled):
 
 
 @pytest.mark.parametrize("field", ["1_0", "٣", "\uff11"])
-def test_what_only_python_takes_for_a_number_is_no_field(field):
+def test_python_only_notation_is_no_field(field):
     lines = text_lines(TABLE).splitlines(keepends=True)
     odd = f"0.305,{field},0,9.8,0,0,0\r\n".encode()
     source = scripted([b"".join([*lines[:32], odd, *lines[32:]])])

@@ -136,7 +136,7 @@ def test_offset_and_scale_of_an_axis_go_before_those_of_all(root):
     assert np.allclose(found[:, 6], 0.000153 * (table[:, 5] - 7))
 
 
-def test_axes_are_turned_by_the_mount_matrix_and_that_is_said(root):
+def test_rotation_by_the_mount_matrix_is_applied_and_reported(root):
     table, stamps = readings()
     attributes = {
         "in_mount_matrix": "0, 1, 0; -1, 0, 0; 0, 0, 1",
@@ -170,7 +170,7 @@ def test_all_that_was_changed_is_put_back(root):
     assert int(during["buffer/length"]) > 100
 
 
-def test_what_was_changed_is_put_back_where_it_cannot_be_opened(root):
+def test_failed_opening_restores_changed_attributes(root):
     with imitated(root) as device:
         before = device.state()
         device.node.unlink()
@@ -258,7 +258,7 @@ def test_a_device_without_a_trigger_is_refused_with_those_there_are(root):
             pass
 
 
-def test_what_is_not_permitted_is_said_with_a_remedy(root, monkeypatch):
+def test_missing_permission_is_reported_with_a_remedy(root, monkeypatch):
     written = Path.write_text
 
     def forbid(path, text):

@@ -109,7 +109,7 @@ def test_a_message_corrupted_on_the_way_is_left_out():
     assert near(found, np.delete(TABLE, 60, axis=0), 1e-6)
 
 
-def test_whole_milli_units_are_converted_and_said_to_be_coarse():
+def test_whole_milli_units_are_converted_and_reported_as_coarse():
     source = scripted(scaled(TABLE))
     assert near(samples_of(source), TABLE, 0.51e-3 * STANDARD_GRAVITY)
     assert any("SCALED_IMU comes in whole mg, mrad/s and ms" in remark for remark in source.remarks)
@@ -141,7 +141,7 @@ def test_the_user_may_choose_message_and_system():
     assert near(samples_of(coarse), TABLE, 0.51e-3 * STANDARD_GRAVITY)
 
 
-def test_raw_imu_is_not_believed_to_be_in_any_unit():
+def test_raw_imu_has_no_known_unit():
     message = refusal(raw(TABLE))
     assert "RAW_IMU does not state its units" in message
     assert "--gyroscope-unit mrad/s" in message
@@ -170,7 +170,7 @@ def test_a_link_without_imu_is_refused_with_what_to_do():
     assert "none was RAW_IMU" in refusal(highres(np.tile(TABLE, (5, 1))), f"{UDP}?message=RAW_IMU")
 
 
-def test_that_an_autopilot_may_correct_its_samples_is_said():
+def test_possible_correction_by_an_autopilot_is_reported():
     source = scripted(highres(TABLE))
     samples_of(source)
     assert any("calibration of its own" in remark for remark in source.remarks)

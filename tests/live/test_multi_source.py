@@ -114,7 +114,7 @@ def test_sensors_with_own_clocks_are_put_on_that_of_this_computer():
     assert np.abs(joined(found["a"]) - joined(found["b"])).max() < ended - began
 
 
-def test_each_unit_that_is_silent_is_heard_of_with_an_empty_chunk():
+def test_each_silent_unit_gives_an_empty_chunk():
     with Senders(["a", "b"]) as senders, open_set(senders.words) as units:
         began = time.monotonic()
         heard = [next(iter(units)) for _ in range(8)]
@@ -252,7 +252,7 @@ def test_error_of_a_source_is_raised_with_the_name_of_its_unit():
             found += [len(chunk) for _, chunk in units]
 
 
-def test_gaps_are_said_of_the_unit_that_has_them():
+def test_gaps_are_reported_for_their_unit():
     gappy = np.delete(TABLE, slice(40, 45), axis=0)
     with Senders(["a", "b"]) as senders, open_set(senders.words) as units:
         senders.send("a", lines_of(TABLE))

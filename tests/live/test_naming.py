@@ -30,7 +30,7 @@ def test_units_keep_their_order_and_a_source_may_hold_equal_signs():
         (["a=udp://:9000?from=h", "b=UDP:9000"], None),
     ],
 )
-def test_what_names_no_units_is_refused_in_one_line(words, says):
+def test_words_without_units_are_refused_in_one_line(words, says):
     if says is None:
         assert len(parse_named_sources(words)) == 2
         return

@@ -57,7 +57,7 @@ def test_standard_output_gets_an_object_a_sample_and_null_for_invalid(capsys):
     assert [each["ax"] for each in found] == TABLE[:2, 1].tolist()
 
 
-def test_what_is_sent_by_udp_is_read_as_a_source():
+def test_samples_sent_by_udp_are_read_as_a_source():
     port = free_port()
     with open_source(f"udp://127.0.0.1:{port}") as source:
         sent(f"udp://127.0.0.1:{port}", TABLE)
@@ -117,13 +117,13 @@ def test_invalid_output_is_refused_in_one_line_before_any_sample(text, says):
     assert "\n" not in str(caught.value)
 
 
-def test_a_network_that_takes_nothing_is_said():
+def test_network_that_takes_nothing_is_reported():
     # Nobody may send to all at once without having asked the system first.
     with pytest.raises(OutputError, match=r"udp://255\.255\.255\.255:9: cannot send: "):
         sent("udp://255.255.255.255:9", TABLE)
 
 
-def test_a_reader_that_is_gone_is_said(monkeypatch):
+def test_ended_reader_is_reported(monkeypatch):
     class Closed(io.StringIO):
         def write(self, text):
             raise BrokenPipeError

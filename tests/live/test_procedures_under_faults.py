@@ -98,7 +98,7 @@ def test_disturbed_spin_ends_with_a_message_or_finds_the_truth(tmp_path, kind, d
 
 @pytest.mark.parametrize("draw", range(DRAWS))
 @pytest.mark.parametrize("kind", KINDS if SOAK else ["unplugged"])
-def test_a_recording_that_something_befalls_goes_on_and_is_read(tmp_path, kind, draw):
+def test_disturbed_recording_goes_on_and_is_readable(tmp_path, kind, draw):
     seed = 100 * draw + KINDS.index(kind)
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)

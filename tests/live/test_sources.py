@@ -46,7 +46,7 @@ def test_an_address_is_taken_apart():
 
 
 @pytest.mark.parametrize("text", ["", "serial", "serial:", "/dev/ttyUSB0", "serial:/dev/x?baud"])
-def test_what_is_no_address_is_refused_with_an_example(text):
+def test_invalid_address_is_refused_with_an_example(text):
     with pytest.raises(LogError, match=r"serial:/dev/ttyUSB0\?baud=115200|KEY=VALUE"):
         open_source(text)
 
@@ -67,7 +67,7 @@ def test_what_is_no_address_is_refused_with_an_example(text):
         ("replay:/dev/null?speed=-1", "speed=-1: give a number above zero"),
     ],
 )
-def test_what_an_address_has_wrong_is_said(text, words):
+def test_error_of_an_address_is_reported(text, words):
     assert words in refusal(text)
 
 
@@ -76,13 +76,13 @@ def test_a_log_that_does_not_exist_cannot_be_replayed():
         open_source("replay:/no/such/log.csv")
 
 
-def test_a_port_that_is_not_there_is_said_to_be_missing():
+def test_missing_port_is_reported():
     message = refusal("serial:/dev/no_such_port")
     assert "/dev/no_such_port cannot be opened: there is no such device; is it plugged in?" in message
     assert "is it a serial port?" in refusal("serial:/dev/null")
 
 
-def test_a_port_in_use_is_said_to_be_in_use():
+def test_port_in_use_is_reported():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         message = refusal(f"udp://127.0.0.1:{other.getsockname()[1]}")
@@ -121,7 +121,7 @@ def test_a_line_that_another_program_reads_is_refused():
         assert "another program uses it" in refusal(f"serial:{device.path}")
 
 
-def test_an_unplugged_device_is_said_to_be_gone():
+def test_unplugged_device_is_reported_as_gone():
     with serial_device() as device, open_source(f"serial:{device.path}") as source:
         device.write(text_lines(TABLE))
         assert len(first_samples(source, 50)) == 50
@@ -159,7 +159,7 @@ def test_samples_come_over_udp_as_lines_or_json():
         assert np.array_equal(found, TABLE)
 
 
-def test_of_two_senders_the_first_is_read_and_the_other_counted():
+def test_first_of_two_senders_is_read_and_the_other_counted():
     port = free_port()
     pieces = text_lines(TABLE).splitlines()
     with open_source(f"udp://127.0.0.1:{port}") as source:

@@ -176,7 +176,7 @@ def test_a_file_that_is_rotated_is_followed_and_that_is_said(tmp_path):
         ("tcp://127.0.0.1:80?baud=9600", "no setting 'baud' for tcp; known: none"),
     ],
 )
-def test_what_a_stream_has_wrong_is_said(text, words):
+def test_error_of_a_stream_is_reported(text, words):
     with pytest.raises(LogError) as caught:
         open_source(text).__enter__()
     assert words in str(caught.value)

@@ -116,20 +116,20 @@ def test_several_units_without_a_choice_are_reported_by_name(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_names_are_said_too_where_all_rows_come_at_once(way):
+def test_names_are_reported_too_where_all_rows_come_at_once(way):
     (source,) = scripted_units([b"".join(WAYS[way]())], [None])
     with pytest.raises(LogError, match=r"2 IMUs: name one, as serial:/dev/test:left \(found: left, right\)"):
         samples_of(source)
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_unit_that_is_not_heard_is_refused_with_those_that_are(way):
+def test_absent_unit_is_refused_with_the_present_ones(way):
     (source,) = scripted_units(WAYS[way](), ["middle"], whole=True)
     with pytest.raises(LogError, match=r"no (unit|column prefix) 'middle'; found: left, right"):
         samples_of(source)
 
 
-def test_units_without_names_are_told_apart_by_number():
+def test_units_without_names_are_distinguished_by_number():
     lines = interleaved(lambda name, row: json.dumps({"id": list(TABLES).index(name), **under_names(row)}))
     (source,) = scripted_units(lines, ["1"], whole=True)
     assert np.array_equal(samples_of(source), TABLES["right"])

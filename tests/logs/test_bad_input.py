@@ -26,7 +26,7 @@ def test_a_file_that_does_not_exist_is_said(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.mcap", "log.bag", "log.db3", "log"])
-def test_an_empty_file_is_said(tmp_path, name):
+def test_empty_file_is_reported(tmp_path, name):
     (tmp_path / name).touch()
     assert "is empty" in refusal(tmp_path / name)
 
@@ -58,12 +58,12 @@ def test_json_is_no_log(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mcap", ".bag", ".db3"])
-def test_text_under_a_wrong_extension_is_said(tmp_path, suffix):
+def test_text_under_a_wrong_extension_is_reported(tmp_path, suffix):
     path = write_text(tmp_path / f"log{suffix}", made_up(10))
     assert f"does not start like a {suffix} file" in refusal(path)
 
 
-def test_a_folder_without_logs_is_said(tmp_path):
+def test_folder_without_logs_is_reported(tmp_path):
     (tmp_path / "notes.doc").write_text("nothing")
     assert "without logs" in refusal(tmp_path)
 
@@ -78,7 +78,7 @@ def test_a_file_that_may_not_be_read_is_said(tmp_path, monkeypatch):
     assert "cannot be opened: Permission denied" in refusal(path)
 
 
-def test_names_without_samples_are_said(tmp_path):
+def test_names_without_samples_are_reported(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time,ax,ay,az,gx,gy,gz\n")
     assert "no samples follow" in refusal(path)
@@ -98,13 +98,13 @@ def test_missing_columns_are_named_and_those_found_listed(tmp_path):
     assert "--columns" in line
 
 
-def test_no_time_and_no_rate_is_said(tmp_path):
+def test_missing_time_and_rate_are_reported(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("ax,ay,az,gx,gy,gz\n" + "0,0,9.8,0,0,0\n" * 100)
     assert "--rate" in refusal(path)
 
 
-def test_an_unknown_imu_is_said_and_the_known_ones_listed(tmp_path):
+def test_unknown_imu_is_reported_and_the_known_ones_listed(tmp_path):
     names = [f"imu{i}_{channel}" for i in (1, 2) for channel in ("ax", "ay", "az", "gx", "gy", "gz")]
     path = tmp_path / "log.csv"
     path.write_text(",".join(["time", *names]) + "\n" + ",".join(["1"] * 13) + "\n")
@@ -112,7 +112,7 @@ def test_an_unknown_imu_is_said_and_the_known_ones_listed(tmp_path):
     assert "log.csv:imu1" in refusal(path)
 
 
-def test_a_row_cut_short_at_the_end_is_said_with_its_line(tmp_path):
+def test_row_cut_short_at_the_end_is_reported_with_its_line(tmp_path):
     path = write_text(tmp_path / "log.csv", made_up(500, temperature=False))
     path.write_text("".join(lines_of(path)[:400]) + "1.995,0.1,0.2")
     line = refusal(path)
@@ -120,7 +120,7 @@ def test_a_row_cut_short_at_the_end_is_said_with_its_line(tmp_path):
 
 
 @pytest.mark.parametrize("at", [2, 70_000, 150_000])
-def test_a_row_with_fields_missing_is_said_with_its_line(tmp_path, at):
+def test_row_with_fields_missing_is_reported_with_its_line(tmp_path, at):
     path = write_text(tmp_path / "log.csv", made_up(160_000, temperature=False))
     lines = lines_of(path)
     lines[at - 1] = "1.0,2.0\n"
@@ -128,7 +128,7 @@ def test_a_row_with_fields_missing_is_said_with_its_line(tmp_path, at):
     assert f"line {at} has 2 fields where 7 columns are named" in refusal(path)
 
 
-def test_text_where_a_number_should_be_is_said_with_line_and_column(tmp_path):
+def test_text_in_place_of_a_number_is_reported_with_its_place(tmp_path):
     path = write_text(tmp_path / "log.csv", made_up(500, temperature=False))
     lines = lines_of(path)
     fields = lines[300].split(",")
@@ -159,7 +159,7 @@ def test_a_damaged_binary_file_is_said_or_never_misread(tmp_path, name):
     assert str(path) in refusal(path)
 
 
-def test_time_running_backwards_is_said_with_line_and_step(tmp_path):
+def test_backward_time_is_reported_with_line_and_step(tmp_path):
     chunk = made_up(500, temperature=False)
     chunk.time[300] -= 1.0
     line = refusal(write_text(tmp_path / "log.csv", chunk))

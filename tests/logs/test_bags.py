@@ -126,7 +126,7 @@ def test_a_bag_cut_short_is_said(tmp_path, chunk, way, share):
     assert "damaged or cut short" in line
 
 
-def test_a_message_that_is_no_imu_is_said_with_its_number(tmp_path, chunk):
+def test_message_without_imu_is_reported_with_its_number(tmp_path, chunk):
     path = tmp_path / "log.bag"
     with Writer1(path) as writer:
         connection = writer.add_connection("/imu", IMU, typestore=ROS1)

@@ -90,7 +90,7 @@ def test_a_name_of_temperature_tells_its_unit(name, unit):
 
 
 @pytest.mark.parametrize("name", ["imu1_ax", "imu1.ax", "imu1/acc_x", "imu1 accel_x", "imu1:ax"])
-def test_what_stands_before_a_known_name_is_the_imu(name):
+def test_prefix_of_a_known_name_is_the_imu(name):
     assert recognise(name).imu == "imu1"
 
 
@@ -155,7 +155,7 @@ def test_columns_can_be_given_by_position(tmp_path):
     assert np.array_equal(swapped.accelerometer, chunk.accelerometer[:, [1, 0, 2]])
 
 
-def test_lines_before_the_names_are_skipped_and_said(tmp_path):
+def test_lines_before_the_names_are_skipped_and_reported(tmp_path):
     chunk = made_up(300, temperature=False)
     path = write_text(tmp_path / "log.csv", chunk)
     path.write_text("Device,IMU 7\nFirmware,1.2\n" + path.read_text())

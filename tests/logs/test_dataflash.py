@@ -42,7 +42,7 @@ def test_imus_hold_what_pymavlink_reads(tmp_path, name):
     assert open_recording(f"{path}:imu_0").metadata.serial == "2753028"
 
 
-def test_imus_of_older_logs_are_told_by_the_name_of_their_messages(tmp_path):
+def test_imus_of_older_logs_are_known_by_their_messages(tmp_path):
     time, force, turn = turning(np.random.default_rng(2), 300)
     path = DataFlashWriter().triads("IMU2", time, force, turn).write(tmp_path / "flight.bin")
     recording, found = samples_of(path)
@@ -106,7 +106,7 @@ def test_samples_after_damage_are_read_and_empty_end_pages_are_fine(tmp_path):
     assert any("damaged bytes" in remark for remark in recording.metadata.remarks)
 
 
-def test_a_line_of_text_that_cannot_be_read_is_left_out_and_said(tmp_path):
+def test_unreadable_line_of_text_is_left_out_and_reported(tmp_path):
     time, force, turn = turning(np.random.default_rng(7), 300)
     text = DataFlashWriter().triads("IMU", time, force, turn).text().replace("\nIMU, 3", "\nIMU, x", 1)
     path = tmp_path / "flight.log"

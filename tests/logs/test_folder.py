@@ -61,7 +61,7 @@ def test_an_imu_of_every_part_can_be_named(tmp_path):
     assert np.array_equal(read(f"{tmp_path}:imu2").accelerometer[0], [0.0, 9.8, 0.0])
 
 
-def test_what_one_part_shows_of_the_gyroscope_s_unit_holds_for_all(tmp_path):
+def test_gyroscope_unit_found_in_one_part_holds_for_all(tmp_path):
     slow, fast = made_up(500, temperature=False), made_up(500, temperature=False)
     slow.gyroscope[250:, 2] -= 1.0
     for name, chunk in (("1", slow), ("2", fast)):

@@ -204,7 +204,7 @@ def mutated(data, mutations):
 @settings(max_examples=60, print_blob=True)
 @given(mutations=MUTATIONS, samples=st.sampled_from([3, 40, 150]))
 @example(mutations=[("huge", 2198, 2), ("swap", 83, 164)], samples=3)  # leaves no sample
-def test_whatever_is_done_to_a_log_it_is_read_or_refused_in_one_line(
+def test_any_damaged_log_is_read_or_refused_in_one_line(
     tmp_path_factory, header, options, mutations, samples
 ):
     path = write_text(

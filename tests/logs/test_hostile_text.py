@@ -167,7 +167,7 @@ def test_an_axis_of_metawear_that_is_named_twice_is_refused(tmp_path, name):
 
 
 @pytest.mark.parametrize("wide", ["names", "rows", "one row of digits"])
-def test_a_line_beyond_all_bounds_is_said_to_be_one(tmp_path, wide):
+def test_line_beyond_all_bounds_is_reported_as_one(tmp_path, wide):
     names, row = "time,ax,ay,az,gx,gy,gz", "0.01,0,0,9.8,0,0,0"
     lines = {
         "names": [names + "".join(f",c{k}" for k in range(100_000)), row + ",1" * 100_000],

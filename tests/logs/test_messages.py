@@ -137,7 +137,7 @@ def test_a_definition_that_lacks_a_field_of_what_it_names_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("value", [1.0, [1.0, 2.0], "text"])
-def test_what_a_field_holds_that_is_no_number_is_refused(value):
+def test_field_without_a_number_is_refused(value):
     form = ObjectForm(["gyro.2"], lambda _: SimpleNamespace(gyro=value))
     with pytest.raises(MalformedMessageError, match=r"holds no number gyro\.2"):
         form.read([b""], ["gyro.2"])

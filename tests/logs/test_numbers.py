@@ -23,7 +23,7 @@ def test_numbers_as_devices_write_them_are_read(text, value):
 
 
 @pytest.mark.parametrize("text", ["", "1_0", "١٢", "\uff11.5", "0x10", "1,5", "1.2.3", "--1", "1e", "x", "²"])
-def test_what_only_python_takes_for_a_number_is_none(text):
+def test_python_only_notation_is_no_number(text):
     assert number_of(text) is None
 
 

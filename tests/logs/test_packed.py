@@ -61,7 +61,7 @@ def test_a_bad_line_of_a_packed_table_is_said_with_its_number(log, ending):
 
 @pytest.mark.parametrize("ending", PACK)
 @pytest.mark.parametrize("share", [0.5, 0.999])
-def test_a_packed_table_that_is_cut_short_is_said(log, ending, share):
+def test_packed_table_that_is_cut_short_is_reported(log, ending, share):
     path = packed(log, ending)
     data = path.read_bytes()
     path.write_bytes(data[: int(share * len(data))])
@@ -93,7 +93,7 @@ def test_xz_file_that_asks_for_excessive_memory_is_refused(tmp_path):
     assert "damaged or cut short" in refusal(path)
 
 
-def test_what_is_packed_and_no_text_is_named_with_what_unpacks_it(tmp_path):
+def test_packed_binary_is_refused_with_its_unpacker(tmp_path):
     parquet = write(tmp_path / "log.parquet", made_up(100))
     assert "holds the format parquet: gunzip log.parquet.gz" in refusal(packed(parquet, ".gz"))
     matrix = tmp_path / "log.mat"
@@ -165,7 +165,7 @@ def test_a_zip_archive_is_named_for_what_it_is(tmp_path, member, words):
         (b"\xfa\xff\x36\x20" + bytes(99), "MT Manager"),
     ],
 )
-def test_what_cannot_be_read_is_named_with_its_converter(tmp_path, head, words):
+def test_unreadable_format_is_refused_with_its_converter(tmp_path, head, words):
     path = tmp_path / "log.csv"
     path.write_bytes(head)
     assert words in refusal(path)

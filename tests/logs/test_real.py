@@ -125,7 +125,7 @@ def test_the_rate_of_the_mpu6050_stands_before_its_columns(inspected):
     )
 
 
-def test_the_wheeled_robot_did_not_turn_on_the_spot_and_it_is_said(inspected):
+def test_wheeled_robot_off_the_spot_is_reported(inspected):
     spin = next(service for service in inspected("husky/test1.bag").services if service.procedure == "spin")
     assert not spin.possible
     assert any("full turn on the spot" in need for need in spin.missing)
@@ -151,7 +151,7 @@ def test_a_robot_with_its_imu_y_up_reads_gravity_on_y(inspected):
         ("README.md", "not a log"),
     ],
 )
-def test_what_is_no_log_or_lacks_something_is_refused_in_one_line(name, words):
+def test_invalid_or_incomplete_log_is_refused_in_one_line(name, words):
     assert words in refusal(real(name))
 
 

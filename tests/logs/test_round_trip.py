@@ -117,7 +117,7 @@ def test_a_failed_write_leaves_what_was_there(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_that_is_missing_is_said(tmp_path):
+def test_missing_folder_is_reported(tmp_path):
     with pytest.raises(OutputError, match="does not exist"):
         write(tmp_path / "nowhere" / "log.csv", made_up(10))
 

@@ -39,14 +39,14 @@ def test_a_process_reads_what_is_piped_into_it(content):
     assert done.stderr == b""
 
 
-def test_what_is_wrong_with_a_piped_log_is_said_of_standard_input(content, monkeypatch):
+def test_error_in_a_piped_log_names_standard_input(content, monkeypatch):
     rows = content.split(b"\n")
     rows[100] = b"torn"
     pipe(monkeypatch, b"\n".join(rows))
     assert one_line(typed("inspect", "-").err).startswith("-: line 101 has 1 field ")
 
 
-def test_an_empty_pipe_is_said(monkeypatch):
+def test_empty_pipe_is_reported(monkeypatch):
     pipe(monkeypatch, b"")
     assert one_line(typed("inspect", "-").err).startswith("-: is empty")
 

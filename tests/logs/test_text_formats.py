@@ -42,7 +42,7 @@ def test_euroc_sequence_is_found_by_each_of_its_folders_and_its_file(tmp_path, c
         assert np.array_equal(join(list(recording.chunks())).time, expected.time)
 
 
-def test_two_imus_of_a_euroc_sequence_are_told_apart(tmp_path, chunk):
+def test_two_imus_of_a_euroc_sequence_are_distinguished(tmp_path, chunk):
     mav0, _, _ = formats.euroc(tmp_path / "MH_01_easy", chunk)
     formats.euroc(tmp_path / "MH_01_easy", chunk, "imu1")
     assert list_imus(mav0) == ("imu0", "imu1")
@@ -74,7 +74,7 @@ def test_samples_are_read_whatever_stands_in_sensor_yaml(tmp_path, chunk, text):
     assert open_recording(path).metadata.rate is None
 
 
-def test_samples_of_images_in_dso_are_said(tmp_path, chunk):
+def test_times_of_dso_images_are_reported(tmp_path, chunk):
     path, _, _ = formats.tum_vi(tmp_path, chunk)
     assert any("times of images" in remark for remark in open_recording(path).metadata.remarks)
 
@@ -86,7 +86,7 @@ def test_missing_kitti_file_does_not_shift_the_times_after_it(tmp_path, chunk):
     assert open_recording(path.parent).name == "2011_09_26_drive_0001_extract"
 
 
-def test_what_is_wrong_in_a_kitti_folder_is_named_with_its_file(tmp_path, chunk):
+def test_error_in_a_kitti_folder_names_its_file(tmp_path, chunk):
     path, _, _ = formats.kitti(tmp_path, chunk)
     file = path / "data" / f"{300:010d}.txt"
     text = file.read_text()
@@ -115,7 +115,7 @@ def test_each_sentence_of_vectornav_comes_back(tmp_path, chunk, header, seal, ex
     assert corrected is (header not in ("VNIMU", "VNRRG,54"))
 
 
-def test_what_the_host_wrote_before_a_sentence_is_its_time(tmp_path, chunk):
+def test_time_written_by_the_host_is_that_of_the_sentence(tmp_path, chunk):
     path, _, _ = formats.vectornav(tmp_path, chunk, prefix=lambda number: f"{1.7e9 + number / 200:.3f} ")
     assert np.allclose(read(path).time, 1.7e9 + np.arange(SAMPLES) / 200, rtol=0, atol=1e-6)
 
@@ -124,7 +124,7 @@ def test_sentences_of_vectornav_need_a_rate_where_they_have_no_time(tmp_path, ch
     assert "--rate" in refusal(formats.vectornav(tmp_path, chunk)[0])
 
 
-def test_bad_sentences_are_left_out_counted_and_said(tmp_path, chunk):
+def test_bad_sentences_are_left_out_counted_and_reported(tmp_path, chunk):
     path, options, expected = formats.vectornav(tmp_path, chunk)
     lines = path.read_bytes().splitlines(keepends=True)
     lines[200] = lines[200].replace(b"+00.1", b"+00.7", 1)
@@ -249,7 +249,7 @@ def test_inspect_shows_a_euroc_folder_as_a_user_types_it(tmp_path, chunk):
     assert json.loads(done.out)[0]["timing"]["samples"] == SAMPLES
 
 
-def test_what_convert_writes_for_euroc_reads_back(tmp_path, chunk):
+def test_euroc_output_of_convert_reads_back(tmp_path, chunk):
     log, _, expected = formats.rpg(tmp_path, chunk)
     assert typed("convert", str(log), "-o", str(tmp_path / "drive"), "--to", "euroc").code == 0
     found = read(tmp_path / "drive")

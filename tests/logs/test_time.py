@@ -67,7 +67,7 @@ def test_missing_time_column_is_refused_with_the_columns_found(tmp_path):
 
 
 @pytest.mark.parametrize("rate", [0.9 * SLOWEST_HZ, 1.1 * FASTEST_HZ])
-def test_a_rate_that_no_imu_has_is_said_and_serves_no_procedure(tmp_path, rate):
+def test_implausible_rate_is_reported_and_suits_no_procedure(tmp_path, rate):
     path = write_text(tmp_path / "log.csv", made_up(600, rate=rate, temperature=False))
     recording = open_recording(path, ReadOptions(time_unit="s"))
     found = inspect(recording)

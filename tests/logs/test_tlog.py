@@ -31,7 +31,7 @@ def heartbeats(count, sender, kind):
     return [mavlink.MAVLink_heartbeat_message(2, kind, 0, 0, 0, 3).pack(sender) for _ in range(count)]
 
 
-def test_whole_milli_units_become_si_and_their_steps_are_said(tmp_path):
+def test_whole_milli_units_become_si_and_their_steps_are_reported(tmp_path):
     path = written(tmp_path / "flight.tlog", scaled(300, autopilot(), "scaled_imu2"))
     recording, found = samples_of(path)
     assert recording.metadata.already_corrected
@@ -55,7 +55,7 @@ def test_highres_imu_equals_pymavlink_and_comes_before_raw_messages(tmp_path):
     assert np.array_equal(mine, np.array(expected))
 
 
-def test_several_imus_and_several_vehicles_are_told_apart(tmp_path):
+def test_several_imus_and_several_vehicles_are_distinguished(tmp_path):
     streams = [scaled(100, autopilot(system), f"scaled_imu{n}") for system in (1, 2) for n in ("", 2)]
     path = written(tmp_path / "flight.tlog", *streams)
     assert list_imus(path) == (
@@ -77,7 +77,7 @@ def test_units_of_raw_imu_are_known_of_ardupilot_only(tmp_path, kind, names):
         assert "RAW_IMU of ArduPilot only" in result.err
 
 
-def test_garbled_messages_are_left_out_and_said(tmp_path):
+def test_garbled_messages_are_left_out_and_reported(tmp_path):
     content = bytearray(tlog_of(scaled(300, autopilot())))
     content[3000:3004] = b"\x01\x02\x03\x04"
     content[6000:6100] = bytes(100)

@@ -121,14 +121,14 @@ def test_imu_logged_once_a_second_is_too_slow_with_a_remedy(tmp_path):
     assert "SDLOG_PROFILE bits 8 and 9" in result.text
 
 
-def test_dropouts_are_said(tmp_path):
+def test_dropouts_are_reported(tmp_path):
     time, force, turn = turning(np.random.default_rng(6), 600)
     writer = sensors(ULogWriter(), 0, time, force, turn).drop(3.0, 87).drop(4.0, 20)
     recording, _ = samples_of(writer.write(tmp_path / "flight.ulg"))
     assert any("2 dropouts, 107 ms in all" in remark for remark in recording.metadata.remarks)
 
 
-def test_what_is_behind_damage_is_read_and_the_damage_is_said(tmp_path):
+def test_samples_after_damage_are_read_and_the_damage_reported(tmp_path):
     time, force, turn = turning(np.random.default_rng(7), 3000)
     content = bytearray(sensors(ULogWriter(), 0, time, force, turn).content())
     middle = len(content) // 2

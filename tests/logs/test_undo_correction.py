@@ -95,7 +95,7 @@ def test_px4_correction_by_an_exported_calibration_is_undone(tmp_path_factory, s
 
 @pytest.mark.skipif(not FLOWN.exists(), reason="../shared/data/px4 is not there")
 @pytest.mark.parametrize("instance", range(3))
-def test_what_a_vehicle_corrected_becomes_again_what_its_sensors_said(instance):
+def test_correction_by_a_vehicle_is_undone_to_raw_readings(instance):
     _, raw = read(f"{FLOWN}:sensor_{instance}")
     _, corrected = read(f"{FLOWN}:vehicle_imu_{instance}")
     _, undone = read(f"{FLOWN}:vehicle_imu_{instance}", undo_correction=True)
@@ -106,7 +106,7 @@ def test_what_a_vehicle_corrected_becomes_again_what_its_sensors_said(instance):
         assert np.abs(corrected[triad].mean(axis=0) - said).max() > 2 * apart
 
 
-def test_what_px4_took_off_for_temperature_is_put_back(tmp_path):
+def test_temperature_correction_of_px4_is_undone(tmp_path):
     unit = calibration(4, parts=("scale",), over_temperature=True)
     unit = unit.model_copy(update={"gyroscope": unit.gyroscope.model_copy(update={"M": np.eye(3)})})
     found = px4_parameters(unit)

@@ -119,7 +119,7 @@ def test_rate_beside_the_arrays_serves_a_log_without_time(tmp_path, name):
     assert "200 Hz" in "".join(open_recording(tmp_path / name).metadata.remarks)
 
 
-def test_several_imus_of_a_file_are_told_by_their_groups(tmp_path):
+def test_several_imus_of_a_file_are_named_by_their_groups(tmp_path):
     scipy.io.savemat(tmp_path / "log.mat", {"log": {"front": ARRAYS, "rear": ARRAYS}})
     hdf5(tmp_path / "log.h5", {f"{imu}/{key}": ARRAYS[key] for imu in ("front", "rear") for key in ARRAYS})
     np.savez(

@@ -142,7 +142,7 @@ def test_a_slow_turn_about_the_vertical_is_no_rest_beside_others():
     assert held.since(turned) == turned.time[-1]
 
 
-def test_of_rests_that_overlap_the_longer_one_counts():
+def test_longer_of_overlapping_rests_counts():
     rest = rest_in_hand(np.random.default_rng(52), 0.0)
     print("seed 52")
     [(start, end)] = rests_by_hand(rest, np.array([[1.0, 2.5]]))
@@ -251,7 +251,7 @@ def test_a_session_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
     assert tumble.multipose(again.session).directions >= 12
 
 
-def test_a_goal_that_was_not_reached_is_told_with_exit_code_3(monkeypatch, tmp_path):
+def test_unreached_goal_is_reported_with_exit_code_3(monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     gone = LiveFault("unplugged", start=75.0, end=1e6)
@@ -314,7 +314,7 @@ def test_sigmas_are_stated_in_the_units_of_the_report_or_in_per_cent():
         (LiveFault("unplugged", start=20.0, end=30.0), "is silent; check its power and cable"),
     ],
 )
-def test_trouble_with_the_unit_is_said_at_once(fault, said, monkeypatch, tmp_path):
+def test_fault_of_the_unit_is_reported_at_once(fault, said, monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
     with hand(monkeypatch, seed=46, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
         session = session_on(bench, tmp_path, orientations=10)
@@ -356,7 +356,7 @@ def test_unit_gone_for_good_ends_the_session_with_the_data_so_far(monkeypatch, t
     assert "go on with --resume" in steps[-1].text
 
 
-def test_readings_that_stood_still_are_left_out_and_that_is_said():
+def test_frozen_readings_are_left_out_and_reported():
     made = tumble.simulate_multipose(seed=48, grade="tactical", rate_hz=50.0)
     samples = made.unit.samples
     frozen = (samples.time > 30.0) & (samples.time < 45.0)

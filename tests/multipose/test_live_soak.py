@@ -89,7 +89,7 @@ def impatient(monkeypatch):
 
 
 @pytest.mark.parametrize("number", draws(50))
-def test_a_unit_that_is_unplugged_while_it_is_turned_spoils_nothing(number, tmp_path, monkeypatch, impatient):
+def test_unit_unplugged_in_a_turn_corrupts_nothing(number, tmp_path, monkeypatch, impatient):
     transport = ("udp", "tcp", "pty")[number % 3]
     faults = drawn(number, "unplugged")
     with waiting_bench(

@@ -90,7 +90,7 @@ def test_counts_whose_scale_nobody_states_are_calibrated(hand):
     assert abs(np.linalg.norm(corrected[rest].mean(axis=0)) - found.gravity) < 0.01
 
 
-def test_counts_are_refused_where_nobody_said_that_they_are(hand):
+def test_unstated_counts_are_refused(hand):
     samples = hand.unit.samples
     recording = tumble.Recording.from_arrays(
         "counts", samples.time, 16384 * samples.accelerometer, samples.gyroscope

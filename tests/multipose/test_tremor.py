@@ -30,7 +30,7 @@ def test_sigmas_hold_whatever_part_of_the_rests_trembles():
     assert np.mean(np.abs(values) < 1.96) > 0.9
 
 
-def test_what_is_left_out_has_its_time_and_its_reason():
+def test_omission_has_its_time_and_its_reason():
     hand, rests = played(5)
     shaken = [rests[4], rests[9]]
     found = tumble.multipose(trembling(hand, shaken, amplitude=3e-4, frequency=6.3))

@@ -55,7 +55,7 @@ def test_the_truth_lies_within_nearly_all_intervals(content, log):
     assert sum(inside) >= 25
 
 
-def test_what_was_asked_for_is_found_of_every_channel(content):
+def test_requested_terms_are_found_for_every_channel(content):
     assert content["verdict"] == "measured"
     for channel in content["channels"]:
         found = {term["name"]: term for term in channel["terms"]}

@@ -42,7 +42,7 @@ def test_seven_minutes_do_not_show_the_bias_instability_of_an_mpu6050(mpu6050):
     assert np.isnan(mpu6050.term("accelerometer", RANDOM_WALK)).all()
 
 
-def test_of_a_wheeled_robot_only_what_stands_still_is_used():
+def test_only_rests_of_a_wheeled_robot_are_used():
     result = tumble.noise(DATA / "husky" / "test1.bag")
     assert result.still.used < 0.1 * result.still.samples
     assert result.verdict != "measured"

@@ -38,7 +38,7 @@ def in_chunks(recording, lengths):
 
 @given(lengths=st.lists(st.integers(1, 11_999), max_size=5), gap=st.floats(5.0, 110.0))
 @settings(max_examples=5)
-def test_how_samples_are_chunked_changes_nothing(lengths, gap):
+def test_chunking_of_samples_changes_nothing(lengths, gap):
     recording = record(gaps=((gap, gap + 0.5),))
     whole, pieces = tumble.noise(recording), tumble.noise(in_chunks(recording, lengths))
     assert pieces.still.used == whole.still.used
@@ -48,7 +48,7 @@ def test_how_samples_are_chunked_changes_nothing(lengths, gap):
         np.testing.assert_allclose(other.allan.deviation, one.allan.deviation, rtol=1e-9)
 
 
-def test_a_gap_parts_the_record_and_is_told():
+def test_gap_divides_the_record_and_is_reported():
     result = tumble.noise(record(gaps=((40.0, 45.0), (80.0, 80.5))))
     assert result.still.gaps == 2
     assert result.still.stretches == 3
@@ -80,7 +80,7 @@ def test_several_logs_are_records_of_one_sensor():
     assert curves[0].freedom[20] == pytest.approx(curves[1].freedom[20] + curves[2].freedom[20], rel=0.02)
 
 
-def test_motion_is_left_out_and_told():
+def test_motion_is_left_out_and_reported():
     recording = record()
     (chunk,) = recording.chunks()
     turning = np.where((chunk.time > 50.0) & (chunk.time < 60.0), 1.0, 0.0)[:, None]

@@ -51,7 +51,7 @@ def test_the_unit_that_is_named_is_the_reference(folder, tmp_path):
         (("logs/reference.csv", "--reference", "reference"), "or a recorded session and --reference NAME"),
     ],
 )
-def test_what_names_no_reference_is_refused_in_one_line(folder, monkeypatch, words, says):
+def test_missing_reference_is_refused_in_one_line(folder, monkeypatch, words, says):
     monkeypatch.chdir(folder)
     done = typed("turntable", *words)
     assert done.code == 2

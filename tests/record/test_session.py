@@ -172,7 +172,7 @@ def test_duration_to_record_is_by_the_clock_of_replayed_logs(tmp_path, logs):
         (["a=udp://:9000", "--finish", "s"], "--finish records nothing"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused_in_one_line(tmp_path, monkeypatch, words, says):
+def test_unrecordable_source_is_refused_in_one_line(tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
     assert says in one_line(typed("record", *words))
 
@@ -333,7 +333,7 @@ def test_a_recording_that_was_killed_goes_on_after_what_it_left(tmp_path):
     assert Session.load(session).units[0].samples == len(after)
 
 
-def test_it_ends_well_when_it_is_told_to(tmp_path):
+def test_it_ends_well_on_request(tmp_path):
     session, ports = tmp_path / "session", {"a": free_port()}
     with Stream(list(ports.values())):
         process = recording(session, ports)
@@ -372,7 +372,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
     assert np.array_equal(found, TABLE[: len(found)])
 
 
-def test_a_unit_that_never_sent_a_sample_is_said_with_exit_code_3(tmp_path, logs):
+def test_unit_without_any_sample_is_reported_with_exit_code_3(tmp_path, logs):
     words = [f"{words_for(tmp_path, ['a'])[0][:-3]}4", f"mute=udp://127.0.0.1:{free_port()}"]
     done = typed("record", *words, "-o", tmp_path / "session", "--duration", "1s")
     assert done.code == 3, done.err

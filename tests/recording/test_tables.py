@@ -63,7 +63,7 @@ def test_the_unit_in_the_name_of_a_column_holds():
     )
 
 
-def test_names_of_ones_own_are_told_as_for_a_file():
+def test_own_names_are_stated_as_for_a_file():
     frame = FRAME.rename(columns={"acc_x": "sideways"})
     with pytest.raises(TumbleError, match="table: no column for ax; columns found: time, sideways"):
         tumble.spin(frame)
@@ -126,7 +126,7 @@ def test_names_tell_tables_of_one_batch_apart():
 @pytest.mark.parametrize(
     "source", [np.zeros((5, 7)), 3, None, [1, 2]], ids=["array", "number", "none", "list"]
 )
-def test_what_is_no_source_is_refused_in_one_line(source):
+def test_invalid_source_is_refused_in_one_line(source):
     with pytest.raises(TumbleError, match="neither a path nor a table with named columns"):
         tumble.spin(source)
 

@@ -54,7 +54,7 @@ def test_three_units_with_three_faults_disagree_and_none_is_isolated(said, tmp_p
 
 
 @pytest.mark.parametrize("silence", [0.5, 4.0])
-def test_a_silence_of_all_units_is_told_and_named_no_fault_of_one(said, tmp_path, silence):
+def test_silence_of_all_units_is_reported_as_no_fault_of_one(said, tmp_path, silence):
     ends = BEGINS + silence
     heard = {
         name: replace(unit, time=unit.time[kept], readings=unit.readings[kept])

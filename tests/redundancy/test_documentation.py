@@ -55,7 +55,7 @@ def test_the_settings_of_the_how_to_are_those_of_the_model():
     assert {setting.name for setting in explain("redundancy")} <= quoted(section("Settings"))
 
 
-def test_what_is_known_of_a_unit_is_told_of():
+def test_known_properties_of_a_unit_are_documented():
     assert set(UnitSettings.model_fields) <= quoted(section("Settings"))
 
 
@@ -100,7 +100,7 @@ def test_reasons_in_the_how_to_are_those_of_monitor_and_store(event):
     assert event_rows()[event] - settings == words
 
 
-def test_every_figure_of_an_event_is_told_of():
+def test_every_figure_of_an_event_is_documented():
     words = set(re.findall(r'\("([a-z][a-z_]+)",', EVENT_TEXT))
     assert len(words) > 12
     assert words - quoted(section("Events")) == set()

@@ -179,14 +179,14 @@ def test_the_only_unit_that_speaks_is_the_source_though_it_lacks_axes(said, tmp_
     assert result["degraded"] == 1.0
 
 
-def test_a_frozen_unit_is_told(said, tmp_path):
+def test_frozen_unit_is_reported(said, tmp_path):
     kept = said["imu3"].between(7.0, 9.0)
     said["imu3"].readings[kept] = said["imu3"].readings[kept][0]
     _, events = replayed(said, tmp_path)
     assert faults(events, "imu3")[0] == "frozen"
 
 
-def test_a_unit_at_the_end_of_its_stated_range_is_told(said, tmp_path):
+def test_unit_at_the_end_of_its_stated_range_is_reported(said, tmp_path):
     unit = said["imu3"]
     np.clip(unit.readings[:, 3:], -0.5, 0.5, out=unit.readings[:, 3:])
     _, events = replayed(said, tmp_path, "--set", "units.imu3.angular_rate_range=0.5")

@@ -155,7 +155,7 @@ def _at_rest(source, truth):
     return readings[(time > start + 2.0) & (time < end)].mean(axis=0)
 
 
-def test_every_file_is_where_it_was_said_to_be(replayed):
+def test_every_file_is_at_its_reported_place(replayed):
     result, _ = replayed
     assert all(Path(path).exists() for path in result["files"].values())
     assert result["warnings"] == [] or all("primary" not in line for line in result["warnings"])

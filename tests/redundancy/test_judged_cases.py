@@ -123,7 +123,7 @@ def test_summary_names_a_jumping_primary_its_successor_and_time(done):
     assert "took over at 46." in summary
 
 
-def test_that_the_source_is_not_healthy_is_said_first(done):
+def test_unhealthy_source_is_reported_first(done):
     assert done["flip"][0].out.startswith("flip_secondary_1 deviated at rest and stayed the source since 53.")
 
 
@@ -134,6 +134,6 @@ def test_two_units_with_one_upside_down_lead_with_their_disagreement(done):
     assert "19.4 m/s² apart against 3.98 m/s²" in head
 
 
-def test_what_the_fit_makes_of_a_unit_that_is_upside_down_is_said(done):
+def test_fit_of_an_upside_down_unit_is_reported(done):
     said = " ".join(done["flip"][0].out.split())
     assert "flip_secondary_1 accelerometer: implausible misalignment, 2.00 rad against 0.100 rad" in said

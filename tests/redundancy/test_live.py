@@ -278,7 +278,7 @@ def test_loss_and_return_of_a_source_are_reported_while_others_run(monkeypatch):
     assert any("unplugged" in warning for warning in watch.result().warnings)
 
 
-def test_a_unit_that_never_sends_is_told_of_once(monkeypatch):
+def test_unit_that_never_sends_is_reported_once(monkeypatch):
     monkeypatch.setattr(live_module, "FIRST_SAMPLE_WITHIN", 0.0)
     monkeypatch.setattr(live_module, "REPORT_EVERY", 0.0)
     monkeypatch.setattr(live_module, "ALL_WITHIN", 0.0)
@@ -296,7 +296,7 @@ def test_a_set_none_of_whose_units_sends_anything_is_refused():
         list(LiveRedundancy(units, RedundancyMonitor("a", ["b"])).steps())
 
 
-def test_what_is_adopted_is_in_the_store_when_the_event_is_told(words, tmp_path):
+def test_adopted_error_is_stored_before_its_event_is_reported(words, tmp_path):
     monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS, store=tmp_path)
     steps = LiveRedundancy(open_set(words), monitor).steps()
     adopted = next(step for step in steps if isinstance(step, RedundancyEvent) and step.event == "adopted")
@@ -336,7 +336,7 @@ def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
         (["primary=udp://:9001", "a=udp://:9002", "--output-log", "a.csv"], "--output-log is for logs"),
     ],
 )
-def test_a_mistake_is_said_in_one_line(arguments, message, tmp_path):
+def test_error_is_reported_in_one_line(arguments, message, tmp_path):
     assert message in refusal("--live", *arguments, "-o", tmp_path)
     assert list(tmp_path.iterdir()) == []
 

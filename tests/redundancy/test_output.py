@@ -65,7 +65,7 @@ def test_output_that_a_format_cannot_hold_is_refused_before_replay(failing, tmp_
     assert "output.mcap: the output of a set is written as .csv or .parquet" in one_line(done.err)
 
 
-def test_as_published_presets_the_settings_of_the_literature(failing, tmp_path):
+def test_published_option_presets_the_settings_of_the_literature(failing, tmp_path):
     result, events = replay(*failing, "--as-published", "-o", tmp_path / "out", code=None)
     settings = result["settings"]
     assert (settings["highest_rung"], settings["adoption"]) == ("offset", "always")

@@ -159,7 +159,7 @@ def test_units_in_the_settings_that_are_none_of_these_are_refused(log, out):
 
 
 @pytest.mark.parametrize("stated", ["sensor_from_primary=[0,0,1]", "lever_arm=[0,0,1]"])
-def test_what_makes_no_sense_of_a_primary_is_refused(log, out, stated):
+def test_impossible_primary_is_refused(log, out, stated):
     line = refusal(log, *units(["imu1", "imu2"]), "--set", f"units.imu1.{stated}", "-o", out)
     assert line.startswith("units: imu1: is the primary")
 

@@ -86,7 +86,7 @@ def test_where_there_is_little_to_tell_the_top_says_so(pages, name, sentence):
     assert sentence in headline(pages[name])
 
 
-def test_of_many_reasons_the_top_tells_a_few_and_counts_the_others(pages):
+def test_top_lists_a_few_reasons_and_counts_the_others(pages):
     top = headline(pages["everything"])
     told = len(re.findall(r"(?:Refused|Abandoned|Not calibrated) \(", top))
     reasons = [cases.EVERY_EVENT[name] for name in ("withheld", "refused", "abandoned")]
@@ -155,7 +155,7 @@ def test_every_error_found_is_on_the_page_with_its_sigma(pages):
     assert ["scale x", "1.000", "0.010"] in [row[:3] for row in rows]
 
 
-def test_what_the_motion_did_not_show_has_its_reason_and_no_number(pages):
+def test_unobservable_value_has_its_reason_and_no_number(pages):
     page = pages["unseen"]
     rows = rows_after(page, "parameter")
     assert ["lever arm x", "not observable: the motion did not show it"] in [row[:2] for row in rows]
@@ -223,7 +223,7 @@ def test_day_of_eight_units_is_below_2_mb_and_states_its_omissions():
     assert f"{refused - MOST_ROWS} more are in events.jsonl." in page.words
 
 
-def test_figures_that_are_not_finite_are_said_in_words():
+def test_non_finite_figures_are_words():
     made = cases.mission()
     broken = cases.event(
         3.0,

@@ -35,12 +35,12 @@ def test_secondary_waits_from_trigger_and_collects_from_motion_to_fit():
 
 
 @pytest.mark.parametrize("ending", ["fitted", "adopted", "refused", "abandoned"])
-def test_whatever_ends_a_calibration_ends_its_mode(ending):
+def test_every_end_of_a_calibration_ends_its_mode(ending):
     events = (cases.event(1.0, "imu2", "triggered", sensors="both"), cases.event(4.0, "imu2", ending))
     assert lane(replace(cases.mission(), events=events), "imu2").modes == (Span(1.0, 4.0, WAITING),)
 
 
-def test_what_is_open_at_the_end_lasts_to_the_end():
+def test_open_span_lasts_to_the_end():
     events = (
         cases.event(1.0, "imu2", "triggered", sensors="both"),
         cases.event(2.0, "imu2", "unhealthy", reason="late"),

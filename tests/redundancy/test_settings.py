@@ -231,7 +231,7 @@ def test_error_in_a_file_is_reported_with_line_and_closest_key(tmp_path):
     assert str(caught.value).startswith(f"{path}: line 2: gaet is not a known key, did you mean 'gate'?")
 
 
-def test_a_mistake_within_a_unit_is_told_with_its_line(tmp_path):
+def test_error_within_a_unit_is_reported_with_its_line(tmp_path):
     path = written(tmp_path, "units:\n  imu2:\n    lever_arms: [0, 0, 1]\n")
     with pytest.raises(CalibrationFileError, match=r"line 3: units.imu2.lever_arms is not .* 'lever_arm'"):
         RedundancySettings.load(path)

@@ -39,7 +39,7 @@ def same(one, other):
 
 @pytest.mark.parametrize("sensor", ["accelerometer", "gyroscope"])
 @pytest.mark.parametrize("residual", [0.02, np.nan])
-def test_what_is_stored_comes_back_to_the_last_digit(tmp_path, sensor, residual):
+def test_stored_error_is_read_back_to_the_last_digit(tmp_path, sensor, residual):
     error = an_error(sensor, residual=residual)
     ErrorStore(tmp_path, ONE).save(TWO, error)
     found, rejected = ErrorStore(tmp_path, ONE).load(TWO)
@@ -188,7 +188,7 @@ def test_corrupt_store_is_reported_and_the_replay_goes_on(flights, stored, tmp_p
     assert ErrorStore(stored, _identified("imu1")).load(_identified("imu2"))[1] == []
 
 
-def test_a_store_of_another_unit_is_told_and_the_replay_goes_on(flights, stored, tmp_path):
+def test_store_of_another_unit_is_reported_and_the_replay_goes_on(flights, stored, tmp_path):
     _, events = second(flights, stored, tmp_path / "out", "--set", "units.imu2.identity=99")
     assert {event["figures"]["reason"] for event in of(events, "imu2", "record rejected")} == {
         "of another unit"
@@ -254,7 +254,7 @@ def test_the_store_of_the_same_serials_is_taken_without_a_word(flights, marked, 
     assert not any("serial" in line for line in result["warnings"])
 
 
-def test_a_unit_without_a_serial_is_known_by_its_name_which_is_said(flights, marked, tmp_path):
+def test_unit_without_a_serial_is_known_by_name_with_a_notice(flights, marked, tmp_path):
     result, events = second(flights, marked, tmp_path / "out")
     assert len(of(events, "imu2", "restored")) == 2
     assert any(

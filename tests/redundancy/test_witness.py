@@ -65,7 +65,7 @@ def test_fields_may_be_separated_as_in_logs(tmp_path):
     assert (witness.time.tolist(), witness.value.tolist()) == ([0.5], [[1.25, 0.0, 0.0]])
 
 
-def test_what_is_not_measured_has_no_weight(tmp_path):
+def test_unmeasured_value_has_no_weight(tmp_path):
     path = written(tmp_path, "time,vx,vz,sigma_vx,sigma\n0,1,,0.1,0.4\n1,,,0.1,0.4\n2,nan,3,0.1,0.4\n")
     (witness,) = Witness.load(path)
     assert witness.time.tolist() == [0, 2]
@@ -115,7 +115,7 @@ def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
     st.sampled_from(["velocity", "body velocity", "heading", "score"]),
     st.integers(0, 2**32),
 )
-def test_what_is_saved_is_loaded_again(tmp_path_factory, samples, kind, seed):
+def test_saved_content_is_loaded_again(tmp_path_factory, samples, kind, seed):
     draw = np.random.default_rng(seed)
     time, value = np.sort(draw.uniform(0, 100, samples)), draw.standard_normal((samples, 3))
     if kind == "score":
@@ -154,7 +154,7 @@ def replayed(flight, folder, *more):
     )
 
 
-def test_a_witness_settles_what_two_units_cannot(flight, tmp_path):
+def test_aiding_isolates_the_fault_that_two_units_cannot(flight, tmp_path):
     done = replayed(flight, tmp_path, "--witness", flight / "velocity.csv")
     said = " ".join(done.out.split())
     assert done.code == 0, done.out + done.err
@@ -163,7 +163,7 @@ def test_a_witness_settles_what_two_units_cannot(flight, tmp_path):
     assert "secondary_1 took over at" in said
 
 
-def test_a_witness_of_another_time_is_refused_with_both_spans(flight, tmp_path):
+def test_aiding_of_another_time_is_refused_with_both_spans(flight, tmp_path):
     path = written(tmp_path, "time,vx,sigma\n5000,1,0.3\n5001,1,0.3\n")
     done = replayed(flight, tmp_path, "--witness", path)
     assert done.code == 2

@@ -124,7 +124,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
         (("primary=replay:p.csv", "a=replay:a.csv"), "udp://:9200", "units are replayed; give replay:FILE"),
     ],
 )
-def test_a_witness_that_cannot_be_heard_is_refused_in_one_line(flight, tmp_path, units, witness, says):
+def test_unreachable_aiding_source_is_refused_in_one_line(flight, tmp_path, units, witness, says):
     units = [word.replace("p.csv", str(flight / "primary.csv")) for word in units]
     units = [word.replace("a.csv", str(flight / "secondary_1.csv")) for word in units]
     done = typed("redundancy", "--live", *units, "--witness", witness, "-o", tmp_path / "out")
@@ -162,7 +162,7 @@ def test_a_row_without_a_time_is_of_when_it_came():
     assert witness.sigma.tolist() == [[np.inf, np.inf, 0.1]]
 
 
-def test_what_is_wrong_with_all_that_comes_is_kept_to_be_told():
+def test_error_of_all_rows_is_kept_for_the_report():
     rows = WitnessRows("gps", ["a"])
     assert said(rows, "time,vx", "1,2") == []
     assert "vx has no sigma" in rows.objection

@@ -61,7 +61,7 @@ def test_limits_that_are_set_after_something_is_drawn_hold_for_it_too():
     assert float(use.get("y")) == POINTS * (HEIGHT - BOX[1])
 
 
-def test_what_is_not_finite_is_not_drawn_and_breaks_a_line():
+def test_non_finite_point_is_not_drawn_and_breaks_a_line():
     figure, axes = panel()
     axes.points([0.1, np.nan, 0.3, np.inf], [0.1, 0.2, np.nan, 0.4], X_AXIS, "s")
     axes.line([0.0, 0.5, np.nan, 0.7, 1.0], [0.0, 0.5, 0.6, 0.2, np.nan], INK)
@@ -82,7 +82,7 @@ def test_level_stretch_keeps_its_ends_and_a_slope_every_point():
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=2, max_size=60))
-def test_what_is_left_out_of_a_line_would_not_have_been_seen(heights):
+def test_points_left_out_of_a_line_are_invisible(heights):
     figure, axes = panel()
     across = np.linspace(0.0, 1.0, len(heights))
     axes.line(across, heights, INK)

@@ -84,7 +84,7 @@ def test_no_printed_value_is_a_negative_zero(value, sigma):
 
 
 @given(st.one_of(values, not_numbers), st.one_of(sigmas, not_numbers))
-def test_what_is_not_finite_is_said_in_words_and_never_as_a_number(value, sigma):
+def test_non_finite_value_is_words_and_never_a_number(value, sigma):
     assume(not (math.isfinite(value) and math.isfinite(sigma)))
     assert measurement(value, sigma, "m/s^2") == NOT_OBSERVABLE
     assert round_like(value, sigma) == NOT_OBSERVABLE
@@ -161,7 +161,7 @@ def test_a_sentence_made_for_a_terminal_has_the_signs_of_a_page(said, printed):
 
 
 @given(st.text())
-def test_what_is_typeset_once_stays_as_it_is(said):
+def test_typesetting_is_idempotent(said):
     assert typeset(typeset(said)) == typeset(said)
 
 

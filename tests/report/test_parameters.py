@@ -36,7 +36,7 @@ def test_row_states_its_limit_the_share_used_and_the_verdict():
     ]
 
 
-def test_what_a_group_is_named_for_is_what_all_its_rows_begin_with():
+def test_group_is_named_by_the_common_beginning_of_its_rows():
     assert printed_group("lever arm", lever_arm(0.001), [None] * 3).kind == "lever arm"
     assert printed_group("lever arm", lever_arm(0.001)[:1], [None]).kind == ""
     scales = ("gyroscope scale about the axis", "gyroscope scale clockwise")

@@ -205,7 +205,7 @@ def test_a_command_of_a_page_that_fails_is_found(tmp_path):
     assert module.run(module.Snippet(1, "python", "print(1)"), tmp_path) == module.Outcome(printed="1\n")
 
 
-def test_what_a_page_shows_has_to_be_what_its_command_prints(tmp_path):
+def test_pages_have_to_show_the_output_of_their_commands(tmp_path):
     module = script("check_commands")
 
     def wrong(shown):

@@ -62,7 +62,7 @@ def test_the_truth_beside_the_logs_is_exact_and_complete(tmp_path):
     assert fault == [{"kind": "moved", "triad": "accelerometer", "axis": "y", "start": 0.2, "size": 3.0}]
 
 
-def test_the_pose_list_written_is_the_one_that_was_told(tmp_path):
+def test_written_pose_list_is_the_given_one(tmp_path):
     poses = tmp_path / "five.yaml"
     ups = {"a": [1, 0, 0], "b": [0, 1, 0], "c": [0, 0, 1], "d": [-1, -1, -1], "e": [1, -1, 0.5]}
     poses.write_text(
@@ -91,7 +91,7 @@ def test_the_text_says_what_comes_next(tmp_path):
     assert f"Next: tumble turntable {tmp_path}/reference.csv {tmp_path}/target_1.csv" in done.out
 
 
-def test_what_comes_next_fits_what_the_units_respond_to(tmp_path):
+def test_next_command_fits_the_response_of_the_units(tmp_path):
     assert " --g-sensitivity -o results" in simulate(tmp_path, "--grades", "consumer").out
     assert "--g-sensitivity" not in simulate(tmp_path, "--grades", "consumer", "--no-g-sensitivity").out
 
@@ -127,7 +127,7 @@ def test_a_mistake_is_one_line_and_exit_code_2_and_writes_nothing(tmp_path, argu
     assert not (tmp_path / "out").exists()
 
 
-def test_an_output_folder_that_cannot_be_written_is_said_in_one_line(tmp_path):
+def test_unwritable_output_folder_is_reported_in_one_line(tmp_path):
     (tmp_path / "file").write_text("mine")
     done = simulate(tmp_path / "file")
     assert done.code == 2

@@ -134,7 +134,7 @@ def test_vibration_has_its_root_mean_square_in_motion_and_not_at_rest(motion):
     assert np.abs(apart[resting]).max() == np.abs(turned[resting]).max() == 0.0
 
 
-def test_what_is_never_still_shakes_at_rest_as_in_motion():
+def test_permanent_vibration_is_equal_at_rest_and_in_motion():
     restless = replace(VIBRATIONS["quadrotor"], at_rest=1.0)
     flight = fly(vibration=restless)
     primary = flight["primary"]
@@ -158,7 +158,7 @@ def test_filter_reads_the_mean_of_a_period_and_no_filter_the_instant():
     assert shaking[1] > 1.3 * shaking[0] > 2.0 * shaking[2]
 
 
-def test_what_places_have_to_themselves_is_the_share_asked_for():
+def test_separate_vibration_of_places_has_the_requested_share():
     vibration = Vibration(
         specific_force=2.0, angular_rate=0.0, tones_hz=(90.0,), band_hz=(60.0, 140.0), flexing=0.1
     )

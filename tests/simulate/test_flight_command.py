@@ -114,7 +114,7 @@ def test_the_truth_beside_the_logs_is_exact_and_complete(tmp_path):
     ]
 
 
-def test_a_log_less_its_bias_and_turned_back_reads_gravity_at_rest(tmp_path):
+def test_log_minus_bias_rotated_back_reads_gravity_at_rest(tmp_path):
     done = typed("simulate", "flight", *QUICK, "--warm-up", "0", "--ground-tilt", "0", "-o", tmp_path)
     assert done.code == 0, done.err
     truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
@@ -126,7 +126,7 @@ def test_a_log_less_its_bias_and_turned_back_reads_gravity_at_rest(tmp_path):
         assert force == pytest.approx([0.0, 0.0, GRAVITY], abs=0.01)
 
 
-def test_a_unit_that_said_nothing_has_no_log_and_is_in_the_truth(tmp_path):
+def test_silent_unit_has_no_log_and_is_in_the_truth(tmp_path):
     for log_format in ("csv", "mcap"):
         folder = tmp_path / log_format
         done = typed(

@@ -280,7 +280,7 @@ def test_a_motion_that_nobody_listens_to_ends_after_its_duration():
         assert robot.wait(60.0)
 
 
-def test_a_program_that_connects_by_tcp_is_told_the_columns_first():
+def test_tcp_client_receives_the_columns_first():
     with LiveSimulation(transport="tcp", port=0, table_port=0, grades=("reference",)) as simulation:
         host, port = simulation.addresses["reference"].removeprefix("tcp://").split(":")
         for _ in range(2):
@@ -415,7 +415,7 @@ def test_a_port_of_a_table_that_is_taken_is_refused_in_one_line(tmp_path):
     assert f"table at 127.0.0.1:{port}" in one_line(done.err)
 
 
-def test_what_is_printed_can_be_pasted_into_a_recording_of_all_units(tmp_path):
+def test_printed_command_records_all_units(tmp_path):
     words = ["simulate", "live", "--motion", "six-faces", "--port", "0", "-o", str(tmp_path / "bench")]
     program = subprocess.Popen(
         [sys.executable, "-c", "from tumble.cli.main import main; main()", *words],

@@ -145,7 +145,7 @@ def test_bias_of_a_g_sensitive_gyroscope_is_free_of_that_effect(tmp_path):
     np.testing.assert_array_equal(made.gyroscope.g_sensitivity, sensitivity)
 
 
-def test_what_is_not_known_of_the_matrix_is_in_the_sigma_of_the_bias(tmp_path):
+def test_uncertainty_of_the_matrix_is_in_the_sigma_of_the_bias(tmp_path):
     session = record(MOVES, 88)
     sigmas = {}
     for sigma in (1e-6, 1e-3):

@@ -141,7 +141,7 @@ def test_both_directions_count():
     assert result.spins[0].turned_counter_clockwise > 2.0 * np.pi
 
 
-def test_what_a_device_finds_in_f32_is_what_a_workstation_finds():
+def test_device_in_f32_finds_the_result_of_a_workstation():
     session = record([still(6.0), turn(2.5)], seed=4)
     _, fine = run(Fed(session), precision="f64")
     _, coarse = run(Fed(session), precision="f32")
@@ -335,7 +335,7 @@ def test_device_without_a_clock_is_calibrated_by_arrival_times(monkeypatch):
     assert np.allclose(result.gyroscope_bias.value, session.robot.gyroscope_bias, atol=1e-3)
 
 
-def test_what_a_spin_cannot_tell_is_a_warning_as_for_a_log():
+def test_limits_of_a_spin_are_warnings_as_for_a_log():
     session = record([still(6.0), turn(2.5)], seed=24)
     _, result = run(Fed(session))
     assert any("a scale error of the accelerometer" in warning for warning in result.warnings)

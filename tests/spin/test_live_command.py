@@ -87,7 +87,7 @@ def near(path, session):
     return all((np.abs(error) < 4.0 * sigma.bias).all() for error, sigma in errors)
 
 
-def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, session, tmp_path):
+def test_robot_on_a_serial_line_is_instructed_and_calibrated(run_live, session, tmp_path):
     with serial_device() as device:
         process = run_live(f"serial:{device.path}?baud=921600", "-o", tmp_path / "results")
         assert "stand still for 5 s" in wait_for(process.stderr, "Listening")
@@ -122,7 +122,7 @@ def test_one_of_two_robots_that_are_piped_in_is_calibrated(run_live, session, tm
     assert "the line also carries right" in out + errors
 
 
-def test_which_units_are_heard_is_said_where_none_of_them_is_picked(run_live, session, tmp_path):
+def test_units_on_a_line_are_listed_where_none_is_selected(run_live, session, tmp_path):
     process = run_live("-", "-o", tmp_path, stdin=subprocess.PIPE)
     process.stdin.write(of_two_units(session)[:20_000])
     assert "-: holds 2 IMUs: name one, as -:left (found: left, right)" in refused(process)

@@ -102,7 +102,7 @@ def test_inspect_says_beforehand_that_the_log_serves(tmp_path, moves):
     assert "spin: yes" in typed("inspect", log).text
 
 
-def test_the_angle_turned_is_told_apart_by_direction(tmp_path):
+def test_turned_angle_is_distinguished_by_direction(tmp_path):
     (spin,) = spun(record((still(), turn(3), still(), turn(-2), still()), 24), tmp_path)["spins"]
     assert spin["turned_counter_clockwise"] == pytest.approx(3 * 2 * np.pi, rel=1e-3)
     assert spin["turned_clockwise"] == pytest.approx(2 * 2 * np.pi, rel=1e-3)
@@ -207,7 +207,7 @@ def test_a_floor_that_is_not_level_is_noticed_all_the_same(tmp_path):
 
 
 @pytest.mark.parametrize("turns", [0.15, 0.3, 0.5, 0.9])
-def test_part_of_a_turn_is_said_with_what_it_is_worth(tmp_path, turns):
+def test_part_of_a_turn_is_reported_with_its_value(tmp_path, turns):
     session = record((still(), turn(turns), still()), 34)
     found = spun(session, tmp_path)
     (warning,) = [line for line in found["spins"][0]["warnings"] if "of a turn" in line]
@@ -276,7 +276,7 @@ def test_gravity_follows_from_latitude_and_height(tmp_path):
     assert "48.1" in found["gravity"]["source"]
 
 
-def test_what_a_scale_error_would_do_is_said(tmp_path):
+def test_effect_of_a_scale_error_is_reported(tmp_path):
     found = spun(record(BOTH_WAYS, 38), tmp_path)
     assert any("1 % of it would be 0.098 m/s^2" in warning for warning in found["warnings"])
 

@@ -25,7 +25,7 @@ def pushed(samples, cuts, **options):
     return machine, events
 
 
-def test_what_is_found_does_not_depend_on_how_samples_are_cut(drive):
+def test_result_does_not_depend_on_the_chunks_of_samples(drive):
     seed = np.random.SeedSequence().entropy
     print("seed", seed)
     cuts = np.sort(np.random.default_rng(seed).integers(0, len(drive.samples), 60)).tolist()

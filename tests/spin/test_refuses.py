@@ -65,7 +65,7 @@ def beyond_the_range(session):
     ],
     ids=["lifted", "over a sill", "carried", "gyroscope saturated"],
 )
-def test_what_is_done_to_the_robot_is_said(tmp_path, corrupt, parts):
+def test_disturbance_of_the_robot_is_reported(tmp_path, corrupt, parts):
     session = record(GOOD, 51)
     corrupt(session)
     line = refused(session, tmp_path)
@@ -94,7 +94,7 @@ def test_robot_moved_before_a_long_rest_is_calibrated_by_that_rest(tmp_path):
         assert np.all(np.abs(section.b - truth) < 5.0 * section.sigma.bias)
 
 
-def test_the_time_of_a_mishap_is_said(tmp_path):
+def test_time_of_a_mishap_is_reported(tmp_path):
     session = record(GOOD, 52)
     lifted(session)
     start, end = session.spans[1]
@@ -103,7 +103,7 @@ def test_the_time_of_a_mishap_is_said(tmp_path):
     assert said == pytest.approx(0.5 * (start + end), abs=1.0)
 
 
-def test_an_accelerometer_beyond_its_range_while_turning_is_said(tmp_path):
+def test_accelerometer_saturated_in_a_turn_is_reported(tmp_path):
     session = record((still(), turn(6, 6.0), still()), 53, lever_arm=(0.6, 0.0, 0.0), rate_hz=200.0)
     session.accelerometer[:, 0] = np.clip(session.accelerometer[:, 0], -19.6133, 19.6133)
     line = refused(session, tmp_path)
@@ -111,7 +111,7 @@ def test_an_accelerometer_beyond_its_range_while_turning_is_said(tmp_path):
     assert "larger range" in line
 
 
-def test_a_floor_beyond_the_limit_is_said_with_its_tilt(tmp_path):
+def test_floor_beyond_the_limit_is_reported_with_its_tilt(tmp_path):
     line = refused(record(GOOD, 54, floor_tilt=12.0), tmp_path)
     assert "floor tilts by 12.0 deg" in line
     assert "10.0 deg are allowed" in line
@@ -123,7 +123,7 @@ def test_too_few_samples_for_the_speed_are_refused_with_the_number(tmp_path):
     assert "10.9 are needed; log faster or turn more slowly" in line
 
 
-def test_missing_samples_are_said_with_time_and_length(tmp_path):
+def test_missing_samples_are_reported_with_time_and_length(tmp_path):
     session = record(GOOD, 56)
     kept = ~session.during(1, 0.5, 0.53)
     for name in ("time", "accelerometer", "gyroscope", "heading"):
@@ -148,7 +148,7 @@ def test_missing_samples_are_said_with_time_and_length(tmp_path):
     ],
     ids=["stood", "hardly turned", "drove", "never stood", "turned first", "drove a bend"],
 )
-def test_a_robot_that_did_something_else_is_told_what_to_do(tmp_path, moves, parts):
+def test_robot_off_the_plan_gets_instructions(tmp_path, moves, parts):
     line = refused(record(moves, 57), tmp_path)
     for part in parts:
         assert part in line
@@ -288,7 +288,7 @@ def test_a_folder_of_poses_is_no_log_of_a_robot(tmp_path):
         (["robot.csv"], "robot.csv"),
     ],
 )
-def test_what_is_typed_wrongly_is_one_line(tmp_path, monkeypatch, words, part):
+def test_wrong_command_line_is_one_line(tmp_path, monkeypatch, words, part):
     monkeypatch.chdir(tmp_path)
     done = typed("spin", *words, "-o", tmp_path / "out")
     assert done.code == 2

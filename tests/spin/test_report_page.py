@@ -107,7 +107,7 @@ def test_every_parameter_is_printed_to_the_digits_of_its_sigma(pages, name):
 
 
 @pytest.mark.parametrize("name", ["one", "short", "unobserved"])
-def test_what_was_not_observable_is_words_and_no_number(pages, name):
+def test_unobservable_value_is_words_and_no_number(pages, name):
     spin, rows = RESULTS[name]().spins[0], shown_parameters(pages[name])[0]
     for parameter in spin.parameters:
         if not parameter.observable:
@@ -168,7 +168,7 @@ def test_level_free_and_published_differ_by_the_tilt(pages):
     assert "the fit has a floor tilt of 1.0300 ± 0.0031 deg" in pages["one"].words
 
 
-def test_a_fit_worse_than_the_noise_is_said_at_the_top():
+def test_fit_worse_than_the_noise_is_reported_at_the_top():
     bad = spins.session(replace(spins.spin(), chi_square=290.0, widening=3.2))
     words = Page(SPIN_REPORT.render(bad)).words
     assert "The model does not explain all that spin 1 measured" in words
@@ -197,14 +197,14 @@ def test_several_spins_stand_beside_what_they_agree_on(pages):
                 assert shown[1] == pytest.approx(sigma, rel=0.06)
 
 
-def test_spins_that_contradict_each_other_are_not_said_to_agree():
+def test_contradictory_spins_are_not_reported_to_agree():
     result = spins.several()
     words = Page(SPIN_REPORT.render(replace(result, agreement=replace(result.agreement, value=61.0)))).words
     assert "The spins differ from each other by more than their sigma" in words
     assert "The spins agree" not in words
 
 
-def test_refused_stretches_warnings_and_method_are_told(pages):
+def test_refused_stretches_warnings_and_method_are_reported(pages):
     result, found = spins.session(spins.short_spin()), pages["short"]
     assert ["2.0 to 5.1", result.refused[0][2]] in found.rows
     for text in (
@@ -252,7 +252,7 @@ def test_names_from_a_file_cannot_become_markup():
         assert evil in "".join(found.text)
 
 
-def test_of_many_spins_all_are_in_tables_and_the_page_stays_light():
+def test_many_spins_are_all_in_tables_and_the_page_stays_light():
     many = [spins.spin(number, 60.0 * number) for number in range(1, 31)]
     text = SPIN_REPORT.render(spins.session(*many))
     found = Page(text)

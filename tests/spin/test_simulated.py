@@ -94,7 +94,7 @@ def test_scale_is_found_where_the_true_turns_are_known(tmp_path):
     [("picked-up", "lifted"), ("sill", "about more than one axis")],
     ids=["picked up", "sill"],
 )
-def test_what_happens_to_the_robot_is_said(tmp_path, kind, part):
+def test_event_of_the_robot_is_reported(tmp_path, kind, part):
     log, _ = simulated(tmp_path, "--seed", 12, "--disturb", f"{kind}@15", "--turns", 4, "--no-both-ways")
     done = typed("spin", log, "-o", tmp_path / "out")
     assert done.code == 2

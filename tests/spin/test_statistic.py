@@ -38,7 +38,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(outcomes, way):
         assert spin_live.COVERAGE[0] - chance < share < spin_live.COVERAGE[1] + chance
 
 
-def test_a_spin_without_anything_wrong_is_not_said_to_slip():
+def test_sound_spin_is_not_reported_as_slipping():
     session = simulate_spin(seed=7, plan=spin_live.PLAN, floor_tilt_deg=1.0)
     found = spin_live.live(session)
     assert found.fits

@@ -36,7 +36,7 @@ def test_unsigned_turns_count_in_every_direction(turns, sigma):
 
 
 @given(turns=st.floats(0.01, 100.0), sign=st.sampled_from("+-"))
-def test_what_is_printed_can_be_read_again(turns, sign):
+def test_printed_value_can_be_read_again(turns, sign):
     said = TrueTurns.parse(f"{sign}{turns:g}")
     assert TrueTurns.parse(str(said)) == said
 
@@ -44,7 +44,7 @@ def test_what_is_printed_can_be_read_again(turns, sign):
 @pytest.mark.parametrize(
     "text", ["", "three", "3,3", "+3,+3", "-3,-2", "+3,-3,+1", "0", "+0", "nan", "-inf", "3,"]
 )
-def test_what_is_no_number_of_turns_is_refused_with_an_example(text):
+def test_invalid_number_of_turns_is_refused_with_an_example(text):
     with pytest.raises(ProcedureError, match=r"\+3 counter-clockwise") as caught:
         TrueTurns.parse(text)
     assert repr(text) in str(caught.value)

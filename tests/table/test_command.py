@@ -60,7 +60,7 @@ def test_a_table_turns_at_a_rate_for_a_while():
         (("rate", "10,0"), "limits of angle"),
     ],
 )
-def test_what_is_beyond_a_limit_is_one_line_and_does_not_move(words, problem):
+def test_motion_beyond_a_limit_is_one_line_and_is_not_made(words, problem):
     done = typed("table", *words, "--table", "simulated:two-axis?speed=100", "--armed")
     assert done.code == 2
     assert problem in one_line(done.err)

@@ -127,7 +127,7 @@ def test_silent_or_refusing_table_is_stopped_and_moves_no_more(failing, error):
 
 @settings(max_examples=60)
 @given(st.lists(COMMANDS, max_size=6), st.sampled_from(["enable", "goto", "rate", "settled", "position"]))
-def test_whatever_fails_whenever_the_last_word_to_the_table_is_stop(commands, failing):
+def test_after_any_failure_the_last_command_to_the_table_is_stop(commands, failing):
     clock = Clock()
     table = NotingTable(clock=clock)
     calls = {
@@ -153,7 +153,7 @@ def test_whatever_fails_whenever_the_last_word_to_the_table_is_stop(commands, fa
     assert table.told[-1] == "stop"
 
 
-def test_a_stop_that_is_not_answered_is_said_loudly():
+def test_unanswered_stop_is_reported_loudly():
     table = NotingTable(fails={"stop": TableError("no answer")})
     with pytest.raises(TableError, match="EMERGENCY STOP"), GuardedTable(table, armed=True):
         pass

@@ -85,7 +85,7 @@ def test_the_calibration_file_corrects_what_temperature_did(folder, content):
     assert np.isfinite(drift.hysteresis).all()
 
 
-def test_what_was_corrected_no_longer_drifts(folder, content, tmp_path):
+def test_corrected_readings_no_longer_drift(folder, content, tmp_path):
     output = tmp_path / "corrected.csv"
     tumble.apply(content["files"]["calibration"], folder / "thermal.csv", output)
     before, after = (
@@ -166,7 +166,7 @@ def test_warming_alone_leaves_hysteresis_open_and_says_so(tmp_path):
     assert np.isnan(drift.hysteresis).all()
 
 
-def test_hysteresis_too_large_for_one_curve_is_told():
+def test_hysteresis_too_large_for_one_curve_is_reported():
     result = tumble.thermal(session(accelerometer=(2e-4,), accelerometer_hysteresis=0.02).recording)
     axis = result["accelerometer y"]
     assert abs(axis.hysteresis.value - 0.02) < FAR * axis.hysteresis.sigma
@@ -205,7 +205,7 @@ def test_beyond_the_range_the_edge_is_held():
     assert held[2] == held[3]
 
 
-def test_how_samples_are_chunked_changes_nothing():
+def test_chunking_of_samples_changes_nothing():
     recording = session(duration=600.0).recording
 
     def halves():
@@ -247,7 +247,7 @@ def test_a_unit_that_keeps_turning_is_refused_in_one_line():
     assert "\n" not in str(refused.value)
 
 
-def test_what_shook_the_unit_is_left_out_and_told():
+def test_shocks_to_the_unit_are_left_out_and_reported():
     shaking = np.random.default_rng(SEED)
 
     def shaken(chunk):
@@ -261,7 +261,7 @@ def test_what_shook_the_unit_is_left_out_and_told():
     assert any("in which the unit did not stand still" in line for line in result.warnings)
 
 
-def test_what_was_found_is_a_table_a_notebook_and_files(tmp_path):
+def test_result_is_a_table_a_notebook_and_files(tmp_path):
     result = tumble.thermal(session().recording)
     frame = result.to_frame()
     assert set(frame["channel"]) == {axis.name for axis in result}

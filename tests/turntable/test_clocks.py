@@ -67,7 +67,7 @@ def test_one_clock_for_all_is_recognised():
         assert (target.clock.offset, target.clock.skew) == (0.0, 0.0)
 
 
-def test_one_clock_said_to_be_two_gives_the_same_calibration():
+def test_one_clock_stated_as_two_gives_the_same_calibration():
     session = simulate(32, grades=GRADES)
     result = calibrate(session, clock="apart")
     assert_recovered(session, result)

@@ -125,7 +125,7 @@ def test_the_calibration_file_names_the_truth_used(session, tmp_path, run, truth
     assert tumble.Calibration.load(tmp_path / "out/target_1.yaml").method.truth == truth_name
 
 
-def test_as_published_is_the_published_truth_and_no_other(session, tmp_path, run):
+def test_published_option_is_the_published_truth_and_no_other(session, tmp_path, run):
     assert run("turntable", *logs(session), "--as-published", "-o", tmp_path / "out").code == 0
     assert tumble.Calibration.load(tmp_path / "out/target_1.yaml").method.truth == "rotate-measurement"
     done = run("turntable", *logs(session), "--as-published", "--truth", "ideal", "-o", tmp_path / "out")
@@ -165,7 +165,7 @@ def test_limits_decide_between_exit_codes_0_and_3(session, tmp_path, run):
     ],
     ids=["empty", "a picture", "not a log", "column names only", "cut short"],
 )
-def test_a_target_that_is_no_good_log_is_one_line(session, tmp_path, run, corrupt, part):
+def test_target_with_an_unusable_log_is_one_line(session, tmp_path, run, corrupt, part):
     path = tmp_path / "corrupted.csv"
     path.write_bytes((session / "target_1.csv").read_bytes())
     corrupt(path)

@@ -168,7 +168,7 @@ def test_a_reference_without_gyroscope_or_turns_is_refused():
         by_table(still)
 
 
-def test_table_truth_as_typed_is_said_and_kept(tmp_path):
+def test_typed_table_truth_is_reported_and_kept(tmp_path):
     made = ("--grades", "tactical", "--rates", "10,40", "-o", tmp_path / "s")
     assert typed("simulate", "turntable", *made).code == 0
     logs = [tmp_path / "s" / "reference.csv", tmp_path / "s" / "target_1.csv"]

@@ -91,7 +91,7 @@ def test_a_goal_is_read_in_the_units_of_the_report():
 @pytest.mark.parametrize(
     "text", ["", "bias", "bias 0", "bias -1", "drift 0.1", "bias 1 2", "bias 1,", "bias nan"]
 )
-def test_what_is_no_goal_is_refused(text):
+def test_invalid_goal_is_refused(text):
     with pytest.raises(ProcedureError, match="--until"):
         Goal.parse(text)
 
@@ -117,7 +117,7 @@ def visits_with(random, change):
 
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1))
-def test_units_that_stay_as_they_are_are_not_said_to_have_slipped(seed):
+def test_unchanged_units_are_not_reported_as_slipped(seed):
     visits, matrices = visits_with(np.random.default_rng(seed), lambda shown: shown)
     assert list(slips(visits, matrices, G)) == []
 
@@ -306,7 +306,7 @@ def test_mistakes_in_what_is_typed_are_one_line(tmp_path, words, said):
     assert said in one_line(done.err)
 
 
-def test_what_is_for_live_units_only_is_refused_with_recordings(tmp_path):
+def test_live_option_is_refused_with_recordings(tmp_path):
     done = typed("turntable", "a.csv", "b.csv", "--until", "bias 0.1", "-o", tmp_path)
     assert done.code == 2
     assert "--until is for units that are read live" in one_line(done.err)

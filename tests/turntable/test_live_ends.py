@@ -106,7 +106,7 @@ def test_missing_poses_of_a_list_do_not_prevent_the_others(tmp_path, replayed):
 # Goals
 
 
-def test_a_goal_that_is_out_of_reach_is_said_and_the_exit_code_is_3(tmp_path, monkeypatch):
+def test_unreachable_goal_is_reported_with_exit_code_3(tmp_path, monkeypatch):
     monkeypatch.setattr(live, "LONGEST_POSE", 1.0)
     with waiting_bench(monkeypatch, seed=64, motion="six-faces", rest_seconds=6.0) as bench:
         done = session(

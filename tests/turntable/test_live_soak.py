@@ -83,9 +83,7 @@ def impatient(monkeypatch):
 
 
 @pytest.mark.parametrize("number", draws(50))
-def test_a_unit_that_is_unplugged_and_plugged_in_again_spoils_nothing(
-    number, tmp_path, monkeypatch, impatient
-):
+def test_replugged_unit_corrupts_nothing(number, tmp_path, monkeypatch, impatient):
     transport = ("udp", "tcp", "pty")[number % 3]
     faults = drawn(number, "unplugged")
     with waiting_bench(

@@ -83,7 +83,7 @@ def test_bytes_damaged_on_the_way_cost_samples_and_raise_nothing(tmp_path, monke
     assert events[-2]["event"] == "done" or "target_1 missed" in events[-2]["text"]
 
 
-def test_a_range_that_is_too_small_is_said_to_be_saturated(tmp_path):
+def test_too_small_a_range_is_reported_as_saturated(tmp_path):
     saturated = {"target_1": [Fault("saturated", triad="accelerometer", size=0.8)]}
     words = replayed(tmp_path, simulate(82, grades=["tactical"], rate_hz=50.0, faults=saturated))
     done = session(words, tmp_path / "out")

@@ -75,7 +75,7 @@ def test_six_faces_of_accelerometers_alone_are_a_session(session):
     assert any("the reference has no gyroscope" in warning for warning in second.warnings)
 
 
-def test_units_without_gyroscope_are_not_said_to_share_one(session):
+def test_units_without_gyroscope_are_not_reported_to_share_one(session):
     reference, target = (only(each, "accelerometer") for each in (session.reference, session.targets[0]))
     result = tumble.turntable(reference, [target])
     assert not any("read the same to the bit" in warning for warning in result.targets[0].warnings)

@@ -149,7 +149,7 @@ def test_files_of_unknown_poses_are_paired_by_name(session, tmp_path):
     assert_accelerometer_recovered(session, result["target_1"])
 
 
-def test_a_pose_that_a_target_lacks_is_left_out_and_said(session, folders):
+def test_pose_missing_in_a_target_is_left_out_and_reported(session, folders):
     (folders / "target_1/y_up.csv").unlink()
     found = run(folders)["target_1"]
     assert [rest.pose for rest in found.rests] == ["X down", "X up", "Y down", "Z down", "Z up"]

@@ -205,7 +205,7 @@ def test_a_record_reads_back_as_it_was_written(units):
 # Repeated runs.
 
 
-def test_what_is_done_and_unchanged_is_left_alone(units):
+def test_finished_and_unchanged_target_is_left_alone(units):
     run(units)
     before = contents(units / "out")
     done = run(units, "--resume")
@@ -214,7 +214,7 @@ def test_what_is_done_and_unchanged_is_left_alone(units):
 
 
 @pytest.mark.parametrize("change", ["log", "option", "reference", "limits", "calibration file", "page"])
-def test_what_changed_is_done_again(units, change):
+def test_changed_target_is_calibrated_again(units, change):
     run(units)
     limits = units / "limits.yaml"
     limits.write_text("accelerometer: {bias: 5.0}\n")

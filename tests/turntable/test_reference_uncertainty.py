@@ -41,7 +41,7 @@ def test_an_accelerometer_inherits_all_but_the_length_of_gravity():
     assert inherited[~across].max() < 0.01, inherited
 
 
-def test_what_is_stated_decides_about_sigma_and_not_about_the_value():
+def test_stated_uncertainty_changes_the_sigma_and_not_the_value():
     session = simulate(33)
     sharp, vague = against(session, 1e-7), against(session, 2e-3)
     for triad in ("accelerometer", "gyroscope"):

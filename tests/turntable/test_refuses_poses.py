@@ -286,7 +286,7 @@ def test_target_that_moved_during_a_rest_is_named_with_time_and_pose(size):
     assert "fasten it and record again" in moved.failure
 
 
-def test_a_reference_that_moved_while_a_target_stood_still_is_said(tmp_path):
+def test_reference_moving_beside_a_resting_target_is_reported(tmp_path):
     fault = Fault("moved", axis="y", start=9.5, size=2.0)
     session = simulate(130, grades=("industrial",), faults={"reference": fault})
     line = refusal(*write(session, tmp_path), "-o", tmp_path / "out")

@@ -135,14 +135,14 @@ def test_target_with_the_gyroscope_of_another_is_the_same_sensor(session):
 
 
 @pytest.mark.parametrize("procedure", [tumble.align, tumble.redundancy])
-def test_units_with_one_gyroscope_are_said_to_be_one_sensor(session, procedure):
+def test_units_with_one_gyroscope_are_reported_as_one_sensor(session, procedure):
     first, second = session.targets
     log = same_gyroscope(first, second, "twin")
     assert any(f"target_2 and twin {TWINS}" in each for each in procedure(second, [log]).warnings)
     assert not any(TWINS in each for each in procedure(second, [first]).warnings)
 
 
-def test_two_gyroscopes_that_are_dead_are_not_said_to_be_one(session):
+def test_two_dead_gyroscopes_are_not_reported_as_one(session):
     def kill(_, __, rate):
         rate[:] = 0.0
 

@@ -127,7 +127,7 @@ def test_every_parameter_is_printed_to_the_digits_of_its_sigma(folder, result, n
             assert high == pytest.approx(parameter.high - offset, abs=0.06 * parameter.sigma)
 
 
-def test_what_was_not_observable_is_words_on_the_page_and_no_number(folder, result):
+def test_unobservable_value_is_words_on_the_page_and_no_number(folder, result):
     found = page(folder, "target_4.html")
     rows = shown_parameters(found)
     for parameter in result["target_4"].gyroscope.parameters:

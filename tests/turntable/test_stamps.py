@@ -72,7 +72,7 @@ def test_a_busy_computer_loses_no_sample_that_was_recorded(busy):
     assert not any("missing" in warning for warning in said)
 
 
-def test_what_is_not_known_of_a_pace_widens_the_gyroscope():
+def test_uncertain_pace_widens_the_gyroscope():
     session = real("live_session_busy")
     result = tumble.turntable(f"{session}:reference", f"{session}:target_2", clock="shared")
     gyroscope = result.targets[0].gyroscope

@@ -26,7 +26,7 @@ def test_warning_at_several_poses_counts_its_target_once():
     assert said_of(warned("a", *knocks), warned("b")) == ["a: pose 0 was knocked at, and 39 more like it"]
 
 
-def test_a_warning_that_all_targets_have_once_is_said_once():
+def test_warning_common_to_all_targets_is_reported_once():
     assert said_of(warned("a", "clock is 5 ppm fast"), warned("b", "clock is 5 ppm fast")) == [
         "2 of 2: clock is 5 ppm fast"
     ]

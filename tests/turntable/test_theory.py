@@ -172,7 +172,7 @@ def test_white_and_flicker_noise_move_the_turn_centre_by_their_shares():
     assert lever @ covariance @ lever == pytest.approx(1 / (16 * np.pi), rel=1e-4)
 
 
-def test_rows_less_what_all_rows_before_predict_are_independent(random):
+def test_rows_minus_their_prediction_are_independent(random):
     """Equation 19 with every row kept."""
     root = random.normal(size=(7, 7))
     covariance = root @ root.T

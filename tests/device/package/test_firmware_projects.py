@@ -167,7 +167,7 @@ def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python, 
     assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
-def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python):
+def test_platformio_project_with_too_many_units_is_refused(tmp_path, python):
     refused = scons(python, tmp_path, {"custom_tumble_units": "9"})
     assert refused.returncode != 0
     assert "tumble: custom_tumble_units is 9; it is 2 to 8" in refused.stdout

@@ -40,7 +40,7 @@ def test_a_calibrated_secondary_takes_over_when_the_primary_dies(flight, tmp_pat
     assert_the_vehicle_feels_the_truth(said)
 
 
-def test_what_was_found_in_one_flight_is_known_in_the_next(flight, tmp_path):
+def test_errors_found_in_one_flight_are_known_in_the_next(flight, tmp_path):
     run(flight, folder=tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
     said = run(flight, folder=tmp_path)
@@ -48,7 +48,7 @@ def test_what_was_found_in_one_flight_is_known_in_the_next(flight, tmp_path):
     assert_the_vehicle_feels_the_truth(said)
 
 
-def test_a_record_that_was_damaged_is_said_and_passed_over(flight, tmp_path):
+def test_damaged_record_is_reported_and_skipped(flight, tmp_path):
     run(flight, folder=tmp_path)
     for record in tmp_path.iterdir():
         damaged = bytearray(record.read_bytes())
