@@ -46,7 +46,7 @@ pub(crate) fn sign(bytes: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// Whether bytes end with the checksum of what is before it.
+/// Checks that bytes end with the checksum of those before it.
 pub(crate) fn is_signed(bytes: &[u8]) -> bool {
     checksum(0, bytes) == OF_SIGNED
 }

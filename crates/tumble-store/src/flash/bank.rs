@@ -3,8 +3,8 @@
 //!
 //! So what a cut leaves half done is never relied on: half an entry has no checksum, half a bank no header, and an
 //! erasure may leave anything, even a bank that looks like the one it was. A word in which power was cut may besides
-//! read one way for a whole boot and another way in the next, so that nothing is taken for written because it reads
-//! so. What was begun proves what was finished before it, in the same boot:
+//! read one way for a whole boot and another way in the next, so that nothing is taken for written because it reads so.
+//! Each later write proves the one before it complete, in the same boot:
 //!
 //! - a header, that all copied entries were written;
 //! - anything after the copied entries, that both copies of the header were. Without it the older bank stays in use,
@@ -26,10 +26,10 @@ const COPY: u32 = 32;
 /// Two copies, so that no single bit that changes takes a bank out of use.
 const HEADER: u32 = 2 * COPY;
 
-/// How a header begins, and the version of what is described here.
+/// Magic bytes of a header, with the version of the layout described here.
 const MAGIC: [u8; 4] = *b"TB\x02\xFF";
 
-/// The same of version 1, which did not say what was copied.
+/// Magic bytes of version 1, whose headers lack the checksum of copied entries.
 const MAGIC_1: [u8; 4] = *b"TB\x01\xFF";
 
 /// The checksum of no entries.
@@ -37,10 +37,10 @@ const NO_CONTENT: u32 = 0;
 
 const ENTRY_BYTES: u32 = ENTRY as u32;
 
-/// What comes of looking at flash.
+/// Result of reading flash.
 type Seen<T, F> = Result<T, <F as ErrorType>::Error>;
 
-/// What comes of writing it.
+/// Result of writing flash.
 type Done<T, F> = Result<T, StoreError<<F as ErrorType>::Error>>;
 
 /// A bank with a header.
@@ -51,7 +51,7 @@ pub struct Bank {
     header: Header,
 }
 
-/// What a header says.
+/// Contents of a header.
 #[derive(Clone, Copy)]
 struct Header {
     /// Counts the banks that were made.
@@ -66,7 +66,7 @@ struct Header {
 pub struct Banks<F: NorFlash> {
     pub flash: F,
     start: u32,
-    /// Of one.
+    /// Size of one bank, in bytes.
     bytes: u32,
     /// The slot after the last that was written since the start, which is known to be erased.
     free: Option<u32>,
@@ -138,7 +138,7 @@ impl<F: NorFlash> Banks<F> {
         Ok(Header::of(&bytes))
     }
 
-    /// Whether an entry that was not copied is whole.
+    /// Checks whether an entry that was not copied is whole.
     fn holds_appended(&mut self, bank: &Bank) -> Seen<bool, F> {
         for slot in bank.header.copied..self.slots() {
             if self.is_whole(bank, slot)? {
@@ -148,14 +148,14 @@ impl<F: NorFlash> Banks<F> {
         Ok(false)
     }
 
-    /// Whether a bank can be relied on: something was appended, which proves its header written, and no erasure was begun
-    /// since, which leaves neither that nor what was copied.
+    /// Checks whether a bank is reliable: an appended entry proves its header written, and excludes an erasure begun
+    /// since, which would leave neither that entry nor the copied ones.
     fn goes_on(&mut self, bank: &Bank) -> Seen<bool, F> {
         Ok(self.holds_appended(bank)?
             || self.first_blank(bank)? > bank.header.copied && self.is_intact(bank)?)
     }
 
-    /// Whether the entries that were copied to a bank are as they were.
+    /// Checks that the entries copied to a bank are unchanged.
     #[inline(never)]
     fn is_intact(&mut self, bank: &Bank) -> Seen<bool, F> {
         let (mut content, mut entry) = (NO_CONTENT, Entry::blank());
@@ -166,8 +166,8 @@ impl<F: NorFlash> Banks<F> {
         Ok(content == bank.header.content)
     }
 
-    /// Whether what is in a slot can be relied on in boots to come: it was copied, or the last of this boot, or another was
-    /// appended after it in its own.
+    /// Checks whether the entry in a slot stays readable in later boots: it was copied, or is the last of this boot, or
+    /// another was appended after it in its own boot.
     pub fn is_firm(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
         let next = slot + 1;
         if slot < bank.header.copied || self.free == Some(next) {
@@ -176,7 +176,7 @@ impl<F: NorFlash> Banks<F> {
         Ok(next < self.slots() && self.is_whole(bank, next)?)
     }
 
-    /// Whether the entry in a slot is as it was written.
+    /// Checks that the entry in a slot is as it was written.
     fn is_whole(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
         let mut entry = Entry::blank();
         self.fetch(bank, slot, &mut entry)?;
@@ -349,7 +349,7 @@ impl<F: NorFlash> Banks<F> {
         self.erase(in_use)
     }
 
-    /// Reads a slot; says whether its entry is whole and not followed by as many of its sensor and kind as are kept.
+    /// Reads a slot; returns whether its entry is whole and not followed by as many of its sensor and kind as are kept.
     fn is_of_use(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
         self.fetch(bank, slot, entry)?;
         let label = entry.label().filter(|_| entry.is_whole());
@@ -375,7 +375,7 @@ impl<F: NorFlash> Banks<F> {
         Ok(true)
     }
 
-    /// Reads a slot, if its entry is of a label; says whether it is, and whole.
+    /// Reads a slot if its entry has this label; returns whether it has, and is whole.
     fn fetch_of(&mut self, bank: &Bank, slot: u32, label: Label, entry: &mut Entry) -> Seen<bool, F> {
         let mut peek = Copy::blank();
         let first = peek.0.get_mut(..HEAD.next_multiple_of(F::READ_SIZE));
@@ -383,7 +383,7 @@ impl<F: NorFlash> Banks<F> {
         if peek.0.first_chunk().map(Label::read) != Some(label) {
             return Ok(false);
         }
-        // What was read first may have been read wrongly.
+        // The first read may have been wrong.
         self.fetch(bank, slot, entry)?;
         Ok(entry.is_whole() && entry.label() == Some(label))
     }
@@ -417,14 +417,14 @@ impl<F: NorFlash> Banks<F> {
 struct Copy([u8; COPY as usize]);
 
 impl Copy {
-    /// What is read where nothing was written.
+    /// Header of a page to which nothing was written.
     fn blank() -> Self {
         Self([ERASED; COPY as usize])
     }
 }
 
 impl Bank {
-    /// Whether it was made after another.
+    /// Checks whether this header was made after another.
     fn follows(&self, other: &Self) -> bool {
         let ahead = self.header.sequence.wrapping_sub(other.header.sequence);
         ahead.cast_signed() > 0
@@ -432,7 +432,7 @@ impl Bank {
 }
 
 impl Header {
-    /// Of the first bank, to which nothing is copied.
+    /// Header of the first bank, to which nothing is copied.
     fn first() -> Self {
         Self::of_version_1([1, 0, 0, 0])
     }
@@ -445,7 +445,7 @@ impl Header {
         }
     }
 
-    /// What a copy says, if it is whole.
+    /// Reads a copy of a header, if it is whole.
     fn of(copy: &Copy) -> Option<Self> {
         let ([magic, sequence, copied, content, ..], _) = copy.0.as_chunks::<4>() else {
             return None;

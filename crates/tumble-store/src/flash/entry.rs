@@ -9,13 +9,14 @@ use crate::record::{DRIFT_ENCODED, MAX_ENCODED, sensor, sensor_code};
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
 
-/// What flash holds where nothing was written.
+/// Byte of erased flash.
 pub const ERASED: u8 = 0xFF;
 
-/// What follows a drift, which is so short that parts of its entry would read as erased, and be cleared after a cut.
+/// Filler after a drift record, which is so short that parts of its entry would read as erased, and be cleared after a
+/// cut.
 const FILLED: u8 = 0;
 
-/// Bytes before the record, which say whose it is: kind, length, sensor, one that stays erased, identity.
+/// Bytes before the record that identify it: kind, length, sensor, one that stays erased, identity.
 pub const HEAD: usize = 12;
 
 /// Most bytes of a record in an entry.
@@ -23,14 +24,14 @@ const ROOM: usize = ENTRY - HEAD - CHECKSUM;
 
 const _: () = assert!(MAX_ENCODED <= ROOM && DRIFT_ENCODED <= ROOM);
 
-/// Whose a record is.
+/// Unit and sensor of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
     pub identity: u64,
     pub sensor: Sensor,
 }
 
-/// Where a record comes from, or that it says what temperature does.
+/// Origin of a record of errors, or the mark of a temperature drift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// It was there when the unit was made.
@@ -42,7 +43,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// How many of a sensor stay when a bank is left: of those adopted, the last and the one before.
+    /// Number of entries of a sensor that stay when a bank is left: two of those adopted, one of other kinds.
     pub fn kept(self) -> u32 {
         match self {
             Kind::Factory | Kind::Drift => 1,
@@ -65,7 +66,7 @@ impl Kind {
     }
 }
 
-/// Whose an entry says it is by its first bytes, and of what kind, whether or not that has a meaning.
+/// Key and kind in the first bytes of an entry, whether or not they have a meaning.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Label {
     kind: u8,
@@ -74,7 +75,7 @@ pub struct Label {
 }
 
 impl Label {
-    /// Of the entries of a sensor.
+    /// Label of the entries of a sensor.
     pub fn of(kind: Kind, key: Key) -> Self {
         Self {
             kind: kind.code(),
@@ -83,7 +84,7 @@ impl Label {
         }
     }
 
-    /// Of an entry that begins so.
+    /// Reads the label from the first bytes of an entry.
     pub fn read(first: &[u8; HEAD]) -> Self {
         let [kind, _, sensor, _, identity @ ..] = *first;
         Self {
@@ -105,7 +106,7 @@ impl Label {
 pub struct Entry(pub [u8; ENTRY]);
 
 impl Entry {
-    /// What is read where nothing was written.
+    /// Entry of erased flash.
     pub fn blank() -> Self {
         Self([ERASED; ENTRY])
     }
@@ -124,7 +125,7 @@ impl Entry {
         entry
     }
 
-    /// Whose it says it is.
+    /// Label of this entry, if anything was written.
     pub fn label(&self) -> Option<Label> {
         self.0.first_chunk().map(Label::read)
     }
@@ -141,12 +142,12 @@ impl Entry {
         sign(&mut self.0);
     }
 
-    /// Whether nothing was written here.
+    /// Checks that nothing was written here.
     pub fn is_blank(&self) -> bool {
         self.0.as_chunks().0.iter().all(|word| *word == [ERASED; 4])
     }
 
-    /// Whether it is as it was written.
+    /// Checks that the entry is as it was written.
     pub fn is_whole(&self) -> bool {
         is_signed(&self.0)
     }

@@ -1,6 +1,6 @@
-//! How often flash may be written.
+//! Limit on the rate of writes to flash.
 
-/// How much wear is allowed, by a token bucket. Writes are counted from when a store is made, so each reset allows
+/// Limit on the wear of flash, by a token bucket. Writes are counted from when a store is made, so each reset allows
 /// `at_once` more.
 ///
 /// A bank of n entries, k of which stay when it is full, is erased once in n - k records, so that two banks good for E
@@ -15,7 +15,7 @@
 pub struct WriteLimit {
     /// Between two writes in the long run, in the microseconds of the caller's clock; 0 sets no limit.
     pub shortest_between: u64,
-    /// How many may follow each other at once, since calibrations of several sensors end together; 0 counts as 1.
+    /// Writes that may follow each other at once, since calibrations of several sensors end together; 0 counts as 1.
     pub at_once: u32,
 }
 
@@ -28,7 +28,7 @@ impl Default for WriteLimit {
     }
 }
 
-/// What was written lately: the token bucket, as the time at which it is full.
+/// Recent writes: state of the token bucket, as the time at which it is full.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Writes {
     /// When as many as are allowed at once are allowed again.
@@ -36,7 +36,7 @@ pub struct Writes {
 }
 
 impl Writes {
-    /// Counts a write, or says how many microseconds to wait with it.
+    /// Counts a write, or returns the microseconds to wait for it.
     pub fn count(&mut self, limit: &WriteLimit, now: u64) -> Result<(), u64> {
         let between = limit.shortest_between;
         let longest = between.saturating_mul(u64::from(limit.at_once.max(1)));

@@ -1,15 +1,15 @@
 //! The records of many units in NOR flash.
 //!
-//! Of each sensor of each unit three records stay: the factory's, the last that was adopted, and the one before. What
-//! is in force is the last adopted, else the factory's. What temperature does to it is kept beside them, where it was
-//! stored. Replacing is atomic: power may be cut at any byte of any write
-//! and anywhere in an erasure, whatever that leaves behind, be it a word that reads otherwise in each boot, and the old or
-//! the new record reads back whole. One that was said to be stored does so in all boots to come.
+//! Three records of each sensor of each unit stay: the factory's, the last adopted, and the one before. The last
+//! adopted record is in force, else the factory's. A stored temperature drift of the sensor is kept beside them.
+//! Replacing is atomic: power may be cut at any byte of any write and anywhere in an erasure, whatever that leaves
+//! behind, be it a word that reads otherwise in each boot, and the old or the new record reads back whole. A record
+//! reported as stored reads back in all later boots.
 //!
-//! How it lies in flash is in `docs/record-format.md`. Maps that are to be had did not do: sequential-storage 8.0
-//! takes an erasure to clear a page from its start, and where one was cut that left the start for last, records that
-//! had been stored for long were gone; after two cuts it may lose a record it said it had stored (its issue 136); and
-//! a compiler cannot prove its panics away. Nothing here depends on what a cut erasure leaves.
+//! `docs/record-format.md` describes the layout in flash. Available maps do not meet this: sequential-storage 8.0 takes
+//! an erasure to clear a page from its start, and where one was cut that left the start for last, records that had been
+//! stored for long were lost; after two cuts it may lose a record it had reported as stored (its issue 136); and a
+//! compiler cannot prove its panics away. Nothing here depends on what a cut erasure leaves.
 
 mod at;
 mod bank;
@@ -44,7 +44,7 @@ pub enum Which {
     Factory,
 }
 
-/// What saving did.
+/// Outcome of a save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saved {
     /// It is in flash now.
@@ -62,17 +62,17 @@ pub enum LayoutError {
     OutOfBounds,
     /// Half of it has no room for the records of one sensor; 832 bytes are needed.
     TooSmall,
-    /// What the flash reads or writes at once does not divide 32 bytes.
+    /// The flash's word, for reading or writing, does not divide 32 bytes.
     WordsNotSupported,
 }
 
-/// Why a record was not read or not stored. What was stored is still there; after [`StoreError::Flash`] and
+/// Why a record was not read or not stored. Stored records are still there; after [`StoreError::Flash`] and
 /// [`StoreError::NotAsWritten`] the new record may have taken its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError<E> {
     /// The flash could not do it.
     Flash(E),
-    /// The flash said it did it, but holds something else: it is worn, or was not erased.
+    /// The flash reported success, but holds something else: it is worn, or was not erased.
     NotAsWritten,
     /// The record cannot be stored.
     Encode(EncodeError),
@@ -98,7 +98,7 @@ impl<E> From<E> for StoreError<E> {
     }
 }
 
-/// What the record in force is of: the first of these that there is.
+/// Kinds that can be in force, in order of precedence.
 const IN_FORCE: [Kind; 2] = [Kind::Adopted, Kind::Factory];
 
 /// Records in a range of flash: two halves, of which one is in use while the other is erased.
@@ -171,7 +171,7 @@ impl<F: NorFlash> RecordStore<F> {
         self.keep(now, Kind::Factory, &record.record, record.temperature)
     }
 
-    /// What temperature does to a sensor, if that was stored; calibrations leave it as it is.
+    /// Reads the temperature drift of a sensor, if one was stored; calibrations leave it as it is.
     ///
     /// # Errors
     /// [`StoreError`], where it cannot be read.
@@ -316,7 +316,8 @@ impl<F: NorFlash> RecordStore<F> {
         appended.map(|()| Saved::Written)
     }
 
-    /// Whether the last entry of a sensor, of the first of some kinds that it has, holds the record of another for good.
+    /// Checks whether the last entry of a sensor, of the first of these kinds that it has, holds for good the record of
+    /// another.
     #[inline(never)]
     fn holds(&mut self, key: Key, kinds: &[Kind], entry: &Entry) -> Result<bool, F::Error> {
         let mut held = Entry::blank();

@@ -1,5 +1,5 @@
-//! Version 3, byte by byte as in `docs/record-format.md`: what temperature does to one sensor of one unit. What is here
-//! never changes.
+//! Version 3, byte by byte as in `docs/record-format.md`: what temperature does to one sensor of one unit. This
+//! encoding never changes.
 
 use core::slice;
 

@@ -1,17 +1,17 @@
-//! What all versions share: how they begin, whose they are, and the checksum at their end.
+//! Parts that all versions share: the magic bytes at their start, the identity, and the checksum at their end.
 
 use tumble_core::redundancy::sensor::Sensor;
 
 use crate::checksum::{CHECKSUM, is_signed, sign};
 use crate::record::{DecodeError, Field};
 
-/// How every record begins: Tumble Record.
+/// Magic bytes of every record: Tumble Record.
 const MAGIC: [u8; 2] = *b"TR";
 
 /// Fewest bytes of a frame: [`MAGIC`], the version, and the checksum.
 const SHORTEST: usize = MAGIC.len() + 1 + CHECKSUM;
 
-/// Where it says what it is about, in all versions until now.
+/// Offset of the identity, in all versions until now.
 const IDENTITY: usize = 3;
 const SENSOR: usize = 11;
 
@@ -44,11 +44,11 @@ pub fn begin(bytes: &mut [u8], version: u8, identity: u64, sensor: Sensor) {
 
 /// Ends a record of which all else is written.
 pub fn end(bytes: &mut [u8]) {
-    // What is too short for a checksum is no record without it.
+    // Bytes too short for a checksum are no record without it.
     let _ = sign(bytes);
 }
 
-/// The version that bytes say to be of, if they begin as records do.
+/// Version stated by bytes that begin like a record.
 pub fn version_in(bytes: &[u8]) -> Option<u8> {
     let [t, r, version] = field(bytes, 0)?;
     ([t, r] == MAGIC).then_some(version)

@@ -34,14 +34,14 @@ pub const DRIFT_ENCODED: usize = drift::ENCODED;
 pub struct StoredRecord<T: Real = f32> {
     /// Error of one sensor of one unit.
     pub record: Record<T>,
-    /// Of the unit while it was calibrated, degC, if known.
+    /// Temperature of the unit while it was calibrated, degC, if known.
     pub temperature: Option<f32>,
 }
 
-/// What temperature does to one sensor of one unit: to what it says itself, whatever its error against a primary is.
+/// Effect of temperature on one sensor of one unit: on its own readings, whatever its error against a primary is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriftRecord {
-    /// Of the unit.
+    /// Identity of the unit.
     pub identity: u64,
     /// Which sensor of it.
     pub sensor: Sensor,
@@ -82,9 +82,9 @@ pub enum DecodeError {
     },
     /// They are as written, but a code in them means nothing.
     UnknownCode {
-        /// What it should say.
+        /// Field with the wrong value.
         field: Field,
-        /// What it says.
+        /// Value found.
         found: u8,
     },
     /// They are as written, but a number in them is not one that a record may hold.
@@ -96,7 +96,7 @@ pub enum DecodeError {
 pub enum Field {
     /// Accelerometer or gyroscope.
     Sensor,
-    /// What was fitted.
+    /// Model that was fitted.
     Rung,
     /// M.
     Matrix,
@@ -106,9 +106,9 @@ pub enum Field {
     LeverArm,
     /// 1-sigma of M, b and lever arm.
     Sigmas,
-    /// Of the fit, and before it.
+    /// Residuals after the fit, and before it.
     Residuals,
-    /// How far the primary was followed.
+    /// Shift by which the calibrations have followed the primary.
     Followed,
     /// While it was calibrated.
     Temperature,
@@ -167,8 +167,7 @@ pub fn decode_drift(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
     }
 }
 
-/// Bytes of the record of any kind and version that some bytes begin with, by what it says itself; `None` where that has
-/// no meaning here.
+/// Returns the length of a record of any kind and version from its first bytes; `None` where they have no meaning here.
 pub fn length(bytes: &[u8]) -> Option<usize> {
     match frame::version_in(bytes)? {
         DRIFT_VERSION => Some(DRIFT_ENCODED),

@@ -1,5 +1,5 @@
-//! Versions 1 and 2, byte by byte as in `docs/record-format.md`: the error of one sensor of one unit. What is here never
-//! changes: another order, or another field, is another version.
+//! Versions 1 and 2, byte by byte as in `docs/record-format.md`: the error of one sensor of one unit. This encoding
+//! never changes: another order, or another field, is another version.
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::{PART_NAMES, Record};
@@ -22,8 +22,8 @@ const SEQUENCE: usize = 18;
 /// Offset of the first number; the others follow.
 const NUMBERS: usize = 22;
 
-/// What the numbers are, and how many: M, b, sigmas of both, lever arm and sigma of it, residuals, and how far the primary
-/// was followed, which version 1 lacks.
+/// Fields of the numbers, with their counts: M, b, sigmas of both, lever arm and its sigma, residuals, and the shift by
+/// which the primary was followed, which version 1 lacks.
 const PARTS: [(Field, u8); PART_NAMES.len()] = [
     (Field::Matrix, 9),
     (Field::Bias, 3),
@@ -39,7 +39,7 @@ const PARTS: [(Field, u8); PART_NAMES.len()] = [
 /// In the order of their codes.
 const RUNGS: [Rung; 4] = [Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm];
 
-/// Offset of the byte that says whether a temperature follows, of versions 1 and 2.
+/// Offset of the flag for a temperature that follows, in versions 1 and 2.
 const FLAGS: [usize; 2] = [numbers_end(PARTS.len() - 1), numbers_end(PARTS.len())];
 
 /// Most bytes of a record: a temperature is there.

@@ -82,7 +82,7 @@ fn a_single_changed_bit_costs_at_most_what_is_in_its_entry() {
     let (flash, model, all) = used(1);
     assert_eq!(read_all(&flash, &model, &all), 0);
     let mut costs = [0; 2];
-    // Of the page that is not in use, which the store looks at for its header alone, every eighth byte.
+    // Tests every eighth byte of the page that is not in use, of which the store reads the header alone.
     let in_use = page_in_use(&flash);
     for byte in
         (0..flash.memory.len()).filter(|byte| byte / PAGE == in_use || byte % 8 == 0 || byte % PAGE < 64)
@@ -107,7 +107,7 @@ fn a_single_changed_bit_costs_at_most_what_is_in_its_entry() {
 }
 
 #[test]
-fn a_cut_between_the_copies_of_a_header_leaves_it_open_to_one_bit_only_until_the_next_save() {
+fn a_header_cut_between_its_copies_is_open_to_one_bit() {
     let first = numbered(1, Sensor::Gyroscope, 1);
     let mut flash = Simulated::<4>::new(2);
     flash.cut = Some(Cut {
@@ -160,7 +160,7 @@ fn damage_of_any_kind_gives_no_record_that_nobody_wrote() {
 }
 
 #[test]
-fn a_whole_record_under_the_name_of_another_sensor_is_not_given_for_it() {
+fn a_whole_record_under_another_sensors_name_is_not_returned() {
     let mut store = open(Simulated::<4>::new(2));
     store.save(0, &numbered(7, Sensor::Gyroscope, 1)).unwrap();
     let mut flash = store.into_flash();

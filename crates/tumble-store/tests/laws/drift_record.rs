@@ -36,7 +36,7 @@ fn documented() -> Vec<u8> {
 }
 
 #[test]
-fn the_example_of_the_document_is_written_and_read_as_the_document_says() {
+fn the_documented_example_is_encoded_and_decoded_bit_for_bit() {
     assert_eq!(bytes_of(&gyroscope()), documented());
     assert_eq!(decode_drift(&documented()), Ok(gyroscope()));
     assert_eq!(
@@ -112,7 +112,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_of_version_3_around_bytes_of_any_kind_is_a_drift_or_refused(
+    fn a_frame_of_version_3_around_any_bytes_is_a_drift_or_refused(
         bytes in proptest::collection::vec(any::<u8>(), 0..120),
     ) {
         let mut framed = [b"TR\x03", &bytes[..], &[0; 4]].concat();

@@ -1,4 +1,4 @@
-//! What the store keeps, refuses and spares.
+//! Records that the store keeps, refuses and spares.
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -62,7 +62,7 @@ fn the_factory_record_is_in_force_until_another_is_adopted() {
 }
 
 #[test]
-fn rolling_back_gives_the_previous_or_the_factory_record_and_can_be_taken_back() {
+fn rolling_back_restores_a_record_and_can_be_undone() {
     let mut store = open(Simulated::<4>::new(2));
     let [factory, first, second] = [1, 2, 3].map(|number| numbered(UNIT, SENSOR, number));
     let nothing = |which| Err(StoreError::NothingStored(which));
@@ -106,7 +106,7 @@ fn nothing_is_written_if_the_record_is_in_force_already() {
 }
 
 #[test]
-fn a_record_written_again_after_a_start_leaves_the_previous_one_what_it_was() {
+fn a_record_saved_again_after_a_start_keeps_the_previous_one() {
     let [first, second] = [1, 2].map(|number| numbered(UNIT, SENSOR, number));
     let mut store = open(Simulated::<4>::new(2));
     store.save(0, &first).unwrap();
@@ -120,7 +120,7 @@ fn a_record_written_again_after_a_start_leaves_the_previous_one_what_it_was() {
 }
 
 #[test]
-fn writes_beyond_the_limit_are_refused_until_their_time_has_come() {
+fn writes_beyond_the_limit_are_refused_until_their_time() {
     let limit = WriteLimit {
         shortest_between: 1000,
         at_once: 2,
@@ -154,7 +154,7 @@ fn writes_beyond_the_limit_are_refused_until_their_time_has_come() {
 }
 
 #[test]
-fn a_refused_write_leaves_flash_as_it_was_and_what_is_in_force_costs_nothing() {
+fn a_refused_write_changes_nothing_and_a_repeat_costs_nothing() {
     let flash = Simulated::<4>::new(2);
     let range = whole(&flash);
     let limit = WriteLimit {
@@ -218,7 +218,7 @@ fn too_many_units_are_refused_and_all_others_stay() {
 }
 
 #[test]
-fn a_save_refused_for_want_of_room_does_not_count_against_the_limit() {
+fn a_save_refused_for_lack_of_room_spares_the_write_limit() {
     let flash = Simulated::<4>::new(2);
     let range = whole(&flash);
     let limit = WriteLimit {
@@ -247,7 +247,7 @@ fn a_save_refused_for_want_of_room_does_not_count_against_the_limit() {
 }
 
 #[test]
-fn flash_that_does_not_take_a_bit_is_found_out_and_the_old_record_stays() {
+fn flash_that_takes_no_bit_is_detected_and_keeps_the_old_record() {
     let mut store = open(Simulated::<4>::new(2));
     let [old, new] = [1, 2].map(|number| numbered(UNIT, SENSOR, number));
     store.save(0, &old).unwrap();
@@ -262,7 +262,7 @@ fn flash_that_does_not_take_a_bit_is_found_out_and_the_old_record_stays() {
 }
 
 #[test]
-fn an_identity_that_is_read_wrongly_once_gives_no_unit_the_record_of_another() {
+fn an_identity_misread_once_gives_no_unit_the_record_of_another() {
     let mut store = open(Simulated::<4>::new(2));
     let record = numbered(UNIT, SENSOR, 1);
     store.save(0, &record).unwrap();
@@ -275,7 +275,7 @@ fn an_identity_that_is_read_wrongly_once_gives_no_unit_the_record_of_another() {
 }
 
 #[test]
-fn a_record_of_a_newer_version_is_not_taken_for_another_and_outlasts_turnovers() {
+fn a_record_of_a_newer_version_outlasts_turnovers() {
     let mut store = open(Simulated::<1>::new(2));
     store.save(0, &numbered(UNIT, SENSOR, 1)).unwrap();
     let mut flash = store.into_flash();
@@ -353,7 +353,7 @@ fn through_storage<T: Real>(record: &Record<T>) -> Option<Record<T>> {
 }
 
 #[test]
-fn it_is_the_storage_of_a_monitor_in_single_and_double_precision() {
+fn it_stores_for_monitors_of_single_and_double_precision() {
     let single = numbered(UNIT, SENSOR, 1).record;
     assert_eq!(through_storage::<f32>(&single), Some(single));
     let mut double: Record<f64> = numbered(UNIT, SENSOR, 1).record_in();
@@ -365,7 +365,7 @@ fn it_is_the_storage_of_a_monitor_in_single_and_double_precision() {
 }
 
 #[test]
-fn the_calibration_of_the_primary_comes_back_from_flash_with_what_it_left() {
+fn the_primarys_record_returns_from_flash_with_its_residual() {
     let mut store = open(Simulated::<4>::new(2));
     let none = PrimaryCalibration::<f32>::stored(UNIT, &mut store.at(0, None)).unwrap();
     assert_eq!(none, None);

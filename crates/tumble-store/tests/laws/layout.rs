@@ -57,7 +57,7 @@ impl NorFlash for ShortPages {
 }
 
 #[test]
-fn half_a_range_has_room_for_the_records_of_one_sensor_and_one_more() {
+fn half_a_range_has_room_for_one_sensor_and_one_more_record() {
     let outcome = |bytes| RecordStore::new(ShortPages, 0..bytes, UNLIMITED).map(|store| store.entries());
     assert_eq!(outcome(2 * 832), Ok(4));
     assert_eq!(outcome(2 * (832 - 64)), Err(LayoutError::TooSmall));

@@ -18,7 +18,7 @@ struct Promised {
     may_be: Vec<Option<StoredRecord>>,
 }
 
-/// What the store has promised, of each sensor of two units.
+/// Guarantees given by the store for each sensor of two units.
 #[derive(Clone)]
 struct Promises(Vec<(u64, usize, Promised)>);
 
@@ -55,7 +55,7 @@ impl Promises {
         }
     }
 
-    /// Says what is lost, if something is.
+    /// Returns a description of the first record lost.
     fn broken<const WORD: usize>(&self, store: &mut RecordStore<Simulated<WORD>>) -> Option<String> {
         self.0.iter().find_map(|(unit, sensor, promised)| {
             let which = if promised.factory {
@@ -84,7 +84,7 @@ impl Promises {
 struct Device<const WORD: usize> {
     flash: Simulated<WORD>,
     promises: Promises,
-    /// Of the last record.
+    /// Number of the last record.
     number: u32,
     /// The last update, which may be tried again.
     last: Option<Update>,
@@ -250,7 +250,7 @@ fn cuts_upon_cuts_that_leave_marginal_cells_lose_nothing() {
 
 #[test]
 #[ignore = "takes minutes"]
-fn long_sequences_of_cuts_that_leave_marginal_cells_lose_nothing() {
+fn long_sequences_of_cuts_with_marginal_cells_lose_nothing() {
     let lost = [
         losses::<1>(10_000, 20, 51),
         losses::<4>(10_000, 20, 52),
@@ -261,7 +261,7 @@ fn long_sequences_of_cuts_that_leave_marginal_cells_lose_nothing() {
 
 #[test]
 #[ignore = "takes an hour"]
-fn a_million_pairs_of_cuts_that_leave_marginal_cells_lose_nothing() {
+fn a_million_pairs_of_cuts_with_marginal_cells_lose_nothing() {
     let each = 250_000;
     let lost = std::thread::scope(|threads| {
         [

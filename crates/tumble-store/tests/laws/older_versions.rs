@@ -1,4 +1,4 @@
-//! How a version that no longer is written stays readable.
+//! Versions that are no longer written stay readable.
 
 use nalgebra::Vector3;
 
@@ -19,7 +19,7 @@ const FROZEN: [u8; 159] = [
 ];
 
 #[test]
-fn a_record_of_version_1_is_read_as_one_that_followed_the_primary_nowhere() {
+fn a_record_of_version_1_has_followed_the_primary_nowhere() {
     let read = decode(&FROZEN).unwrap();
     assert_eq!(read.record.identity, 0x0123_4567_89ab_cdef);
     assert_eq!((read.record.sequence, read.temperature), (7, Some(36.5)));
@@ -29,7 +29,7 @@ fn a_record_of_version_1_is_read_as_one_that_followed_the_primary_nowhere() {
 }
 
 #[test]
-fn what_was_read_of_an_older_version_is_written_as_the_newest_and_reads_the_same() {
+fn a_record_of_an_older_version_is_rewritten_as_the_newest() {
     let read = decode(&FROZEN).unwrap();
     let mut buffer = [0; MAX_ENCODED];
     let bytes = encode(&read, &mut buffer).unwrap();

@@ -95,23 +95,23 @@ fn prove<const WORD: usize>(units: u64, seed: u64) {
 }
 
 #[test]
-fn a_cut_at_any_byte_leaves_the_old_or_the_new_record_with_words_of_one_byte() {
+fn a_cut_leaves_the_old_or_new_record_with_words_of_1_byte() {
     prove::<1>(2, 11);
 }
 
 #[test]
-fn a_cut_at_any_byte_leaves_the_old_or_the_new_record_with_words_of_four_bytes() {
+fn a_cut_leaves_the_old_or_new_record_with_words_of_4_bytes() {
     prove::<4>(3, 12);
 }
 
 #[test]
-fn a_cut_at_any_byte_leaves_the_old_or_the_new_record_with_words_of_thirty_two_bytes() {
+fn a_cut_leaves_the_old_or_new_record_with_words_of_32_bytes() {
     prove::<32>(3, 13);
 }
 
 #[test]
 #[ignore = "takes an hour"]
-fn a_cut_at_any_byte_of_long_sequences_leaves_the_old_or_the_new_record() {
+fn a_cut_in_long_sequences_leaves_the_old_or_the_new_record() {
     for seed in 100..102 {
         cut_everywhere::<1>(2, 3, 0, 300, seed);
         cut_everywhere::<4>(4, 7, 0, 300, seed);
@@ -164,7 +164,7 @@ fn cuts_upon_cuts_leave_the_old_or_the_new_record() {
 
 #[test]
 #[ignore = "takes an hour"]
-fn cuts_upon_cuts_over_long_sequences_leave_the_old_or_the_new_record() {
+fn repeated_cuts_in_long_sequences_leave_the_old_or_new_record() {
     for seed in 200..204 {
         cut_again_and_again::<1>(2, 3, 50_000, seed);
         cut_again_and_again::<8>(6, 6, 50_000, seed);

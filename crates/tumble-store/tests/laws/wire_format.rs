@@ -1,4 +1,4 @@
-//! Records are the postcard encoding of structs, as `docs/record-format.md` says: here by that library.
+//! Records are the postcard encoding of structs, see `docs/record-format.md`; here they are written by that library.
 
 use postcard::fixint;
 use proptest::prelude::*;
@@ -15,7 +15,7 @@ use tumble_store::record::{
 
 use crate::common::{drift_record, record, sign};
 
-/// What versions 1 and 2 begin with.
+/// Leading fields of versions 1 and 2.
 #[derive(Serialize, Deserialize)]
 struct Fields {
     #[serde(with = "fixint::le")]
@@ -111,7 +111,7 @@ fn record_of(fields: &Fields, followed: [f32; 3]) -> Option<Record<f32>> {
     })
 }
 
-/// Whether a reader may take it.
+/// Checks that a reader may accept the record.
 fn is_sound(stored: &StoredRecord) -> bool {
     let record = &stored.record;
     let sigmas = record.matrix_sigma.iter().chain(&record.bias_sigma);
@@ -137,7 +137,7 @@ fn unframed<'b, V: Deserialize<'b>>(bytes: &'b [u8]) -> Option<V> {
     rest.is_empty().then_some(fields)
 }
 
-/// What is read of a record of versions 1 and 2.
+/// Reads a record of version 1 or 2.
 fn read(bytes: &[u8]) -> Option<StoredRecord> {
     let stored = match bytes[2] {
         1 => {
@@ -228,7 +228,7 @@ proptest! {
     }
 
     #[test]
-    fn records_that_follow_each_other_are_told_apart_by_their_lengths(
+    fn consecutive_records_are_distinguished_by_their_lengths(
         records in proptest::collection::vec((record(), drift_record(), 1..4_u8), 0..5),
     ) {
         let written: Vec<_> = records

@@ -91,7 +91,7 @@ pub fn make<const WORD: usize>(
     }
 }
 
-/// What should be stored of a sensor.
+/// Records expected in the store for a sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kept {
     pub last: Option<StoredRecord>,
@@ -109,7 +109,7 @@ impl Kept {
     }
 }
 
-/// What should be stored of all.
+/// Expected contents of the store.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model(pub BTreeMap<(u64, Sensor), Kept>);
 
@@ -141,7 +141,7 @@ impl Model {
         }
     }
 
-    /// What is stored of the same sensors.
+    /// Reads the records of the same sensors from the store.
     pub fn read<const WORD: usize>(&self, store: &mut RecordStore<Simulated<WORD>>) -> Self {
         let kept = |(identity, sensor): (u64, Sensor)| {
             let mut load = |which| store.load(identity, sensor, which).expect("it can be read");

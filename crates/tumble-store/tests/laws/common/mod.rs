@@ -76,7 +76,7 @@ fn finite() -> impl Strategy<Value = f32> {
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
 }
 
-/// Any number that says how much is known.
+/// Draws any sigma.
 fn sigma() -> impl Strategy<Value = f32> {
     POSITIVE | NORMAL | SUBNORMAL | ZERO | INFINITE
 }

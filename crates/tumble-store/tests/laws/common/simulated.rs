@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 /// Bytes of a page.
 pub const PAGE: usize = 4096;
 
-/// What a cut leaves behind.
+/// State of flash after a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remains {
     /// So many bytes of the write are there.
@@ -30,7 +30,7 @@ pub enum Remains {
     SomeSet,
     /// Anything.
     Anything,
-    /// All is erased, but the flash did not say so.
+    /// All is erased, but the flash did not report success.
     Erased,
     /// All cells that were to be set are marginal.
     Marginal,
@@ -40,7 +40,7 @@ pub enum Remains {
     MarginalBack,
 }
 
-/// What an erasure that is cut may leave.
+/// States that a cut erasure may leave.
 pub const ERASURES: [Remains; 7] = [
     Remains::Bytes(0),
     Remains::ErasedFront,
@@ -138,8 +138,8 @@ impl<const WORD: usize> Simulated<WORD> {
         self.seed = seed;
     }
 
-    /// The same flash when power is back. Words that were torn and read as erased count as not written: a store cannot
-    /// tell.
+    /// The same flash when power is back. Torn words that read as erased count as not written: a store cannot
+    /// distinguish them.
     pub fn back(mut self) -> Self {
         self.cut = None;
         self.draw_marginal();
@@ -150,7 +150,7 @@ impl<const WORD: usize> Simulated<WORD> {
         self
     }
 
-    /// What is left to be done of an operation, if power is cut in it or was cut before.
+    /// Determines how an operation ends: whole, or with the remains of a cut now or before.
     fn remains(&self) -> Result<Option<Remains>, Fault> {
         match self.cut {
             Some(cut) if self.operations.len() > cut.after + 1 => Err(Fault::PowerCut),
