@@ -57,7 +57,7 @@ static void hear(void *context, const tumble_event *event)
     }
 }
 
-/** What says that nothing was done has done nothing. */
+/** A call that reports failure has changed nothing. */
 static bool left(tumble_status status, const void *object, size_t size, const tumble_redundancy *before)
 {
     if (done(status, object, size)) {
@@ -84,7 +84,7 @@ static void begin(const tumble_redundancy *before)
     if (draw_once_in(4)) {
         draw_spoil(units, TUMBLE_UNITS * sizeof *units);
     }
-    /* Which pointers are spoilt has to be known for this call, not for the check. */
+    /* Drawn before the check: the pointers that are corrupt have to be known for this call. */
     const size_t room = draw_below(TEXT + 1);
     done(tumble_redundancy_check(required(settings), draw_once_in(4) ? NULL : text + TEXT - room, room), NULL,
          0);
@@ -113,7 +113,7 @@ static void push(const tumble_redundancy *before)
     if (left(status, output, sizeof *output, before) && place == output) {
         const bool given = output->source != TUMBLE_NO_SOURCE;
         CHECK(!given || output->source == unit, "an output of another unit than said it");
-        /* It has no number on axes of which its source says nothing. */
+        /* It has no number on axes that its source does not measure. */
         CHECK(!given || (none_infinite(output->specific_force, 3) && none_infinite(output->angular_rate, 3)),
               "an output that is infinite");
         tell(output, offsetof(tumble_output, source) + sizeof output->source);

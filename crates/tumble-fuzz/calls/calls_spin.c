@@ -29,7 +29,7 @@ static void make_room(void)
     record = memory_ending(sizeof *record);
 }
 
-/** What says that nothing was done has done nothing. */
+/** A call that reports failure has changed nothing. */
 static bool left(tumble_status status, const void *object, size_t size, const tumble_spin *before)
 {
     if (done(status, object, size)) {
@@ -83,7 +83,7 @@ static void ask(void)
     }
 }
 
-/** What the spin showed, or says that it did, as a record. */
+/** Saves the bias that the spin shows, or claims to show, as a record. */
 static void keep(void)
 {
     if (draw_once_in(4)) {

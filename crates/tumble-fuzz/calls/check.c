@@ -9,7 +9,7 @@ enum { UNWRITTEN = 0xA5 };
 
 static uint64_t digest;
 
-/** What the library calls where it panics. */
+/** Called by the library where it panics. */
 _Noreturn void tumble_panic_is_reachable(void);
 void tumble_panic_is_reachable(void)
 {

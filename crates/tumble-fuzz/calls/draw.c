@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* What a run begins with, and what is left of it. */
+/* First state of the generator of a run, and its present one. */
 static uint64_t first_state;
 static uint64_t state;
 static const uint8_t *input;

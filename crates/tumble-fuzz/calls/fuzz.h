@@ -52,9 +52,9 @@ void *memory_ending(size_t size);
 
 #define CHECK(holds, what) ((holds) ? (void)0 : fail(what))
 
-/** Forgets what was told so far. */
+/** Forgets the digest of all outputs so far. */
 void told_begin(void);
-/** Takes in what the library said; a run that is repeated has to be told the same. */
+/** Adds output of the library to the digest; a run that is repeated has to give the same. */
 void tell(const void *bytes, size_t size);
 uint64_t told(void);
 
@@ -62,16 +62,16 @@ uint64_t told(void);
 void *required(void *object);
 /** A pointer that may be null. */
 void *optional(void *object);
-/** Whether a pointer of the call at hand must not be taken. */
+/** True if a pointer of the call at hand must be rejected. */
 extern bool pointer_spoilt;
 
 /** Fills an object that is to be written, so that it shows whether it was. */
 void unwritten(void *object, size_t size);
-/** What has to hold after each call: if it failed, `object` was not written. Gives whether it was done. */
+/** Checks a call: if it failed, `object` was not written. Gives whether it was done. */
 bool done(tumble_status status, const void *object, size_t size);
 bool all_finite(const float *numbers, size_t count);
 
-/** Whether none of so many numbers is infinite. */
+/** Checks that none of so many numbers is infinite. */
 bool none_infinite(const float *numbers, size_t count);
 
 /* flash.c */
@@ -80,9 +80,9 @@ enum { FLASH_BYTES = 8192, FLASH_START = 4096 };
 
 extern tumble_flash flash;
 extern uint8_t *flash_memory;
-/** How often the driver fails: once in so many operations; 0: never. */
+/** Rate at which the driver fails: once in so many operations; 0: never. */
 extern uint32_t flash_faults;
-/** Whether the calls come from a store as it is, so that what it writes can be judged. */
+/** True if the calls come from a store as it is, so that its writes can be checked. */
 extern bool flash_judged;
 
 /* warm.c */
@@ -91,13 +91,13 @@ extern tumble_redundancy *redundancy;
 extern tumble_spin *spin;
 extern tumble_store *store;
 
-/** How many samples are spoilt in the run at hand: one in so many. */
+/** Rate at which samples are corrupted in the run at hand: one in so many. */
 extern uint32_t samples_spoilt;
 
 void warm_up(void);
 /** Puts all three into a state drawn. */
 void warm_begin(void);
-/** The next sample that a unit of the set, or the robot, would have said; false where it says nothing. */
+/** Draws the next sample of a unit of the set, or of the robot; false where it sends none. */
 bool next_of_set(uint32_t *unit, tumble_sample *sample);
 void next_of_robot(tumble_sample *sample, tumble_wheels *wheels);
 void usual_record(tumble_record *record);
@@ -111,7 +111,7 @@ void play_twice(void);
 
 /* by_seed, guided */
 
-/** Says what a run fails of, and ends it. */
+/** Reports a failure, and ends the run. */
 _Noreturn void fail(const char *what);
 
 /* calls_*.c */
@@ -124,7 +124,7 @@ void call_of_store(void);
 
 /** A record, sound or not. */
 void any_record(tumble_record *record);
-/** Spoils the readings of one sample in so many as the run asks for, and the time of as many. */
+/** Corrupts the readings of one sample in so many as the run asks for, and the time of as many. */
 void spoil_sample(tumble_sample *sample);
 
 #endif

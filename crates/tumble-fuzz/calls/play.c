@@ -1,6 +1,6 @@
 #include "fuzz.h"
 
-/** Calls in any order, most of them of one kind; gives all that was said as one number. */
+/** Makes calls in any order, most of them of one kind; returns the digest of all outputs. */
 static uint64_t play(void)
 {
     static void (*const calls[])(void) = {call_of_model, call_of_record, call_of_redundancy, call_of_spin,

@@ -31,7 +31,7 @@ static uint32_t eventful_scenes;
 
 uint32_t samples_spoilt;
 
-/* What is said next. */
+/* Step of the next sample of the set. */
 static uint32_t set_step;
 static uint32_t spin_step;
 

@@ -22,7 +22,7 @@ pub type RunOutcome = Result<(), String>;
 pub struct FailedRun {
     /// All of the run follows from it.
     pub seed: u64,
-    /// What is wrong.
+    /// Description of the failure.
     pub what: String,
 }
 
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_seed_is_run_once_and_failures_and_panics_are_named_by_theirs() {
+    fn every_seed_runs_once_and_failures_and_panics_name_their_seed() {
         catch_panics();
         let seen = Mutex::new(Vec::new());
         let found = runs("test", 7, 2000, |seed| {

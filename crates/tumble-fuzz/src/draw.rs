@@ -1,4 +1,4 @@
-//! What is drawn: numbers, times and bytes, the worst of them more often than chance would have it.
+//! Random input: numbers, times and bytes, the worst of them more often than by chance.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;

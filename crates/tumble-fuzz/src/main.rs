@@ -13,7 +13,7 @@ use tumble_fuzz::target::Target;
 
 const USAGE: &str = "tumble-fuzz TARGET [--runs N] [--from SEED] | [--seed SEED] | [--input FILE]";
 
-/// What is asked for.
+/// Arguments of the command.
 struct Request {
     target: String,
     runs: u64,
@@ -45,7 +45,7 @@ fn request() -> Result<Request, lexopt::Error> {
     Ok(asked)
 }
 
-/// What was found, a line each.
+/// Runs the target; returns the failures, a line each.
 fn found(asked: &Request, target: &Target) -> Result<Vec<String>, std::io::Error> {
     catch_panics();
     let run_of = |seed| target.run(Draw::new(seed));

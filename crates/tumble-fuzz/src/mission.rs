@@ -1,5 +1,5 @@
-//! What a set of three units truly goes through, and what each says of it: rest, motion, rest, motion in which the
-//! primary falls silent. Short, so that a monitor with short settings goes through all of it in thousands of samples.
+//! True motion of a set of three units, and their readings: rest, motion, rest, motion in which the primary falls
+//! silent. Short, so that a monitor with short settings goes through all of it in thousands of samples.
 
 use nalgebra::Vector3;
 use tumble_core::gravity;
@@ -25,7 +25,7 @@ const SILENT: f32 = 10.5;
 /// When it rests, s.
 const RESTS: [(f32, f32); 2] = [(0.0, 1.2), (7.0, 8.4)];
 
-/// The sample that is taken as the `step`-th, and the unit that says it; `None` where that unit is silent.
+/// Returns the sample taken as the `step`-th, and its unit; `None` where that unit is silent.
 pub fn sample(step: u64) -> Option<(usize, Sample<f32>)> {
     let time = step * PERIOD / UNITS as u64;
     let number = usize::try_from(step % UNITS as u64).unwrap_or(0);

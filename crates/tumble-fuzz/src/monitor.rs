@@ -1,6 +1,6 @@
-//! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as
-//! bad as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored,
-//! the same input gives the same bits, and when units say the truth again, there is an output again.
+//! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as bad
+//! as they come. Nothing panics; all outputs are finite and of a unit of the set; adopted records can be stored; the
+//! same input gives the same bits; and when units measure correctly again, there is an output again.
 
 use std::cell::Cell;
 use std::fmt::{self, Write as _};
@@ -21,7 +21,7 @@ use crate::mission::{LENGTH, UNITS, sample};
 use crate::record::{plain_record, spoil_record};
 use crate::settings::{FIRST_IDENTITY, usual, worst};
 
-/// As on a device: one secondary is calibrated at a time.
+/// One secondary is calibrated at a time, like on a device.
 type FuzzedMonitor = Monitor<f32, UNITS, 1>;
 
 /// Sets that fly the mission.
@@ -106,7 +106,7 @@ impl MonitorScenes {
         }
     }
 
-    /// Plays a run; gives all that was said as one number.
+    /// Plays a run; returns the digest of all outputs.
     fn play(&self, mut draw: Draw) -> Result<u64, String> {
         let chosen = if draw.once_in(2) {
             draw.pick(&self.eventful)
@@ -149,7 +149,7 @@ struct Run {
 }
 
 impl Run {
-    /// Whatever was said before, a set whose units say the truth for long enough has an output again.
+    /// After any input, a set whose units measure correctly for long enough has an output again.
     fn recover(&mut self) -> RunOutcome {
         let mut last = None;
         for step in SOUND {
@@ -220,7 +220,7 @@ fn any_record(draw: &mut Draw) -> StoredRecord {
     }
 }
 
-/// How samples are spoilt in one run.
+/// Corruption of samples in one run.
 struct Spoiler {
     /// One sample in so many.
     values: usize,
@@ -244,7 +244,7 @@ impl Spoiler {
         }
     }
 
-    /// Spoils a sample; gives the unit that is said to have said it.
+    /// Corrupts a sample; returns the unit to which it is attributed.
     fn spoil(&mut self, draw: &mut Draw, number: usize, sample: &mut Sample<f32>) -> usize {
         if draw.once_in(self.values) {
             spoil_values(draw, sample);
@@ -269,7 +269,7 @@ impl Spoiler {
     }
 }
 
-/// Spoils some channels, or all.
+/// Corrupts some channels, or all.
 pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
     let channels = sample.specific_force.iter_mut().chain(&mut sample.angular_rate);
     match draw.below(4) {
@@ -286,12 +286,12 @@ pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
     }
 }
 
-/// All that was said.
+/// Log of all outputs of a run.
 #[derive(Default)]
 pub struct RunLog {
     digest: DefaultHasher,
     objection: Option<String>,
-    /// Whether a record was taken.
+    /// True if a record was accepted.
     restored: bool,
 }
 
@@ -310,7 +310,7 @@ impl RunLog {
         }
     }
 
-    /// A number on each axis of which the source says something, and no number on the others.
+    /// Checks for a number on each axis that the source measures, and no number on the others.
     fn take(&mut self, platform: &Platform<f32, UNITS>, output: &Output<f32>) -> RunOutcome {
         let numbers = output.specific_force.iter().chain(&output.angular_rate);
         for number in numbers.clone() {

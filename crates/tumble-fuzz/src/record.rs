@@ -64,7 +64,7 @@ fn damaged(draw: &mut Draw) -> RunOutcome {
     }
 }
 
-/// What somebody signs is refused, or is the record that has these bytes.
+/// Bytes with a valid checksum are refused, or are the encoding of the record that they give.
 fn damaged_and_signed(draw: &mut Draw) -> RunOutcome {
     let mut bytes = any_bytes(draw);
     for _ in 0..=draw.below(4) {
@@ -127,7 +127,7 @@ fn expect(holds: bool, otherwise: &str) -> RunOutcome {
     if holds { Ok(()) } else { Err(otherwise.to_owned()) }
 }
 
-/// Tells whether a writer may write it (`docs/record-format.md`).
+/// Checks the requirements of `docs/record-format.md` on a writer.
 fn is_sound(stored: &StoredRecord) -> bool {
     let record = &stored.record;
     let mut numbers = record.parts().into_iter().flatten();

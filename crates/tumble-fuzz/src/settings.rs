@@ -80,7 +80,7 @@ pub fn worst(draw: &mut Draw, of: &Platform<f32, UNITS>) -> Platform<f32, UNITS>
     Platform::new(settings, calibration, units).unwrap_or(*of)
 }
 
-/// What is chosen among a few.
+/// Draws settings that are choices.
 fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.gate = draw.pick(&[Gate::SecondaryAlone, Gate::WholePrimary, Gate::SensorBySensor]);
     settings.evaluation.data = draw.pick(&[Data::Raw, Data::Compensated]);

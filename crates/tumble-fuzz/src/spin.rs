@@ -97,7 +97,7 @@ impl SpinScenes {
         }
     }
 
-    /// Plays a run; gives all that was said as one number.
+    /// Plays a run; returns the digest of all outputs.
     fn play(&self, mut draw: Draw) -> Result<u64, String> {
         let Scene {
             mut step,
@@ -152,7 +152,7 @@ impl SpinScenes {
         }
         let angle = true_angle(&mut draw);
         let known = draw.once_in(2).then_some(&angle);
-        // What slices have not solved takes longer than all samples of a run, so not all runs do it.
+        // Solving outside the slices takes longer than all samples of a run, so not all runs do it.
         let asked = draw.once_in(16);
         if asked && let Ok(estimate) = machine.solve(known) {
             if finite {
@@ -190,7 +190,7 @@ fn true_angle(draw: &mut Draw) -> TrueAngle<f32> {
     }
 }
 
-/// What is known is finite.
+/// Checks that observed values are finite.
 fn check(estimate: &SpinEstimate<f32>) -> RunOutcome {
     let bias = |bias: &VectorEstimate<f32>| !bias.observed || bias.value.iter().all(|x| x.is_finite());
     let value = |value: &ScalarEstimate<f32>| !value.is_known() || value.value.is_finite();
@@ -281,7 +281,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_begin_while_it_stands_while_it_turns_and_when_it_is_done() {
+    fn runs_begin_at_rest_in_a_turn_and_when_the_spin_is_done() {
         let SpinScenes(scenes) = SpinScenes::new();
         let some = |is: fn(&SpinState<f32>) -> bool| scenes.iter().any(|scene| is(scene.machine.state()));
         assert!(some(|state| *state == SpinState::Still));

@@ -1,4 +1,4 @@
-//! What can be fed with hostile input.
+//! Targets that are fed with hostile input.
 
 use crate::campaign::RunOutcome;
 use crate::draw::Draw;
@@ -17,7 +17,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// What they are called.
+    /// Names of the targets.
     pub const NAMES: [&str; 3] = ["record", "monitor", "spin"];
 
     /// The one of a name.
@@ -33,7 +33,7 @@ impl Target {
     /// Makes one run.
     ///
     /// # Errors
-    /// What is wrong, in a line.
+    /// A failure is described in a line.
     pub fn run(&self, draw: Draw) -> RunOutcome {
         match self {
             Self::Record => record::run(draw),

@@ -1,6 +1,6 @@
 /* Hostile calls of the C interface. `tumble-calls [--runs N] [--from SEED]` makes N runs of seeds from SEED
  * on, in as many processes as there are processors; `--seed SEED` repeats one run, with a program that the
- * same compiler made: in which order arguments are drawn is for it to say. Ends with 1 where anything was
+ * same compiler made: the order in which arguments are drawn is the compiler's choice. Ends with 1 where anything was
  * found. */
 #define _POSIX_C_SOURCE 200809L
 #include "../fuzz.h"
@@ -29,7 +29,7 @@ void fail(const char *what)
 {
     char line[256];
     const int length = snprintf(line, sizeof line, "\ncalls --seed %" PRIu64 ": %s\n", run_seed, what);
-    /* Nothing can be done where even that cannot be said. */
+    /* Nothing can be done where even that cannot be reported. */
     (void)!write(STDOUT_FILENO, line, (size_t)length);
     _exit(1);
 }
