@@ -1,4 +1,4 @@
-//! Tells the linker where memory is: where the platform's is.
+//! Gives the linker the platform's memory map.
 
 fn main() {
     let here = std::env::var("CARGO_MANIFEST_DIR").expect("cargo says where the package is");

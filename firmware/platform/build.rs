@@ -1,4 +1,4 @@
-//! Tells the linker where memory is.
+//! Gives the linker the memory map.
 
 fn main() {
     let said = |name| std::env::var(name).expect("cargo says it");

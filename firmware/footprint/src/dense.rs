@@ -40,7 +40,7 @@ pub fn fly<W: WorkMeter>(file: &[u8], watch: &mut W) -> Result<(), MissionError>
     Ok(())
 }
 
-/// What all units say at a part of the way from one instant to the next.
+/// Interpolates the readings of all units between one instant and the next.
 fn between(before: &Instant, after: &Instant, part: u8) -> Instant {
     let share = f32::from(part) / f32::from(TIMES);
     let mut all = *after;

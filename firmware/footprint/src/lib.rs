@@ -1,4 +1,4 @@
-//! What all images share: how they come by values that the compiler cannot know, and what each part is made to do.
+//! Shared parts of all images: values that the compiler cannot know, and the calls that each part makes.
 //!
 //! An image with one part, less the empty one, shows what that part takes of flash. Everything of the part that a user
 //! would call is called, with values that go through [`black_box`], so that nothing is worked out beforehand.

@@ -1,7 +1,7 @@
-//! Replays the mission on the host, and compares it with what a device said.
+//! Replays the mission on the host, and compares it with the report of a device.
 //!
-//!     mission replay VECTORS             says what the device has to say
-//!     mission compare VECTORS SAID       tells the story of what it said, and compares it line by line
+//!     mission replay VECTORS             prints the report expected of the device
+//!     mission compare VECTORS SAID       prints a device's report, and compares it line by line
 
 mod replay;
 mod story;
@@ -31,7 +31,7 @@ fn main() -> ExitCode {
     })
 }
 
-/// Tells the story, and fails where the device and the host differ.
+/// Prints the report, and fails where the device and the host differ.
 fn compare(vectors: &Path, said: &Path) -> Result<ExitCode, HostError> {
     let read = std::fs::read_to_string(said);
     let device = read.map_err(|error| HostError(format!("{}: {error}", said.display())))?;

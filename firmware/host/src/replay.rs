@@ -8,7 +8,7 @@ use mission::{MissionError, flight, spin, temperature};
 
 use crate::HostError;
 
-/// Everything that is said.
+/// Report of the whole mission.
 pub fn replay(vectors: &Path) -> Result<String, HostError> {
     let [redundancy, robot] = ["redundancy.json", "spin.json"].map(|name| vectors.join(name));
     let flown = read(&redundancy)?;

@@ -1,20 +1,20 @@
-//! What a device said, for people.
+//! Report of a device, in a form for people.
 
-/// How a line begins that is about the device alone.
+/// Prefix of lines that are about the device alone.
 const ABOUT_THE_DEVICE: &str = "device: ";
 
-/// The lines that the host has to say too.
+/// Lines that the host has to report too.
 pub fn shared(said: &str) -> impl Iterator<Item = &str> {
     said.lines().filter(|line| !line.starts_with(ABOUT_THE_DEVICE))
 }
 
-/// How lines begin that are left out: single outputs, and details of what is told.
+/// Prefixes of lines that are left out: single outputs, and details of events.
 const LEFT_OUT: [&str; 2] = ["  output", "      "];
 
 /// Lines with which a part of the mission begins.
 const PARTS: [&str; 4] = ["first start", "second start", "spin", "temperature"];
 
-/// Tells it in decimals.
+/// Prints the report in decimals.
 pub fn tell(said: &str) {
     let told = |line: &&str| !LEFT_OUT.iter().any(|start| line.starts_with(start));
     for line in said.lines().filter(told) {

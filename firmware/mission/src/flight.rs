@@ -93,7 +93,7 @@ pub fn second<W: WorkMeter>(
     flight.end()
 }
 
-/// Whether a record of every sensor of every secondary is in flash.
+/// Checks that a record of every sensor of every secondary is in flash.
 ///
 /// # Errors
 /// [`MissionError`].
@@ -151,7 +151,7 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
         Ok(flight)
     }
 
-    /// Takes in what all units that are alive say.
+    /// Takes in the samples of all units that are alive.
     fn live_through(&mut self, instant: &Instant) -> Result<(), MissionError> {
         let alive = self.deaths;
         for (unit, (sample, death)) in instant.iter().zip(alive).enumerate() {
@@ -212,7 +212,7 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
         Ok(())
     }
 
-    /// Compares the output of a secondary with what the primary would have said.
+    /// Compares the output of a secondary with the compensated readings of the primary.
     fn depart(&mut self, instant: &Instant, output: &Output<f32>) {
         let [primary, ..] = instant;
         let (unit, raw) = (
@@ -227,7 +227,7 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
         }
     }
 
-    /// Says what is left to say.
+    /// Writes the end of the report.
     fn end(self) -> Result<(), MissionError> {
         self.outputs.end(self.out)?;
         for (unit, departure) in self.departures.iter().enumerate().skip(1) {
@@ -244,7 +244,7 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
     }
 }
 
-/// What the monitor reported of one sample: written down afterwards, as formatting takes stack of its own.
+/// Events of one sample: written down afterwards, as formatting takes stack of its own.
 #[derive(Default)]
 struct Events {
     list: Vec<Event<f32>, EVENTS>,
@@ -259,8 +259,8 @@ impl Events {
     }
 }
 
-/// How far a secondary that is the source is from what the primary would have said, compensated and as read: sums of
-/// squares of specific force and angular rate.
+/// Difference of a secondary that is the source from the primary's compensated readings, for compensated and raw
+/// readings: sums of squares of specific force and angular rate.
 #[derive(Clone, Copy, Default)]
 struct Departure {
     compensated: [f32; 2],

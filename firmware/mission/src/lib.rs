@@ -1,8 +1,8 @@
-//! What the movable platform goes through, from its first start to the failure of its primary; a robot's spin; and what
-//! temperature does to a sensor.
+//! Mission of the movable platform, from its first start to the failure of its primary; a robot's spin; and the
+//! correction of a sensor's temperature drift.
 //!
-//! The device and the host run this same code over the same vectors, and say what comes of it, number by number in
-//! the bits of single precision: the two must not differ. Read in this order:
+//! The device and the host run this same code over the same vectors, and report the results number by number in the
+//! bits of single precision: the two must not differ. Read in this order:
 //!
 //! 1. [`vectors`]: the sensors' readings, out of a JSON file.
 //! 2. [`units`]: the redundant set that gives them, and [`nor`], the flash that outlasts a reset.
@@ -40,7 +40,7 @@ pub enum MissionError {
     Layout(LayoutError),
     /// A record was not stored or not read.
     Store(StoreError<NorFlashErrorKind>),
-    /// Nobody takes in what is said.
+    /// The report is discarded.
     Silenced,
 }
 

@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
-/// What is read where nothing was written.
+/// Byte of erased flash.
 pub const ERASED: u8 = 0xFF;
 
 /// Bytes of a page.
@@ -64,7 +64,7 @@ impl ReadNorFlash for Nor<'_> {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         check_read(self, offset, bytes.len())?;
         let held = self.range(offset, end(offset, bytes))?;
-        // Of the same length, which a compiler has to see.
+        // The compiler has to see that the lengths are equal.
         let held = held.get(..bytes.len()).ok_or(NorFlashErrorKind::OutOfBounds)?;
         bytes.copy_from_slice(held);
         Ok(())
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_write_clears_bits_and_only_an_erasure_of_its_page_sets_them() {
+    fn a_write_clears_bits_and_only_a_page_erasure_sets_them() {
         let mut memory = [ERASED; BYTES];
         let mut nor = Nor::new(&mut memory);
         let mut read = [0; WORD];

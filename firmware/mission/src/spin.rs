@@ -13,7 +13,7 @@ use crate::units::sample;
 use crate::vectors::Cases;
 use crate::work_meter::{WorkMeter, WorkPart};
 
-/// Plays a spin, and says what comes of it.
+/// Plays a spin, and reports its estimates.
 ///
 /// # Errors
 /// [`MissionError`].
@@ -51,7 +51,7 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
                 Bits(rate)
             )?;
         }
-        // What comes behind the end is not looked at, and would count as samples that cost next to nothing.
+        // Samples behind the end are ignored, and would count as samples that cost next to nothing.
         if matches!(event, Some(SpinEvent::Done | SpinEvent::Failed)) {
             break;
         }

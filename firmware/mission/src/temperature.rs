@@ -9,7 +9,7 @@ use tumble_core::temperature::TemperatureDrift;
 use crate::MissionError;
 use crate::text::{Bits, vector};
 
-/// What temperature does to the sensor: numbers that nothing of it comes out round of.
+/// Temperature drift of the sensor: numbers of which no product is round.
 const DRIFT: TemperatureDrift<f32> = TemperatureDrift {
     reference: 25.0,
     range: [-20.0, 70.0],
@@ -28,10 +28,10 @@ const DRIFT: TemperatureDrift<f32> = TemperatureDrift {
 /// Its bias at the reference.
 const BIAS: Vector3<f32> = Vector3::new(0.013, -0.021, 0.034);
 
-/// What it reads at all temperatures, degC.
+/// Readings at all temperatures, degC.
 const READING: Vector3<f32> = Vector3::new(0.31, -4.7, 8.3);
 
-/// Takes the reading to the reference from one temperature after the other, and says what comes of it.
+/// Corrects the readings from one temperature after the other to the reference, and reports the results.
 ///
 /// # Errors
 /// [`MissionError`].

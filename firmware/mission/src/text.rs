@@ -1,9 +1,9 @@
-//! How what happened is written down: one line for each thing, all its figures in it.
+//! Text of events: one line for each, with all its figures.
 //!
-//! What is indented is of the line before, and by six spaces or more for those who want all of it.
+//! Indented lines belong to the line before; six spaces or more mark the finest details.
 //!
 //! A number of single precision is its bits, `#` and eight hexadecimal digits: so device and host are compared bit for
-//! bit, and whoever tells the story turns them into decimals.
+//! bit, and the report for people converts them into decimals.
 
 use core::fmt::{Display, Formatter, Result, Write};
 
@@ -79,7 +79,7 @@ impl Display for UnitLabel {
 /// An event.
 ///
 /// # Errors
-/// As of what it is written to; so all of these.
+/// Those of the writer; the same holds for all of these.
 pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
     write!(out, "{} {}: ", Time(event.time), UnitLabel(event.unit))?;
     let name = event.kind.name();
@@ -255,7 +255,7 @@ fn matrix(out: &mut dyn Write, name: &str, matrix: &Matrix3<f32>) -> Result {
 /// A vector.
 ///
 /// # Errors
-/// As of what it is written to.
+/// Those of the writer.
 pub fn vector(out: &mut dyn Write, name: &str, vector: &Vector3<f32>) -> Result {
     writeln!(out, "    {name} {}", All(vector.as_slice()))
 }
@@ -274,7 +274,7 @@ impl Outputs {
     /// Takes in the next.
     ///
     /// # Errors
-    /// As of what it is written to.
+    /// Those of the writer.
     pub fn take(&mut self, out: &mut dyn Write, output: &Output<f32>) -> Result {
         let numbers = output.specific_force.iter().chain(output.angular_rate.iter());
         self.add(&output.time.to_le_bytes());
@@ -298,10 +298,10 @@ impl Outputs {
         )
     }
 
-    /// How many there were, and the checksum of all.
+    /// Writes the number of outputs, and the checksum of all.
     ///
     /// # Errors
-    /// As of what it is written to.
+    /// Those of the writer.
     pub fn end(self, out: &mut dyn Write) -> Result {
         let Self { checksum, count } = self;
         writeln!(out, "outputs: {count}, checksum of all {checksum:08x}")

@@ -19,7 +19,7 @@ const IDENTITIES: [u64; UNITS] = [0x7001, 0x7002, 0x7003];
 /// Time of the first sample, microseconds.
 const START: u64 = 1_000_000;
 
-/// What the second secondary is off by from the first, beside being mounted upside down, in steps.
+/// Error of the second secondary relative to the first, beside being mounted upside down, in steps.
 const OFF: VectorCounts = [1_500, -900, 700, -800, 600, 400];
 
 /// Signs of the channels of a unit that is turned by half a turn about x.
@@ -39,7 +39,7 @@ pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, MissionError>
     Ok(Platform::new(settings, PrimaryCalibration::none(), units)?)
 }
 
-/// What all units say at one instant, in the order of their numbers.
+/// Readings of all units at one instant, in the order of their numbers.
 pub type Instant = [Sample<f32>; UNITS];
 
 /// The readings of the set, instant by instant, as often as they are asked for one after the other.
@@ -98,7 +98,7 @@ impl Iterator for UnitReadings<'_> {
     }
 }
 
-/// What the second secondary says when the first says this.
+/// Readings of the second secondary for those of the first.
 fn upside_down(counts: &VectorCounts) -> VectorCounts {
     let mut turned = *counts;
     for (count, (sign, off)) in turned.iter_mut().zip(UPSIDE_DOWN.iter().zip(OFF)) {

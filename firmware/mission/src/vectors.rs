@@ -16,7 +16,7 @@ pub struct Cases<'f>(&'f [u8]);
 pub type VectorCounts = [i32; CHANNELS];
 
 impl<'f> Cases<'f> {
-    /// Of the bytes of a file.
+    /// Reads the bytes of a file.
     ///
     /// # Errors
     /// [`MissionError::Vectors`] where it has none.
@@ -66,7 +66,8 @@ impl<'f> Cases<'f> {
     }
 }
 
-/// Rows of readings, read one by one. What is not a list of six integers is [`MissionError::Vectors`], and the last.
+/// Rows of readings, read one by one. A row that is not a list of six integers is [`MissionError::Vectors`], and the
+/// last.
 #[derive(Clone)]
 pub struct VectorRows<'f> {
     name: &'static str,
@@ -172,7 +173,7 @@ fn exponent(text: &mut &[u8]) -> Option<i32> {
     found.then_some(if negative { -power } else { power })
 }
 
-/// Whether text begins with a minus, and text without its sign.
+/// Strips a minus sign; returns whether there was one, and the text without it.
 fn sign(text: &[u8]) -> (bool, &[u8]) {
     match text {
         [b'-', rest @ ..] => (true, rest),
@@ -181,7 +182,7 @@ fn sign(text: &[u8]) -> (bool, &[u8]) {
     }
 }
 
-/// What follows `"name":`.
+/// Text that follows `"name":`.
 fn after_key<'f>(text: &'f [u8], name: &str) -> Option<&'f [u8]> {
     let mut rest = text;
     loop {
@@ -197,7 +198,7 @@ fn after_key<'f>(text: &'f [u8], name: &str) -> Option<&'f [u8]> {
     }
 }
 
-/// What follows a byte, if text begins with it.
+/// Text that follows a byte, if it begins with it.
 fn after(text: &[u8], expected: u8) -> Option<&[u8]> {
     match spaceless(text) {
         [first, rest @ ..] if *first == expected => Some(rest),

@@ -1,4 +1,4 @@
-//! Who measures what the parts of the mission cost.
+//! Meters of the cost of the parts of the mission.
 
 /// A part of the work on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub trait WorkMeter {
     /// Does it.
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R;
 
-    /// Says which part it was that was done last: often only its outcome tells.
+    /// Names the part that was done last: often only its outcome determines it.
     fn was(&mut self, part: WorkPart);
 }
 

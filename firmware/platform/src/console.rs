@@ -1,4 +1,4 @@
-//! What the device says, line by line: each costs one stop of the emulator.
+//! Output of the device, line by line: each costs one stop of the emulator.
 
 use core::fmt::{Error, Result, Write};
 
@@ -23,7 +23,7 @@ impl Console {
         })
     }
 
-    /// Says what is not yet a line.
+    /// Sends a line that is not complete.
     pub fn flush(&mut self) {
         self.host.write(self.line.as_bytes());
         self.line.clear();

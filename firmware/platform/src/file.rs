@@ -21,7 +21,7 @@ pub fn read<'r>(name: &CStr, room: &'r mut [u8]) -> Result<&'r [u8], FileError> 
     let file = HostFile::open(name, Mode::Read).ok_or(FileError::Missing)?;
     let left = file.read(room);
     file.close();
-    // What is full may have been longer.
+    // A full buffer may hold only the start of a longer file.
     let read = room.len().checked_sub(left).filter(|_| left > 0);
     read.and_then(|read| room.get(..read)).ok_or(FileError::TooLong)
 }

@@ -1,4 +1,4 @@
-//! What the host does for the device that it debugs: semihosting, which Arm wrote down and RISC-V took over.
+//! Services of the host for the device that it debugs: semihosting, which Arm wrote down and RISC-V took over.
 #![allow(unsafe_code)]
 
 use core::ffi::CStr;
@@ -16,7 +16,7 @@ const LEAVE: usize = 0x18;
 const ENDED: usize = 0x20026;
 const FAILED: usize = 0x20023;
 
-/// What a file is opened for.
+/// Modes in which a file is opened.
 #[derive(Clone, Copy)]
 pub enum Mode {
     /// To read bytes.
@@ -44,7 +44,7 @@ impl HostFile {
         unsafe { ask_host(READ, block.as_ptr() as usize) }
     }
 
-    /// Writes; a host that does not listen cannot be told so.
+    /// Writes; an error of the host cannot be reported to it.
     pub fn write(&self, bytes: &[u8]) {
         let block = [self.0, bytes.as_ptr() as usize, bytes.len()];
         // SAFETY: the host reads as many bytes, which are there.

@@ -1,7 +1,7 @@
 //! The movable platform on a microcontroller, as QEMU emulates them: plays the mission over the vectors that it reads from
 //! the host, and resets itself between the first start and the second.
 //!
-//! Lines that begin with `device:` are about this device; all others the host says too when it replays the mission.
+//! Lines that begin with `device:` are about this device; the host reports all others too when it replays the mission.
 #![no_std]
 #![no_main]
 
@@ -32,7 +32,7 @@ use crate::file::FileError;
 use crate::memory::{FILE, Memory};
 use crate::stack::Stack;
 
-/// What is done after a start.
+/// Action after a start.
 enum Next {
     Reset,
     Leave,
@@ -74,7 +74,7 @@ fn live() -> ! {
         None => host::leave(false),
     };
     if let Err(failure) = &played {
-        // Nobody is left to be told if this fails too.
+        // A failure of this write cannot be reported.
         let _ = say(&mut out, failure);
     }
     out.flush();
@@ -143,7 +143,7 @@ fn states(out: &mut Console) -> core::fmt::Result {
     Ok(())
 }
 
-/// Says why the mission cannot go on.
+/// Reports the reason why the mission cannot go on.
 fn say(out: &mut Console, PlatformFailure(why, file): &PlatformFailure) -> core::fmt::Result {
     write!(out, "device: cannot go on: {file}: ")?;
     match why {

@@ -11,7 +11,7 @@ pub const FILE: usize = 256 * 1024;
 
 /// All of it.
 pub struct Memory {
-    /// What the flash holds.
+    /// Contents of the flash.
     pub nor: &'static mut [u8; BYTES],
     /// Number of this start since power came on, from 1.
     pub start: u32,
@@ -19,7 +19,7 @@ pub struct Memory {
     pub file: &'static mut [u8; FILE],
 }
 
-/// How often the device was started, and a word that is not there when power comes on.
+/// Number of starts of the device, and a word that is not there when power comes on.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Starts {

@@ -1,4 +1,4 @@
-//! What a panic would do: there is none.
+//! Panic handler that is never reached.
 //!
 //! The handler calls a function that nobody defines. An image from which the compiler could not prove all panics away
 //! therefore does not link, and the linker names the function.

@@ -1,6 +1,6 @@
 //! Makes the image unsound on purpose, to show that it would be noticed.
 
-/// Nothing, but for a feature that says otherwise; `number` is one that the compiler does not know.
+/// Does nothing unless a feature asks for it; `number` is one that the compiler does not know.
 pub fn run(number: u32) {
     #[cfg(feature = "reach-a-panic")]
     panic(number);

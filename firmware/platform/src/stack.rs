@@ -21,7 +21,7 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// What a part used at most.
+/// Largest use of stack by a part.
 #[derive(Clone, Copy, Default)]
 struct PartStack {
     bytes: usize,
@@ -29,7 +29,7 @@ struct PartStack {
     function: usize,
 }
 
-/// What each part of the mission used at most.
+/// Largest use of stack by each part of the mission.
 pub struct Stack {
     most: [PartStack; WORK_PARTS.len()],
     last: PartStack,
@@ -48,7 +48,7 @@ impl Stack {
         }
     }
 
-    /// Says what was used.
+    /// Reports the largest use of stack.
     pub fn tell(&mut self, out: &mut Console) -> core::fmt::Result {
         self.look();
         let used = WORK_PARTS.iter().zip(self.most);

@@ -1,5 +1,5 @@
 //! Counts instructions while it plays the mission: QEMU, asked to by `-icount shift=N`, lets 2^N nanoseconds pass with
-//! each, and the timer of the processor counts 25 MHz of that time. What is printed are nanoseconds.
+//! each, and the timer of the processor counts 25 MHz of that time. The printed times are nanoseconds.
 #![no_std]
 #![no_main]
 
@@ -27,13 +27,13 @@ const RANGE: u32 = 0x00FF_FFFF;
 /// Times that what is short is repeated.
 const REPEATED: u32 = 10_000;
 
-/// Counts instructions of each part, and says so at once.
+/// Counts instructions of each part, and reports them at once.
 struct Counter {
     timer: SYST,
     out: HostStream,
-    /// Of the timer; `None` if it came to its end meanwhile.
+    /// Last count of the timer; `None` if it came to its end meanwhile.
     last: Option<u32>,
-    /// What is said behind the name of each part.
+    /// Suffix of the name of each part.
     suffix: &'static str,
 }
 
@@ -49,7 +49,7 @@ impl WorkMeter for Counter {
     }
 
     fn was(&mut self, part: WorkPart) {
-        // Where nobody listens, the end of the mission says so.
+        // Write errors are ignored here; the end of the mission reports them.
         let suffix = self.suffix;
         let _ = self.tell(format_args!("{part:?}{suffix}"), 1);
     }
@@ -76,7 +76,7 @@ impl Counter {
     }
 }
 
-/// What the mission has to say is not of interest here.
+/// The mission's own report is discarded here.
 struct Silence;
 
 impl Write for Silence {
@@ -96,9 +96,9 @@ fn main() -> ! {
     }
 }
 
-/// Says, line by line, what was done, how many times, and the nanoseconds that took.
+/// Reports the operations, line by line: their number, and the nanoseconds that they took.
 fn count(mut counter: Counter) -> Result<(), MissionError> {
-    // A loop of two instructions shows whether the timer counts what it is said to.
+    // A loop of two instructions verifies the rate of the timer.
     counter.during(|| cortex_m::asm::delay(black_box(2 * REPEATED)));
     counter.tell(format_args!("check"), REPEATED)?;
     let (corrections, sample) = (corrections(), sample());

@@ -32,7 +32,7 @@ pub fn stack_pointer() -> usize {
 /// Asks the host to do something, and gives its answer.
 ///
 /// # Safety
-/// The argument is what the operation says it is.
+/// The argument is of the kind that the operation requires.
 pub unsafe fn ask_host(operation: usize, argument: usize) -> usize {
     let answer;
     // SAFETY: stops the processor until the host, who takes and gives what these registers hold, lets it go on.

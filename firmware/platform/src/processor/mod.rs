@@ -1,7 +1,7 @@
-//! What differs from processor to processor: the start, the reset, the pointer of the stack, and how the host is asked.
+//! Parts that differ from processor to processor: the start, the reset, the stack pointer, and the request to the host.
 //!
-//! Each module has the same functions; where memory is, the linker script beside it says: `memory.x`, `riscv.x`.
-//! Both define `_stack_start`, from which the stack grows down, and the places of [`crate::memory`].
+//! Each module has the same functions; the linker script beside it places memory: `memory.x`, `riscv.x`. Both define
+//! `_stack_start`, from which the stack grows down, and the places of [`crate::memory`].
 
 #[cfg(target_arch = "arm")]
 mod cortex_m;

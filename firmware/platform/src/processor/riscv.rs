@@ -33,7 +33,7 @@ extern "C" fn live() -> ! {
     crate::live()
 }
 
-// Of traps, the processor takes the address for one of its modes unless it is a multiple of four.
+// The processor aligns the address of the trap handler to four bytes, and takes the lowest bits for the mode.
 global_asm!(
     ".balign 4",
     ".global tumble_trap",
@@ -75,7 +75,7 @@ pub fn stack_pointer() -> usize {
 /// Asks the host to do something, and gives its answer.
 ///
 /// # Safety
-/// The argument is what the operation says it is.
+/// The argument is of the kind that the operation requires.
 #[inline(never)]
 pub unsafe fn ask_host(operation: usize, argument: usize) -> usize {
     let answer;
