@@ -12,7 +12,7 @@ pub fn square_root(square: f32) -> f32 {
     {
         let mut bits = square.to_bits();
         // By way of a whole number: stable compilers give no register for floating point to a unit of single precision.
-        // SAFETY: changes nothing but the register of the number, and one that it says it changes.
+        // SAFETY: changes nothing but the register of the number, and one that it declares as changed.
         unsafe {
             core::arch::asm!(
                 "vmov s0, {bits}",

@@ -99,7 +99,7 @@ type Traced = (Py<PyArray1<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>);
 /// A segment of constant rate: start s, end s, kind, rate (3,) rad/s, specific force (3,) m/s^2.
 type ConstantRate = (f64, f64, &'static str, [f64; 3], [f64; 3]);
 
-/// What one unit showed.
+/// Acquired rests and turns of one unit.
 #[pyclass(module = "tumble._core", name = "Acquired", frozen)]
 pub struct PyAcquired {
     /// The thing itself.

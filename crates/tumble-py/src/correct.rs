@@ -48,7 +48,8 @@ fn coefficients(rows: &[[f64; 3]]) -> PyResult<Coefficients<f64>> {
     Ok(powers)
 }
 
-/// What readings (n, 3) of a triad of that bias, at temperatures (n,), degC, would be at the reference of the drift.
+/// Corrects readings (n, 3) of a triad of that bias, at temperatures (n,), degC, to the reference temperature of the
+/// drift.
 #[pyfunction]
 fn at_reference<'py>(
     py: Python<'py>,

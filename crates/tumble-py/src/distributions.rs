@@ -9,7 +9,7 @@ fn chi_square_tail(x: f64, freedom: f64) -> f64 {
     distributions::chi_square_tail(x, freedom)
 }
 
-/// What a chi-square of that many degrees of freedom exceeds with the chance `tail`.
+/// Quantile of chi-square of that many degrees of freedom that is exceeded with probability `tail`.
 #[pyfunction]
 fn chi_square_quantile(tail: f64, freedom: f64) -> f64 {
     distributions::chi_square_quantile(tail, freedom)

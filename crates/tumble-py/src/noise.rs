@@ -53,7 +53,7 @@ impl PyNoiseRecord {
         self.record.end_stretch();
     }
 
-    /// What all stretches show, a mapping for each channel; `interval` between samples in s.
+    /// Estimates the terms of all stretches, a mapping for each channel; `interval` between samples in s.
     fn conclude<'py>(&self, py: Python<'py>, interval: f64) -> PyResult<Bound<'py, PyList>> {
         let found = py.detach(|| self.record.conclude(interval));
         let list = PyList::empty(py);
@@ -185,7 +185,7 @@ impl PyNoiseWatch {
         self.watched.end_log();
     }
 
-    /// What disturbs each channel, and whether there is more than is listed.
+    /// Finds the disturbances of each channel, and whether there are more than are listed.
     fn conclude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let found = py.detach(|| {
             let channels = 0..self.watched.width();

@@ -36,13 +36,13 @@ fn decode_record<'py>(py: Python<'py>, record: &[u8]) -> PyResult<Bound<'py, PyD
     Ok(record)
 }
 
-/// Bytes of the record of either kind that some bytes begin with, None where they say none that has a meaning.
+/// Length of a record of either kind by its first bytes, None where they have no meaning.
 #[pyfunction]
 fn record_length(begins: &[u8]) -> Option<usize> {
     length(begins)
 }
 
-/// What temperature does to a sensor of a unit, as bytes.
+/// Encodes the temperature drift of a sensor of a unit.
 #[pyfunction]
 fn encode_drift_record<'py>(
     py: Python<'py>,
@@ -60,7 +60,7 @@ fn encode_drift_record<'py>(
     Ok(PyBytes::new(py, bytes))
 }
 
-/// The drift that bytes are: `identity`, `sensor`, and what a calibration file says of it.
+/// Decodes a temperature drift: `identity`, `sensor`, and the fields of a calibration file.
 #[pyfunction]
 fn decode_drift_record<'py>(py: Python<'py>, record: &[u8]) -> PyResult<Bound<'py, PyDict>> {
     let DriftRecord {

@@ -23,7 +23,7 @@ use crate::redundancy_values::{
 use crate::settings::{settings_of, values};
 use crate::spin::is_single;
 
-/// A unit as the monitor is told of it.
+/// Description of a unit for the monitor.
 #[pyclass(module = "tumble._core", name = "RedundancyUnit", frozen)]
 pub struct PyUnit {
     unit: MountedUnit<f64>,
@@ -100,8 +100,8 @@ fn first_of(unit_samples: &[ReplayUnit<'_>]) -> f64 {
         .unwrap_or(f64::INFINITY)
 }
 
-/// Time 0 of the monitor, s: before all that is said from then on, on the common clock and on that of each unit, since
-/// a monitor knows no time before 0.
+/// Time 0 of the monitor, s: before all samples, on the common clock and on that of each unit, since a monitor knows no
+/// time before 0.
 fn origin(first: f64, time_offsets: &[f64]) -> f64 {
     let farthest_behind = time_offsets.iter().copied().fold(0.0, f64::max);
     (first - farthest_behind).floor() - 1.0
@@ -136,7 +136,7 @@ impl PyMonitor {
         })
     }
 
-    /// Takes a stored error of a secondary; says why it was rejected.
+    /// Restores a stored error of a secondary; returns the reason if it was rejected.
     fn restore(&mut self, record: &Bound<'_, PyDict>) -> PyResult<Option<&'static str>> {
         let record = read_record(record)?;
         self.monitor.restore(&record, &mut self.restored);
@@ -159,7 +159,7 @@ impl PyMonitor {
         self.records.iter().map(record).collect()
     }
 
-    /// Pushes what all units said, in order of time, or of arrival where that is given.
+    /// Pushes the samples of all units, in order of time, or of arrival where that is given.
     #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None, arrivals=None))]
     #[allow(clippy::too_many_arguments)]
     fn replay<'py>(
@@ -231,7 +231,7 @@ impl PyMonitor {
         self.said(py, &done, first_of(&unit_samples))
     }
 
-    /// Memory of a monitor, bytes, that calibrates one secondary at a time and hears no witness.
+    /// Memory of a monitor, bytes, that calibrates one secondary at a time and takes no aiding measurement.
     #[staticmethod]
     #[pyo3(signature = (secondaries, precision="f32"))]
     fn state_bytes(secondaries: usize, precision: &str) -> PyResult<usize> {
@@ -258,7 +258,7 @@ impl PyMonitor {
     }
 }
 
-/// What one unit said; arrays of one length.
+/// Rows of the samples of one unit; arrays of one length.
 fn unit_rows<'a>(
     time: &'a PyReadonlyArray1<'_, f64>,
     specific_force: &'a PyReadonlyArray2<'_, f64>,
@@ -334,7 +334,7 @@ impl PyMonitor {
         Ok((done, begun.elapsed().as_secs_f64()))
     }
 
-    /// Events and output, s of the common clock; `first` is the time of what was told before any sample.
+    /// Events and output, s of the common clock; `first` is the time of events before any sample.
     fn said<'py>(&mut self, py: Python<'py>, done: &Replay, first: f64) -> PyResult<Bound<'py, PyDict>> {
         let origin = self.origin.unwrap_or(0.0);
         let restored = core::mem::take(&mut self.restored.events);

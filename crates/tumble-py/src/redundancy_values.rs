@@ -61,7 +61,7 @@ pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> 
     Ok((*time, command))
 }
 
-/// What a witness says as Python has it: time, s, kind, number of a unit, value, sigma, and the turn of the samples with
+/// Aiding measurement in Python's form: time, s, kind, number of a unit, value, sigma, and the turn of the samples with
 /// which it came, s.
 pub(crate) type PySaid<'py> = (
     f64,
@@ -72,7 +72,7 @@ pub(crate) type PySaid<'py> = (
     f64,
 );
 
-/// A witness by the name of its kind.
+/// Converts an aiding measurement by the name of its kind.
 pub(crate) fn witness((time, kind, unit, value, sigma, turn): &PySaid<'_>) -> PyResult<Said> {
     let (value, sigma) = (vector(value, "value")?, vector(sigma, "sigma")?);
     let kind = WitnessKind::named(kind)
@@ -195,7 +195,7 @@ pub(crate) fn rejection(event: &EventText) -> Option<&'static str> {
     reason.filter(|_| event.event == "record rejected")
 }
 
-/// Three numbers of what a unit said over a window.
+/// Column of three components of the means of a unit over a window.
 type MeansColumn = fn(&WindowMeans) -> &[f64];
 
 /// Adds the windows of a replay as arrays; `length` is that of a window, s.

@@ -19,7 +19,7 @@ use crate::convert::rows;
 use crate::settings::{settings_of, values};
 use crate::spin_figures::{block_figures, error, figures};
 
-/// How to spin and how to judge it.
+/// Settings of a spin.
 #[pyclass(module = "tumble._core", name = "SpinSettings", frozen)]
 pub struct PySpinSettings {
     pub(crate) wide: SpinSettings<f64>,

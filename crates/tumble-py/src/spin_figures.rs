@@ -1,4 +1,4 @@
-//! What a spin shows, or why it shows nothing, as Python mappings.
+//! Estimates of a spin, or the reason for their lack, as Python mappings.
 
 use nalgebra::Vector3;
 use numpy::PyArray1;

@@ -72,7 +72,7 @@ impl PySpinMachine {
         })
     }
 
-    /// Says that time has passed.
+    /// Advances the time.
     fn tick(&mut self, time: f64) -> Option<&'static str> {
         let now = microseconds(time - self.origin?);
         let event = match &mut self.machine {
@@ -117,7 +117,7 @@ impl PySpinMachine {
         }
     }
 
-    /// How far it is.
+    /// Progress of the spin.
     #[getter]
     fn progress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (still, turned, rate, at_rest) = match &self.machine {
@@ -134,7 +134,7 @@ impl PySpinMachine {
         Ok(dict)
     }
 
-    /// What was found so far.
+    /// Estimates so far.
     #[pyo3(signature = (true_angle=None))]
     fn figures<'py>(
         &self,

@@ -7,7 +7,7 @@ use tumble_lab::stamps::{Evidence, SampleTimes, are_late, fit_times};
 
 use crate::convert::rows;
 
-/// Whether (n,) stamps, s, scatter so much that even times differ from them.
+/// Tests whether (n,) stamps, s, scatter so much that even times differ from them.
 #[pyfunction]
 fn stamps_are_late(py: Python<'_>, stamps: PyReadonlyArray1<'_, f64>) -> PyResult<bool> {
     let stamps = stamps.as_slice()?;

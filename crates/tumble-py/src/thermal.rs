@@ -64,7 +64,7 @@ impl PyThermalRecorder {
         Ok(())
     }
 
-    /// What all logs show of the `channels` that were recorded; temperatures in degC.
+    /// Estimates the drift of the recorded `channels` from all logs; temperatures in degC.
     #[pyo3(signature = (channels, *, fixture=false, reference=None))]
     fn conclude<'py>(
         &self,

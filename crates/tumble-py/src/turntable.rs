@@ -26,7 +26,7 @@ create_exception!(
     "What the core objects to: (kind, figures)."
 );
 
-/// How to calibrate.
+/// Settings of a calibration on the turntable.
 #[pyclass(module = "tumble._core", frozen, name = "TurntableSettings")]
 pub struct PySettings {
     inner: TurntableSettings,
@@ -132,9 +132,8 @@ fn uncertainty_of_grade(py: Python<'_>, name: &str) -> PyResult<[Py<PyArray2<f64
     Ok([of(&grade.accelerometer), of(&grade.gyroscope)])
 }
 
-/// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known. `gyroscope` says
-/// whether its log has one; `accelerometer_uncertainty` and `gyroscope_uncertainty` (12, 12), where they are stated, are
-/// covariances of `[E row by row, e]`.
+/// `gyroscope` states whether its log has one; `accelerometer_uncertainty` and `gyroscope_uncertainty` (12, 12), where
+/// they are stated, are covariances of `[E row by row, e]`.
 #[pyfunction(name = "fit_reference")]
 #[pyo3(signature = (unit, ups, settings, gyroscope=true, accelerometer_uncertainty=None, gyroscope_uncertainty=None))]
 fn fit_reference_of(
@@ -374,13 +373,13 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     Ok(figures)
 }
 
-/// How well a unit's own rests lie on a sphere: (norm residual m/s^2, median length m/s^2), or None.
+/// Fits a unit's own rests by a sphere: (norm residual m/s^2, median length m/s^2), or None.
 #[pyfunction]
 fn sphere_residual(unit: &PyAcquired, gravity: f64) -> Option<f64> {
     own_sphere(&unit.inner, gravity).map(|sphere| sphere.norm_residual)
 }
 
-/// Whether gyroscope and accelerometer tell of the same turns: (verdict, figure or axes).
+/// Checks that gyroscope and accelerometer measure the same turns: (verdict, figure or axes).
 #[pyfunction]
 fn judge_gyroscope(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f64)>) {
     match judge_rate(&unit.inner) {
