@@ -30,7 +30,7 @@ pub fn chi_square_tail(x: f64, freedom: f64) -> f64 {
     upper_gamma(0.5 * freedom, 0.5 * x)
 }
 
-/// What a chi-square of `freedom` degrees of freedom exceeds with the chance `tail`.
+/// Quantile of chi-square with `freedom` degrees of freedom that is exceeded with probability `tail`.
 ///
 /// NaN where `freedom` is not above zero or `tail` not within 0 and 1.
 pub fn chi_square_quantile(tail: f64, freedom: f64) -> f64 {
@@ -162,7 +162,7 @@ fn gamma_front(a: f64, x: f64) -> f64 {
     (a * (off.ln_1p() - off) - stirling(a)).exp() * (a / (2.0 * PI)).sqrt()
 }
 
-/// What ln Gamma(a) is above (a - 1/2) ln a - a + ln(2 pi) / 2, DLMF 5.11.1.
+/// Remainder of ln Gamma(a) above (a - 1/2) ln a - a + ln(2 pi) / 2, DLMF 5.11.1.
 fn stirling(a: f64) -> f64 {
     let square = 1.0 / (a * a);
     let inner = 1.0 / 1260.0 - square * (1.0 / 1680.0 - square * (1.0 / 1188.0 - square * 691.0 / 360_360.0));

@@ -1,4 +1,4 @@
-//! When readings say that a sensor has come to the end of its range.
+//! Detection of readings at the end of a sensor's range.
 
 /// Share of the extreme from which a reading counts as near it.
 pub(crate) const NEAR_END: f64 = 0.98;

@@ -4,7 +4,7 @@ use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Adoption, Data, Gate, Rung, Scope};
 
-/// What a setting is set to.
+/// Value of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A number, or a time in s.
@@ -17,7 +17,7 @@ pub enum Value {
     None,
 }
 
-/// What kind of value a setting takes.
+/// Kinds of values that settings take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SettingKind {
     /// A number.
@@ -48,7 +48,7 @@ impl SettingKind {
     }
 }
 
-/// What a setting may be, by itself and against another.
+/// Bound of a setting, by itself and against another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// Anything finite.
@@ -66,7 +66,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether a number is within, other settings aside.
+    /// Checks that a number is within, other settings aside.
     pub fn admits(self, number: f64) -> bool {
         number.is_finite()
             && match self {
@@ -81,21 +81,21 @@ impl Bound {
 
 /// A setting of the settings `S`.
 pub struct Setting<S> {
-    /// As users write it.
+    /// Name in settings files.
     pub name: &'static str,
     /// Where it stands in the core's struct.
     pub path: &'static str,
-    /// What it belongs to.
+    /// Group to which it belongs.
     pub group: &'static str,
     /// Empty where it has none.
     pub unit: &'static str,
-    /// What it may be.
+    /// Bound of the value.
     pub bound: Bound,
     /// One or two sentences.
     pub meaning: &'static str,
-    /// What it means that there is none; empty where there always is a value.
+    /// Meaning of no value; empty where there always is one.
     pub none: &'static str,
-    /// What kind of value it takes.
+    /// Kind of value it takes.
     pub kind: SettingKind,
     /// The words that may be chosen from; empty where there is no choice.
     pub choices: Vec<&'static str>,
@@ -170,9 +170,9 @@ macro_rules! setting {
 }
 pub(crate) use setting;
 
-/// A field of the core's settings: its type says what kind of setting it is.
+/// A field of the core's settings: its type determines the kind of setting.
 pub trait Field: Sized {
-    /// What kind of value it takes.
+    /// Kind of value it takes.
     const KIND: SettingKind;
 
     /// The words that may be chosen from; none where there is no choice.
@@ -183,7 +183,7 @@ pub trait Field: Sized {
     /// Its value.
     fn get(&self) -> Value;
 
-    /// What a value means, if it is of the right kind.
+    /// Converts a value, if it is of the right kind.
     fn read(value: &Value) -> Option<Self>;
 
     /// Takes a value, if it is of the right kind.

@@ -21,7 +21,7 @@ pub type RestTimes = (u64, u64);
 pub struct FittedBlock<T: Real> {
     /// Middle, microseconds.
     pub time: u64,
-    /// Whether the robot stood still.
+    /// True if the robot stood still.
     pub resting: bool,
     /// Heading since the first rest, rad.
     pub heading: T,
@@ -35,7 +35,7 @@ pub struct FittedBlock<T: Real> {
     pub fit: Vector3<T>,
 }
 
-/// What a spin shows, and its blocks.
+/// Estimates of a spin, and its blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpinFit<T: Real> {
     /// Everything found.
@@ -75,8 +75,8 @@ pub fn fit<T: Real>(
     )
 }
 
-/// Reads bias instability off the samples of a spin that a state machine has seen, and tells it: a machine keeps sums
-/// only, and no sum that shows it. A machine without a result stays as it is.
+/// Estimates bias instability from the samples of a spin that a state machine has seen, and passes it on: a machine
+/// keeps sums only, and no sum that shows it. A machine without a result stays as it is.
 pub fn read_bias_instability<T: Real>(
     machine: &mut SpinMachine<T>,
     samples: impl Iterator<Item = Sample<T>>,
@@ -104,7 +104,7 @@ fn likely<T: Real>(noise: &Noise<T>) -> T {
     const CHANCE: f64 = 8.0 / core::f64::consts::PI; // docs/theory/spin.md, eq. 17
     let (shown, sigma) = (noise.flicker_shown, noise.flicker_sigma * real(CHANCE.sqrt()));
     let likely = (shown + shown.hypot(sigma)) * real(0.5);
-    // A record too short to tell anything of it has no sigma.
+    // A record too short to show any of it has no sigma.
     if likely.is_finite() { likely } else { T::zero() }
 }
 
@@ -115,7 +115,7 @@ struct UnmovedMeans<T: Real> {
     rate_across: Vector2<T>,
 }
 
-/// What the residuals of a fit show of it.
+/// Bias instability from the residuals of a fit.
 fn instability_of_residuals<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
     let (of_force, of_rate) = flicker(blocks.windows(2).filter_map(|pair| {
         let [block, next] = pair else { return None };

@@ -1,7 +1,7 @@
-//! What a procedure says of a unit, or of a set of them, in a word.
+//! Verdict of a procedure on a unit, or on a set of them, in a word.
 
 tumble_core::vocabulary! {
-    /// The first thing that its page says.
+    /// Verdict at the top of a page.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Verdict {
         /// All that was asked for lies within its limits.
@@ -12,7 +12,7 @@ tumble_core::vocabulary! {
         Calibrated = "calibrated",
         /// Its residuals are more than noise explains, so that its sigmas cannot be trusted.
         ModelNotMet = "model not met",
-        /// Of two sensors one has a calibration, the other none.
+        /// One of two sensors has a calibration, the other none.
         PartlyCalibrated = "partly calibrated",
         /// It has none.
         NotCalibrated = "not calibrated",

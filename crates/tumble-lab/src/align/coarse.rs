@@ -1,4 +1,4 @@
-//! How far two clocks are apart, to a window's length, whatever the rotation and the biases of the two units.
+//! Offset of two clocks, to a window's length, whatever the rotation and the biases of the two units.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;

@@ -27,14 +27,14 @@ const SETTLED: f64 = 1e-7;
 const LARGEST_ARM: f64 = 3.0;
 /// 1-sigma of the bias before any data, m/s^2.
 const LARGEST_BIAS: f64 = 5.0;
-/// 1-sigma of the rotation about an axis of which the rates say nothing, once the forces have shown it roughly, rad.
+/// 1-sigma of the rotation about an axis that the rates leave open, once the forces have shown it roughly, rad.
 const UNKNOWN_ANGLE: f64 = 1.0;
 /// 1-sigma of the angle between what the two gyroscopes and what the two accelerometers show of the rotation, rad.
 const LARGEST_ANGLE: f64 = 0.02;
 /// 1-sigma of the time by which the accelerometers are later against each other than the gyroscopes, s.
 const LARGEST_DELAY: f64 = 0.005;
 
-/// What the specific forces of two units show, given the rates.
+/// Estimates from the specific forces of two units, given the rates.
 #[derive(Clone, Debug)]
 pub struct ForcesFit {
     /// From primary to secondary, m, the primary's frame; zero along what is not seen.

@@ -39,7 +39,7 @@ fn guess(seed: &[f64]) -> ForceUnknowns {
 
 proptest! {
     #[test]
-    fn the_derivatives_of_the_residual_are_those_taken_by_differences(seed in prop::collection::vec(-2.0..2.0_f64, 12)) {
+    fn the_derivatives_of_the_residual_agree_with_differences(seed in prop::collection::vec(-2.0..2.0_f64, 12)) {
         let pair = pair(&seed);
         let (design, before) = guess(&seed).row(&pair);
         for k in 0..UNKNOWNS {

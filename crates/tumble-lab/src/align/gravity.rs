@@ -39,8 +39,8 @@ pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
     Some(across)
 }
 
-/// Takes over what the forces found about that axis, given their mean square across it; tells whether they found it,
-/// rather than noise found itself.
+/// Takes over the rotation of the forces about that axis, given their mean square across it; returns whether they
+/// determined it, rather than noise.
 pub fn complete(rates: &mut RatesFit, forces: &ForcesFit, across: f64) -> bool {
     let [axis] = rates.unseen[..] else { return false };
     let variance = axis.dot(&(forces.angle_covariance * axis));

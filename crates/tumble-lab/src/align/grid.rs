@@ -2,7 +2,7 @@
 
 use crate::align::samples::{MEASURED, Triangle, UnitSamples, WITH_PRODUCTS, WindowMoments};
 
-/// How the secondary's clock goes beside the primary's.
+/// Offset and rate of the secondary's clock relative to the primary's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeClock {
     /// To be added to the secondary's time at the instant `reference`, s.
@@ -14,7 +14,7 @@ pub struct RelativeClock {
 }
 
 impl RelativeClock {
-    /// What the secondary's clock shows at an instant of the primary's (docs/theory/align.md, eq. 4).
+    /// Time of the secondary's clock at an instant of the primary's (docs/theory/align.md, eq. 4).
     pub fn shown(&self, time: f64) -> f64 {
         time - self.offset - self.skew * (time - self.reference) // eq. 4
     }
@@ -40,9 +40,9 @@ pub struct TrianglePair {
     pub time: f64,
     /// Block it lies in.
     pub block: usize,
-    /// Of the primary.
+    /// Sums of the primary.
     pub primary: Triangle<WITH_PRODUCTS>,
-    /// Of the secondary.
+    /// Sums of the secondary.
     pub secondary: Triangle<MEASURED>,
 }
 

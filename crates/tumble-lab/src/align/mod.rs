@@ -1,5 +1,5 @@
-//! How two units that move together sit beside each other: clock and rotation from their angular rates alone, then the
-//! lever arm from their specific forces. Derivation: docs/theory/align.md.
+//! Alignment of two units that move together: clock and rotation from their angular rates alone, then the lever arm
+//! from their specific forces. Derivation: docs/theory/align.md.
 //!
 //! [`samples`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
 //! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. Where the

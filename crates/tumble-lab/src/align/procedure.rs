@@ -13,7 +13,7 @@ use crate::align::rates::{self, RatesFit};
 use crate::align::samples::{UnitSamples, WindowMoments, force_of, rate_of};
 use crate::align::settings::AlignSettings;
 
-/// What two units show of each other.
+/// Alignment of two units.
 #[derive(Clone, Debug)]
 pub struct Aligned {
     /// Best correlation of their rates: 1 where both feel one motion.
@@ -22,7 +22,7 @@ pub struct Aligned {
     pub motion: f64,
     /// Length of a window, s.
     pub window: f64,
-    /// Whether the rates left the rotation open about an axis, and the specific forces showed it there.
+    /// True if the rates left the rotation open about an axis, and the specific forces showed it there.
     pub completed: bool,
     /// From the rates.
     pub rates: RatesFit,
@@ -60,7 +60,7 @@ pub const LEAST_MOTION: f64 = 0.02;
 pub const LEAST_CORRELATION: f64 = 0.7;
 /// Ratio of the rates of two units that no scale error explains.
 const LARGEST_RATIO: f64 = 1.25;
-/// What remains between two accelerometers, m/s^2, and its share of what the secondary's feels, where both are sound.
+/// Largest residual between two sound accelerometers, m/s^2, and as a share of the secondary's specific force.
 const LARGEST_RESIDUAL: f64 = 0.5;
 const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
 /// A mirror image is one where a rotation leaves so many times what a reflection leaves.

@@ -35,7 +35,7 @@ const LARGEST_BIAS: f64 = 1.0;
 /// 1-sigma of a skew before any data where there is only one clock.
 const NO_SKEW: f64 = 1e-12;
 
-/// What the rates of two units show.
+/// Estimates from the rates of two units.
 #[derive(Clone, Debug)]
 pub struct RatesFit {
     /// `secondary_from_primary`.

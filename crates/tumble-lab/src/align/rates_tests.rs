@@ -35,9 +35,9 @@ fn guess(seed: &[f64]) -> RateUnknowns {
 }
 
 proptest! {
-    /// What the clock does to the secondary's means is their slope: a later clock shows them earlier.
+    /// The derivative by the clock is the slope of the secondary's means: a later clock shows them earlier.
     #[test]
-    fn the_derivatives_of_the_residual_are_those_taken_by_differences(seed in prop::collection::vec(-2.0..2.0_f64, 12)) {
+    fn the_derivatives_of_the_residual_agree_with_differences(seed in prop::collection::vec(-2.0..2.0_f64, 12)) {
         let pair = pair(&seed);
         let (design, before) = guess(&seed).row(&pair);
         for k in 0..UNKNOWNS {

@@ -16,12 +16,12 @@ const SMALLEST_SCALE: f64 = 1e-9;
 /// Model derivative by the unknowns, and residual.
 pub type ResidualRow<const N: usize> = (SMatrix<f64, 3, N>, Vector3<f64>);
 
-/// What is known of the unknowns beside the rows.
+/// Prior of the unknowns, besides the rows.
 #[derive(Clone, Copy, Debug)]
 pub struct GaussianPrior<const N: usize> {
     /// Inverse covariance.
     pub precision: SMatrix<f64, N, N>,
-    /// Believed value less present value.
+    /// Prior value minus present value.
     pub missing: SVector<f64, N>,
 }
 
@@ -78,8 +78,8 @@ pub fn step<const N: usize>(
         })
 }
 
-/// Covariance of the solution: how much it changes as each block in turn is left out (docs/theory/align.md, eq. 9),
-/// and what the beliefs leave open. `block` tells of each row to which block it belongs, ascending.
+/// Covariance of the solution: its change as each block in turn is left out (docs/theory/align.md, eq. 9), and the
+/// share that the priors leave open. `block` gives the block of each row, ascending.
 pub fn covariance<const N: usize>(
     count: usize,
     row: impl Fn(usize) -> ResidualRow<N>,
@@ -116,8 +116,8 @@ pub fn covariance<const N: usize>(
     Some(covariance)
 }
 
-/// What unknowns that are not fitted do to the covariance (docs/theory/align.md, eq. 10): `neglected` is the derivative
-/// of the model by them, `sigma` what they may be.
+/// Covariance due to unknowns that are not fitted (docs/theory/align.md, eq. 10): `neglected` is the derivative of the
+/// model by them, `sigma` their standard deviation.
 pub fn covariance_of_neglected<const N: usize, const K: usize>(
     count: usize,
     row: impl Fn(usize) -> ResidualRow<N>,

@@ -19,7 +19,7 @@ pub struct UnitSamples<'a> {
     time: &'a [f64],
     force: &'a [[f64; 3]],
     rate: &'a [[f64; 3]],
-    /// Whether the step that begins with a sample may be used.
+    /// True for each sample if the step that begins with it may be used.
     sound: Vec<bool>,
     /// Usual time between two samples, s.
     pub interval: f64,

@@ -1,8 +1,8 @@
-//! How to align.
+//! Settings of the alignment.
 
 use nalgebra::{SVector, Vector3};
 
-/// How to align.
+/// Settings of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignSettings {
     /// Shortest window, s.
@@ -11,7 +11,7 @@ pub struct AlignSettings {
     pub search: f64,
     /// Offset around which to search, s.
     pub around: f64,
-    /// Whether there is but one clock, so that one unit may be late but no clock fast.
+    /// True if there is but one clock, so that one unit may be late but no clock fast.
     pub one_clock: bool,
     /// 1-sigma by which scales of the two units may differ.
     pub scale_sigma: f64,

@@ -1,4 +1,4 @@
-//! How much variances of a record scatter by chance, and how much of that two of them share.
+//! Covariance of the variances of a record by chance, within and between averaging times.
 //!
 //! Differences of Gaussian noise have a covariance that follows from its terms; squares of them have twice its square
 //! (Greenhall and Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003, whose sums are
@@ -80,7 +80,8 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Of variances at two averaging times, samples, the first not above the second; white noise is `filtered`.
+    /// Computes it for variances at two averaging times, samples, the first not above the second; white noise is
+    /// `filtered`.
     pub fn between(kind: Kind, a: usize, b: usize, stretches: &Stretches, filtered: &LowPass) -> Self {
         let mut shared = Self::default();
         if b > FARTHEST * a {
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn degrees_of_freedom_of_white_noise_are_those_of_howe_allan_and_barnes() {
+    fn degrees_of_freedom_of_white_noise_follow_howe_allan_barnes() {
         for (n, m) in [(1000, 1), (1000, 10), (10_000, 64), (1000, 100), (1000, 250)] {
             let freedom = freedom_in(m, NoiseTerm::White, &Stretches::single(n as f64));
             let published = published(n as f64, m as f64);

@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 
 use super::level::{Block, Level};
 
-/// How a variance is formed.
+/// Kinds of variances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Half the mean squared difference of neighbouring averages.
     Allan,
-    /// The same of averages that are themselves averaged over all starts within one: tells quantisation from white noise.
+    /// The same of averages that are themselves averaged over all starts within one: distinguishes quantisation from
+    /// white noise.
     Modified,
     /// A sixth of the mean squared second difference of averages: blind to a steady drift.
     Hadamard,
@@ -22,7 +23,7 @@ pub enum Kind {
 impl Kind {
     /// All of them, in the order of their numbers.
     pub const ALL: [Self; Self::COUNT] = [Self::Allan, Self::Modified, Self::Hadamard];
-    /// How many there are.
+    /// Number of kinds.
     pub const COUNT: usize = 3;
 
     /// Averaging times that one difference reaches over, from its first sum to its last.
@@ -39,7 +40,7 @@ impl Kind {
         self.reach() * samples - usize::from(self == Self::Modified)
     }
 
-    /// What the mean squared difference of sums is divided by, for averages of that many samples.
+    /// Divisor of the mean squared difference of sums, for averages of that many samples.
     pub(super) fn divisor(self, samples: f64) -> f64 {
         match self {
             Self::Allan => 2.0 * samples.powi(2),    // eq. 17
@@ -172,7 +173,7 @@ impl Deviations {
         self.kinds = kinds;
     }
 
-    /// How many stretches there are of each length in samples, of those that were ended.
+    /// Number of stretches of each length in samples, of those that were ended.
     pub fn stretches(&self) -> &BTreeMap<u64, u64> {
         &self.stretches
     }
@@ -302,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_has_the_allan_deviation_of_half_its_rise_and_no_hadamard_deviation() {
+    fn a_ramp_has_allan_deviation_of_half_its_rise_and_no_hadamard() {
         let slope = 3e-3;
         let y: Vec<f64> = (0..100_000).map(|i| slope * f64::from(i)).collect();
         let found = deviations(&[&y]);
@@ -336,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_does_not_grow_with_the_record_but_by_a_level_an_octave() {
+    fn memory_grows_by_a_level_an_octave_not_with_the_record() {
         let mut found = Deviations::new(&[Kind::Allan]);
         for _ in 0..64 {
             found.push(series(1 << 14, 5).into_iter());

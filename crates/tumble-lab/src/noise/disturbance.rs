@@ -54,7 +54,7 @@ pub struct Disturbance {
     pub channel: usize,
     /// In which log.
     pub log: usize,
-    /// How.
+    /// Kind of the disturbance.
     pub kind: DisturbanceKind,
     /// First and last instant that it may have touched, s.
     pub time: [f64; 2],
@@ -304,7 +304,7 @@ impl<'a> Series<'a> {
     /// A change of level that stays, sudden or not, or an excursion.
     fn classify(&self, place: Place, channel: usize, scatters: &[(usize, f64, f64)]) -> Disturbance {
         let near = place.at.saturating_sub(place.width)..(place.at + place.width).min(self.len());
-        // The shortest means that show it clearly tell where it is.
+        // The shortest means that show it clearly locate it.
         let sharpest = scatters.iter().find_map(|&(width, scatter, threshold)| {
             let of_place = |at: usize| Some((at, self.difference(at, width)? * place.difference.signum()));
             let (at, size) = near

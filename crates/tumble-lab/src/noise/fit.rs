@@ -1,4 +1,4 @@
-//! What a record shows of each term of its noise.
+//! Noise terms of a record, with their uncertainty.
 //!
 //! Weighted least squares on the Allan variances of octaves, no strength below zero and none above what the curve
 //! allows; intervals from the covariance of these variances, from how skewed their chance is, and from how far the
@@ -75,7 +75,7 @@ pub struct TermEstimate {
     pub low: f64,
     /// Its upper end; nowhere does the term alone exceed the curve.
     pub high: f64,
-    /// Whether the record shows it: its interval does not begin at zero.
+    /// True if the term is identifiable: its interval does not begin at zero.
     pub identifiable: bool,
     /// Length of a record that shows a term half as large as its bound, s, where it is not identifiable; None where
     /// thousands of times the length would not.
@@ -95,7 +95,7 @@ impl TermEstimate {
     }
 }
 
-/// What was found of one channel.
+/// Noise terms of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseFit {
     /// All terms, in their order.
@@ -175,7 +175,7 @@ pub struct Fitter {
     design: Design,
     /// With white noise that a filter passed.
     filtered: OnceLock<Vec<Design>>,
-    /// Of one stretch, two, four ... times as long as all together.
+    /// Designs for one stretch, two, four ... times as long as all together.
     longer: [OnceLock<Design>; DOUBLINGS],
 }
 
@@ -458,7 +458,7 @@ impl Fitter {
             let Some(chance) = self.chance(solution, k, strength) else {
                 return f64::NAN;
             };
-            // What lies below zero says no more than zero does: a bound must not shrink to nothing by it.
+            // A strength below zero counts as zero: a bound must not shrink to nothing by it.
             let found = if side < 0.0 {
                 chance.found.max(0.0)
             } else {
@@ -482,8 +482,8 @@ impl Fitter {
         (low, high)
     }
 
-    /// What is found of a term with the weights that are right if it has that strength, the others as they fit best
-    /// beside it, and how that would scatter.
+    /// Estimate of a term with the weights that are right if it has that strength, the others fitted beside it, and the
+    /// scatter of that estimate.
     fn chance(&self, solution: &Solution<'_>, k: usize, strength: f64) -> Option<Chance> {
         let strengths = solution.beside(k, strength);
         let model = solution.model(&strengths);

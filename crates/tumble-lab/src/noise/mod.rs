@@ -1,7 +1,8 @@
 //! Noise of a sensor that stands still: Allan deviations of records of any length, and the terms they show.
 //!
-//! [`deviation`] takes in samples and keeps sums, [`chance`] says how much such deviations scatter by chance and
-//! together, [`term`] names what they are made of, [`fit`] finds it; [`lowpass`] is what a filter makes of white noise. Method: docs/theory/noise.md, "Long records".
+//! [`deviation`] takes in samples and keeps sums, [`chance`] computes the covariance of such deviations by chance,
+//! [`term`] names the terms of noise, [`fit`] estimates them; [`lowpass`] filters white noise. Method:
+//! docs/theory/noise.md, "Long records".
 
 pub mod chance;
 pub mod deviation;

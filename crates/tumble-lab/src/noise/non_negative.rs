@@ -44,7 +44,7 @@ pub(super) fn non_negative(
     best.0
 }
 
-/// What makes strengths of variances: `(A^T W A)^-1 A^T W` of the columns listed; None where they look alike.
+/// Gain from variances to strengths: `(A^T W A)^-1 A^T W` of the columns listed; None where they look alike.
 pub(super) fn gain(design: &DMatrix<f64>, weight: &DVector<f64>, terms: &[usize]) -> Option<DMatrix<f64>> {
     let columns = design.select_columns(terms);
     let mut weighted = columns.transpose();

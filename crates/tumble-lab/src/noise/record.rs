@@ -27,7 +27,7 @@ pub struct Deviation {
     pub freedom: f64,
 }
 
-/// What was found of one channel.
+/// Noise of one channel.
 #[derive(Clone, Debug)]
 pub struct ChannelNoise {
     /// In the order of [`Kind::ALL`]; empty for a kind that was not asked for.
@@ -73,7 +73,7 @@ impl NoiseRecord {
         self.channels.iter_mut().for_each(Deviations::end_stretch);
     }
 
-    /// What the stretches that were ended show, of samples an interval apart, s.
+    /// Estimates the noise of the stretches that were ended, of samples an interval apart, s.
     pub fn conclude(&self, interval: f64) -> Vec<ChannelNoise> {
         let Some(first) = self.channels.first() else {
             return Vec::new();

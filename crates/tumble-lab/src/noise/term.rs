@@ -1,4 +1,4 @@
-//! What noise is made of: terms, each with its own slope against averaging time.
+//! Terms of noise, each with its own slope against averaging time.
 //!
 //! Lengths are in samples and strengths are squared coefficients at one sample a second; [`NoiseTerm::coefficient`] leads to
 //! the units of the field.
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn the_allan_variance_of_each_random_term_is_that_of_its_autocovariance() {
+    fn the_allan_variance_of_each_term_follows_its_autocovariance() {
         for samples in [1.0, 7.0, 640.0] {
             let white = LowPass::default();
             let at = |lag| autocovariances(Kind::Allan, lag, &white);

@@ -12,7 +12,7 @@ pub(super) struct Window {
     pub(super) time: [f64; 2],
     /// Samples at rest.
     pub(super) count: f64,
-    /// Of the samples at rest.
+    /// Mean of the samples at rest.
     pub(super) mean: f64,
     squares: f64,
     low: f64,

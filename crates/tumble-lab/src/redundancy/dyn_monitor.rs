@@ -18,11 +18,11 @@ use crate::setting::wide;
 /// Most units a set can have.
 pub const MOST_UNITS: usize = 8;
 
-/// What the primary's own calibration says of one sensor, `y = M u + b`, and what it left, root mean square of a
-/// channel, m/s^2 or rad/s.
+/// Calibration of one sensor of the primary, `y = M u + b`, and its residual, root mean square of a channel, m/s^2 or
+/// rad/s.
 pub type Model = (Matrix3<f64>, Vector3<f64>, f64);
 
-/// What happens to whom it is told.
+/// Log that receives the events.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EventLog {
     /// In order of time.
@@ -52,14 +52,14 @@ pub struct OutputSample {
     pub specific_force: [f64; 3],
     /// rad/s.
     pub angular_rate: [f64; 3],
-    /// Whether the source is known to be wrong.
+    /// True if the source is known to be wrong.
     pub degraded: bool,
 }
 
 /// Means of a unit over a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowMeans {
-    /// As read, in the primary's case frame: specific force, m/s^2, then angular rate, rad/s.
+    /// Raw readings, in the primary's case frame: specific force, m/s^2, then angular rate, rad/s.
     pub read: [f64; 6],
     /// Compensated, at the primary's place.
     pub compensated: [f64; 6],
@@ -69,7 +69,7 @@ pub struct WindowMeans {
 pub trait DynMonitor: Send + Sync {
     /// Takes in a sample.
     fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample>;
-    /// Takes in what a witness from outside says of a time, microseconds of the common clock.
+    /// Takes in an aiding measurement at a time, microseconds of the common clock.
     fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog);
     /// Takes a stored record.
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
@@ -79,7 +79,7 @@ pub trait DynMonitor: Send + Sync {
     fn command(&mut self, command: Command);
     /// Number of the window looked at last.
     fn window(&self) -> Option<u64>;
-    /// What a unit said over that window.
+    /// Means of a unit over that window.
     fn means(&self, unit: usize) -> Option<WindowMeans>;
     /// Memory of the monitor, bytes.
     fn state_bytes(&self) -> usize;
@@ -198,7 +198,7 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     }
 }
 
-/// Both triads, with not-a-number along axes of which a unit says nothing.
+/// Both triads, with not-a-number along axes that a unit does not measure.
 fn six<T: Real>(axes: &Axes, f: &Vector3<T>, w: &Vector3<T>) -> [f64; 6] {
     let (f, w) = (
         axes.shown(Sensor::Accelerometer, f),

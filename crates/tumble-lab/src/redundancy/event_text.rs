@@ -15,7 +15,7 @@ use crate::setting::wide;
 pub enum Figure {
     /// SI.
     Number(f64),
-    /// How many, or which.
+    /// Count, or number of one among several.
     Count(u32),
     /// Units, a bit each, the primary's the lowest.
     Units(u32),
@@ -32,7 +32,7 @@ pub struct EventText {
     pub time: u64,
     /// The unit, 0 the primary.
     pub unit: usize,
-    /// What happened.
+    /// Name of the event.
     pub event: &'static str,
     /// Its figures.
     pub figures: Vec<(&'static str, Figure)>,

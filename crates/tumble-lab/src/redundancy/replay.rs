@@ -7,7 +7,7 @@ use tumble_core::sample::Sample;
 
 use crate::redundancy::dyn_monitor::{DynMonitor, EventLog, OutputSample, WindowMeans};
 
-/// What one unit said; row `i` of each belongs to `time[i]`.
+/// Samples of one unit; row `i` of each belongs to `time[i]`.
 #[derive(Clone, Copy, Debug)]
 pub struct ReplayUnit<'a> {
     /// s of the recordings' common clock.
@@ -23,7 +23,7 @@ pub struct ReplayUnit<'a> {
 }
 
 impl ReplayUnit<'_> {
-    /// Says nothing.
+    /// Unit without samples.
     pub fn silent() -> Self {
         Self {
             time: &[],
@@ -34,7 +34,7 @@ impl ReplayUnit<'_> {
         }
     }
 
-    /// What the order of a row goes by.
+    /// Key by which a row is ordered.
     pub fn turn(&self, row: usize) -> Option<f64> {
         match self.arrival {
             Some(arrival) => arrival.get(row).copied(),
@@ -53,11 +53,11 @@ impl ReplayUnit<'_> {
 pub struct ReplayWindow {
     /// Its number on the common clock.
     pub number: u64,
-    /// `None` of a unit that said nothing over it.
+    /// `None` for a unit without samples in it.
     pub means: Vec<Option<WindowMeans>>,
 }
 
-/// What a replay gave.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replay {
     /// Events and adopted records.
@@ -72,36 +72,37 @@ pub struct Replay {
     pub degraded: u64,
 }
 
-/// What something else on board said.
+/// Aiding measurement with its times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Said {
     /// s, when it was so.
     pub time: f64,
-    /// Of the samples with which it came, s; of none, minus infinity: it counts from the first sample of its time on.
+    /// Key of the samples with which it came, s; minus infinity where that is not known: it counts from the first
+    /// sample of its time on.
     pub turn: f64,
-    /// What was said.
+    /// Measurement.
     pub witness: Witness<f64>,
 }
 
-/// What to do besides pushing samples.
+/// Inputs of a replay besides the samples.
 pub struct ReplayOptions<'a> {
     /// s, in order, with the command to give then.
     pub commands: &'a [(f64, Command)],
-    /// What something else on board said, in order.
+    /// Aiding measurements, in order.
     pub witnesses: &'a [Said],
-    /// Whether the output is kept.
+    /// True if the output is kept.
     pub keep_output: bool,
     /// Time 0 of the monitor, s of the recordings' clock.
     pub origin: f64,
-    /// Told the share that is done, now and then; `false` ends the replay.
+    /// Receives the share that is done, now and then; `false` ends the replay.
     pub progress: &'a mut dyn FnMut(f64) -> bool,
 }
 
-/// Samples after which progress is told.
+/// Samples after which progress is reported.
 const PROGRESS_EVERY: usize = 1 << 16;
 
-/// Pushes all that the units said, in order of time or of arrival. Rows that go back in time are pushed as they stand: what a clock does
-/// is for the monitor to judge.
+/// Pushes the samples of all units, in order of time or of arrival. Rows that go back in time are pushed as they stand:
+/// what a clock does is for the monitor to judge.
 pub fn replay(
     monitor: &mut dyn DynMonitor,
     units: &[ReplayUnit<'_>],

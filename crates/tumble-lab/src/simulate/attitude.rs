@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::simulate::series::Series;
 
-/// How a frame turns against the level one, in its own axes.
+/// Rotation of a frame against the level one, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngularMotion {
     /// rad/s.
@@ -18,13 +18,13 @@ pub struct AngularMotion {
 }
 
 impl AngularMotion {
-    /// Of the level frame itself.
+    /// Motion of the level frame itself.
     pub const NONE: Self = Self {
         rate: Vector3::new(0.0, 0.0, 0.0),
         acceleration: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// Of a frame that is turned against this one about an axis of both; gives its rotation too.
+    /// Motion of a frame that is turned against this one about an axis of both; returns its rotation too.
     ///
     /// With `e` the axis, `s` the angle and `w` this rate seen from the turned frame: the rate is `w + s' e`, the
     /// acceleration `dw + s'' e + w x s' e`.
@@ -112,7 +112,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_rate_is_that_of_the_attitude_and_the_acceleration_that_of_the_rate(t in 0.0..20.0f64) {
+        fn rate_and_acceleration_are_derivatives_of_the_attitude(t in 0.0..20.0f64) {
             let h = 1e-4;
             let (before, last) = angles(t - h).attitude();
             let (now, angular_motion) = angles(t).attitude();

@@ -1,4 +1,4 @@
-//! What a quadrotor and a vehicle have in common: how far they move, and what is known of them at any time.
+//! Shared parts of a quadrotor and a vehicle: the extent of their motion, and their state at any time.
 //!
 //! Frames: *level* (x east, y north, z up), *body* (forward, left, up; turns with the body).
 
@@ -10,7 +10,7 @@ use crate::simulate::floor::Floor;
 use crate::simulate::series::Series;
 use crate::simulate::time_span::TimeSpan;
 
-/// How long, how often and how much it moves.
+/// Duration, repetition and extent of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CarrierPlan {
@@ -64,7 +64,7 @@ pub trait CarrierMotion: Send + Sync {
     /// Attitude, velocity and acceleration at time `t`, s.
     fn body_motion(&self, t: f64) -> BodyMotion;
 
-    /// How much the motors shake, 0 to 1.
+    /// Power of the motors' vibration, 0 to 1.
     fn running(&self, t: f64) -> Series<2>;
 
     /// When it stands still with its motors off, in order of time.

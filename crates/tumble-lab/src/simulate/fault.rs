@@ -1,4 +1,4 @@
-//! What can be wrong with a recording, on purpose.
+//! Faults that are injected into a recording.
 //!
 //! Times are those of the session, in seconds; each unit meets them on its own clock.
 
@@ -25,11 +25,11 @@ pub enum Channels {
 
 /// One thing wrong with one unit.
 ///
-/// What a kind has no use for is ignored, so that who describes faults need not know what each is made of.
+/// Parameters that a kind does not need are ignored, so that a description of faults need not know those of each.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum InjectedFault {
-    /// One axis has its scale multiplied; its truth says so too.
+    /// One axis has its scale multiplied; so has its truth.
     Scale {
         /// Triad it is in.
         channels: Channels,
@@ -111,7 +111,7 @@ pub enum InjectedFault {
         /// Scatter of a sample from `end` on, unit of the triad, 1 sigma.
         size: f64,
     },
-    /// One axis says nothing for a while.
+    /// One axis has no readings for a while.
     Nan {
         /// Triad it is in.
         channels: Channels,
@@ -134,7 +134,7 @@ pub enum InjectedFault {
         /// 0, 1 or 2.
         axis: usize,
     },
-    /// Readings are written in another unit than the log says.
+    /// Readings are written in another unit than the log states.
     WrongUnit {
         /// Triad it is in.
         channels: Channels,
@@ -194,7 +194,7 @@ impl RecordedSamples {
         self.time.len()
     }
 
-    /// Whether there are none.
+    /// Checks that there are none.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
     }
@@ -248,7 +248,7 @@ impl RecordedSamples {
 
     fn delay(&mut self, window: Range<usize>, by: f64) {
         self.arrival[window].iter_mut().for_each(|arrival| *arrival += by);
-        // What comes after waits for what is late.
+        // Later samples wait for those that are late.
         let mut latest = f64::NEG_INFINITY;
         for arrival in &mut self.arrival {
             latest = arrival.max(latest);
@@ -256,7 +256,7 @@ impl RecordedSamples {
         }
     }
 
-    /// Writes as many copies of each sample as `copies` says.
+    /// Writes as many copies of each sample as `copies` returns.
     fn repeat(&mut self, copies: impl Fn(usize) -> usize) {
         let rows: Vec<usize> = (0..self.len())
             .flat_map(|row| core::iter::repeat_n(row, copies(row)))
@@ -314,7 +314,7 @@ impl InjectedFault {
         }
     }
 
-    /// Spoils finished readings; `clock` turns session time into that of the unit.
+    /// Injects the faults into finished readings; `clock` turns session time into that of the unit.
     pub fn spoil(
         &self,
         samples: &mut RecordedSamples,
@@ -409,7 +409,7 @@ impl InjectedFault {
         }
     }
 
-    /// Which samples there are, when they are at hand, and what the clock says.
+    /// Injects faults of time: which samples there are, when they are at hand, and their stamps.
     fn spoil_time(&self, samples: &mut RecordedSamples, clock: impl Fn(f64) -> f64) {
         match *self {
             InjectedFault::Gap { start, end } => {
@@ -442,7 +442,7 @@ fn strike(rows: &mut [[f64; 3]], axis: usize, size: f64, random: &mut RandomStre
     }
 }
 
-/// How far something has grown that begins at `start` and is whole at `end`.
+/// Share, 0 to 1, by which an error has grown that begins at `start` and is whole at `end`.
 fn grown(t: f64, start: f64, end: f64) -> f64 {
     if t >= end {
         1.0

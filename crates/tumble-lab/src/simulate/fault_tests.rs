@@ -19,7 +19,7 @@ fn spoiled(fault: InjectedFault) -> RecordedSamples {
 }
 
 #[test]
-fn a_stuck_axis_repeats_the_reading_before_the_fault_and_leaves_the_others_alone() {
+fn a_stuck_axis_repeats_its_reading_and_spares_the_others() {
     let stuck = spoiled(InjectedFault::Stuck {
         channels: Channels::Gyroscope,
         axis: 1,
@@ -140,7 +140,7 @@ fn a_unit_slips_at_its_time_and_stays_there() {
 }
 
 #[test]
-fn a_frozen_unit_repeats_every_reading_before_the_fault_and_goes_on_after_it() {
+fn a_frozen_unit_repeats_all_readings_until_the_fault_ends() {
     let frozen = spoiled(InjectedFault::Frozen {
         start: 1.95,
         end: 2.95,
@@ -158,7 +158,7 @@ fn a_frozen_unit_repeats_every_reading_before_the_fault_and_goes_on_after_it() {
 }
 
 #[test]
-fn spikes_strike_the_first_reading_and_some_others_of_one_axis_by_their_size() {
+fn spikes_strike_the_first_and_some_other_readings_of_one_axis() {
     let spiky = spoiled(InjectedFault::Spikes {
         channels: Channels::Gyroscope,
         axis: 2,
@@ -203,7 +203,7 @@ fn stirred(fault: InjectedFault, of: Channels) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_bias_moves_evenly_or_at_once_and_stays_and_leaves_the_other_triad_alone() {
+fn a_bias_ramps_or_steps_and_stays_and_spares_the_other_triad() {
     let moves = |to| InjectedFault::Bias {
         channels: Channels::Accelerometer,
         axis: 1,

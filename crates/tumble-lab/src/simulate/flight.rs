@@ -1,7 +1,7 @@
 //! A flight of a quadrotor, or drives of a vehicle, with several units on board: a primary, and secondaries at other places.
 //!
 //! The structure is rigid but for a small share of the vibration that each place has to itself. Truth is that of the
-//! primary's place, in the primary's case frame; what the carrier does is said of that place too.
+//! primary's place, in the primary's case frame; the motion of the carrier is that of this place too.
 
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ use crate::simulate::unit::{Conditions, UnitRecord, UnitSetup, record};
 use crate::simulate::vehicle::Vehicle;
 use crate::simulate::vibration::{VibrationLoop, VibrationSample, VibrationSettings};
 
-/// What carries the units.
+/// Carrier of the units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
@@ -31,11 +31,11 @@ pub enum Carrier {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlightScenario {
-    /// What is the same for all units.
+    /// Conditions that all units share.
     pub conditions: Conditions,
-    /// What carries them.
+    /// Carrier of the units.
     pub carrier: Carrier,
-    /// How it moves.
+    /// Plan of its motion.
     pub plan: CarrierPlan,
     /// Vibration while the motors run.
     pub vibration: VibrationSettings,
@@ -56,7 +56,7 @@ pub struct FlightScenario {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UnitOnBoard {
-    /// How it is built and mounted; its lever arm is from the primary.
+    /// Grade, errors and mounting of the unit; its lever arm is from the primary.
     pub unit: UnitSetup,
     /// Vibration comes as the mean over this time, s: the sample period for a unit with a filter against what is faster
     /// than its samples, 0 for one without.
@@ -86,7 +86,7 @@ struct PlaceOnBoard<'a> {
 pub struct SimulatedFlight {
     /// Truth of the motion.
     pub flight: Flight,
-    /// What the units recorded, in the order of the scenario.
+    /// Recordings of the units, in the order of the scenario.
     pub units: Vec<UnitRecord>,
 }
 
@@ -138,7 +138,7 @@ impl Flight {
         }
     }
 
-    /// What it does and when.
+    /// Motion of the carrier.
     pub fn carrier_motion(&self) -> &dyn CarrierMotion {
         self.carrier_motion.as_ref()
     }

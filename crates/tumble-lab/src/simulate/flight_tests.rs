@@ -103,7 +103,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn the_rate_is_that_of_the_attitude_and_the_acceleration_that_of_the_rate(
+    fn rate_and_acceleration_are_derivatives_of_the_attitude(
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
         let flight = flight(&scenario(carrier, seed));
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn specific_force_is_the_change_of_velocity_less_gravity_in_the_case(
+    fn specific_force_is_change_of_velocity_less_gravity_in_case(
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
         let flight = flight(&scenario(carrier, seed));
@@ -127,7 +127,7 @@ proptest! {
     }
 
     #[test]
-    fn velocity_and_attitude_never_jump_but_move_on_by_acceleration_and_rate(carrier in carrier(), seed in any::<u64>()) {
+    fn velocity_and_attitude_advance_by_acceleration_and_rate(carrier in carrier(), seed in any::<u64>()) {
         let flight = flight(&scenario(carrier, seed));
         let h = 0.01;
         for index in 0..(flight.duration() / h) as usize {
@@ -158,7 +158,7 @@ proptest! {
     }
 
     #[test]
-    fn a_quadrotor_lands_where_the_ground_lies_as_before_and_no_rotor_ever_pulls(seed in any::<u64>()) {
+    fn a_quadrotor_lands_at_ground_level_and_no_rotor_ever_pulls(seed in any::<u64>()) {
         let flight = flight(&scenario(Carrier::Quadrotor, seed));
         let up = |t| flight.level_from_case(t) * mounted(0.3, -0.2, 1.1) * Vector3::z();
         for rest in flight.carrier_motion().rests() {
@@ -216,7 +216,7 @@ fn motors_shake_in_motion_only_unless_it_is_never_still() {
 }
 
 #[test]
-fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
+fn each_place_but_the_primarys_has_vibration_of_its_own() {
     let mut scenario = shaken(Carrier::Quadrotor);
     scenario.units[1] = unit(Vector3::zeros(), Vector3::zeros());
     scenario.flexing = 0.1;
@@ -237,7 +237,7 @@ fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
 }
 
 #[test]
-fn a_unit_with_a_filter_reads_vibration_as_its_mean_over_the_sample_period() {
+fn a_filtered_unit_reads_vibration_as_its_mean_over_the_period() {
     let mut scenario = shaken(Carrier::Quadrotor);
     scenario.units[0].averaging = 0.01;
     let flown = simulate(&scenario).unwrap();
@@ -276,7 +276,7 @@ fn less_intensity_is_less_motion_and_none_still_takes_off() {
 }
 
 #[test]
-fn without_turning_a_quadrotor_keeps_its_heading_and_with_nothing_else_it_turns_about_up_alone() {
+fn a_quadrotor_keeps_its_heading_and_can_turn_about_up_alone() {
     let mut turning = scenario(Carrier::Quadrotor, 6);
     turning.plan.sway = [0.0; 3];
     turning.plan.ground.tilt = 0.0;
@@ -306,7 +306,7 @@ fn one_more_unit_changes_nothing_for_the_others() {
 }
 
 #[test]
-fn ageing_moves_the_bias_by_what_it_says_and_leaves_every_other_draw_alone() {
+fn ageing_moves_the_bias_as_stated_and_leaves_other_draws_alone() {
     let mut scenario = scenario(Carrier::Vehicle, 8);
     scenario.units[1].unit.grade = Grade::consumer();
     scenario.units[1].unit.geometry = Geometry::Drawn;

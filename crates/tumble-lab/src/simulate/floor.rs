@@ -28,29 +28,29 @@ impl Floor {
     }
 }
 
-/// How the floor lies: up, and the rate at which the floor bends under the robot, at heading zero.
+/// Tilt of the floor: up, and the rate at which the floor bends under the robot, at heading zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BendingFloor {
     up: Vector3<f64>,
     bend: AngularMotion,
 }
 
-/// What a robot on it feels, floor frame.
+/// Motion of a robot on it, floor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorMotion {
     /// Up, unit length.
     pub up: Vector3<f64>,
     /// Earth's rate, rad/s.
     pub earth: Vector3<f64>,
-    /// How the robot turns against the Earth.
+    /// Rotation of the robot against the Earth.
     pub angular_motion: AngularMotion,
 }
 
 impl BendingFloor {
     /// `level` is the level part of up, with its first and second derivative.
     ///
-    /// Up is fixed in the world: `d(up)/dt = -e x up`. Of the rates `e` that do this, the one with no part about the
-    /// floor's normal is `(u_y', -u_x', 0) / u_z`.
+    /// Up is fixed in the world: `d(up)/dt = -e x up`. The rate `e` that does this without a part about the floor's
+    /// normal is `(u_y', -u_x', 0) / u_z`.
     pub fn new(level: Vector3<f64>, rate: Vector3<f64>, acceleration: Vector3<f64>) -> Self {
         let height = (1.0 - level.norm_squared()).sqrt();
         let height_rate = -level.dot(&rate) / height;

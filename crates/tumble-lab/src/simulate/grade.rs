@@ -1,7 +1,7 @@
 //! Sensor grades: how good a sensor of a class is, in SI units, modelled on public data sheets.
 //!
 //! A grade stands for its class, to simulate with, and does not replace the sheet of a part: figures are rounded, and
-//! where a sheet is silent or gives plots only, they are what such parts usually show. Each grade says which these are.
+//! where a sheet is silent or gives plots only, they are what such parts usually show. Each grade names these figures.
 //!
 //! Three conventions turn data-sheet language into the figures kept here:
 //!
@@ -25,7 +25,7 @@ const MICRO_G: f64 = 1e-6 * STANDARD_GRAVITY;
 const HOUR: f64 = 3600.0;
 const PPM: f64 = 1e-6;
 
-/// How good three accelerometers or three gyroscopes are. `unit` below is m/s^2 or rad/s.
+/// Grade of three accelerometers or three gyroscopes. `unit` below is m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TriadGrade {
@@ -51,7 +51,7 @@ pub struct TriadGrade {
     pub g_sensitivity: f64,
 }
 
-/// How good an inertial measurement unit is.
+/// Grade of an inertial measurement unit.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grade {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn spectral_density_and_angle_random_walk_of_one_data_sheet_agree() {
+    fn spectral_density_and_random_walk_of_one_data_sheet_agree() {
         // ADIS16470 states 0.008 deg/s/sqrt(Hz) and, for the same gyroscope, 0.34 deg/sqrt(h).
         let from_density = from_spectral_density(0.008);
         let from_random_walk = per_root_hour(0.34);
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reference_accelerometer_scatters_by_three_millimetres_per_second_squared_at_200_hz() {
+    fn the_reference_accelerometer_scatters_by_3_mm_s2_at_200_hz() {
         let sigma = Grade::reference().accelerometer.noise_density * 200.0_f64.sqrt();
         assert!((sigma - 0.003).abs() < 1e-15);
     }

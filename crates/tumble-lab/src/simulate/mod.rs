@@ -5,7 +5,7 @@
 //! 1. [`grade`]: how good a sensor is, from public data sheets;
 //! 2. [`table`]: what the table does, as a [`trajectory`] ([`table_turn`]: one turn of it);
 //! 3. [`noise`]: white noise and bias instability;
-//! 4. [`sensor`]: what a triad of sensors says about that truth, `y = M u + b`;
+//! 4. [`sensor`]: readings of a triad of sensors for that truth, `y = M u + b`;
 //! 5. [`fault`]: what can be wrong with a recording;
 //! 6. [`mod@unit`]: one unit, its clock and its recording;
 //! 7. [`turntable`]: a whole session, one reference and its targets ([`scenario`]: what every scenario is held to);

@@ -132,14 +132,14 @@ mod tests {
     }
 
     #[test]
-    fn the_allan_floor_is_the_square_root_of_two_logarithm_two_over_pi() {
+    fn the_allan_floor_is_the_root_of_two_ln_two_over_pi() {
         let exact = (2.0 * core::f64::consts::LN_2 / core::f64::consts::PI).sqrt();
         assert!((ALLAN_FLOOR - exact).abs() < 1e-15);
         assert!((process_sigma(1.0) - ALLAN_FLOOR).abs() < 1e-15);
     }
 
     #[test]
-    fn the_law_of_the_processes_keeps_the_allan_deviation_within_one_percent_of_0_664_b() {
+    fn flicker_processes_keep_the_allan_floor_within_one_percent() {
         for m in [256, 1024, 4096, 8192] {
             let deviation = expected_allan_variance(20_000, m).sqrt();
             assert!((deviation / ALLAN_FLOOR - 1.0).abs() < 0.01, "m {m}: {deviation}");
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn white_noise_scatters_by_density_times_root_of_rate_and_has_no_memory() {
+    fn white_noise_scatters_by_density_and_rate_without_memory() {
         let count = 50_000;
         let rows = white(
             2e-3,

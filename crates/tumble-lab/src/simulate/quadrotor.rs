@@ -169,7 +169,7 @@ impl QuadrotorFlight {
         to_and_fro + self.manoeuvre.rise(t) * self.turned + self.heading
     }
 
-    /// Whether it is off the ground.
+    /// Tests whether it is off the ground.
     fn flies(&self, t: f64) -> bool {
         t > self.take_off.start && t < self.landing.end
     }

@@ -1,4 +1,4 @@
-//! What every scenario is held to before it is played, and why one is refused.
+//! Checks of every scenario before it is played, and reasons for a refusal.
 
 use core::fmt;
 
@@ -17,16 +17,16 @@ pub enum ScenarioError {
     },
     /// A figure is not positive.
     NotPositive {
-        /// What it is, with its unit.
+        /// Quantity, with its unit.
         what: &'static str,
-        /// What was found.
+        /// Value found.
         found: f64,
     },
     /// A figure is negative or not finite.
     Negative {
-        /// What it is, with its unit.
+        /// Quantity, with its unit.
         what: &'static str,
-        /// What was found.
+        /// Value found.
         found: f64,
     },
     /// The samples do not fit into memory.
@@ -36,7 +36,7 @@ pub enum ScenarioError {
     },
     /// A fault names an axis beyond the third.
     NoSuchAxis {
-        /// What was found.
+        /// Number found.
         found: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! What a triad of sensors says about the truth.
+//! Readings of a triad of sensors for the truth.
 //!
 //! ```text
 //! y = quantise(M u + b + G f + c (T - 25 degC) + white + flicker),   clamped to the range
@@ -14,10 +14,10 @@ use tumble_core::model::{Decomposition, ErrorModel};
 use crate::simulate::grade::TriadGrade;
 use crate::simulate::stream::{RandomStream, normal_vector};
 
-/// Temperature, degC, at which the bias of a triad is what its truth says.
+/// Temperature, degC, at which the bias of a triad is that of its truth.
 pub const REFERENCE_TEMPERATURE: f64 = 25.0;
 
-/// Whether a triad has the errors of its grade.
+/// Choice between the errors of the grade and none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Geometry {
@@ -81,7 +81,7 @@ impl TriadErrors {
         }
     }
 
-    /// What the triad says: `u` is the truth it senses, `f` the specific force, `warmth` in K above the reference
+    /// Reading of the triad: `u` is the truth it senses, `f` the specific force, `warmth` in K above the reference
     /// temperature, `noise` in the unit of the triad.
     pub fn reading(
         &self,

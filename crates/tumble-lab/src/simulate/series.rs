@@ -11,7 +11,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 pub struct Series<const N: usize>([f64; N]);
 
 impl<const N: usize> Series<N> {
-    /// What does not change.
+    /// Series of a constant.
     pub fn constant(value: f64) -> Self {
         let mut coefficients = [0.0; N];
         coefficients[0] = value;

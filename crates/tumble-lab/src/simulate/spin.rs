@@ -27,7 +27,7 @@ pub struct SpinScenario {
 pub struct SimulatedSpin {
     /// Truth of the motion.
     pub motion: RobotMotion,
-    /// What the unit recorded.
+    /// Recording of the unit.
     pub unit: UnitRecord,
     /// Turning axis upwards across the floor, unit length, case frame.
     pub up: Vector3<f64>,

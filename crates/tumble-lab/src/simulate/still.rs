@@ -18,14 +18,14 @@ const RATIO: f64 = 4.0;
 const SHORTEST: f64 = 1.0 / 16.0;
 /// Longest correlation time at least, in lengths of the record.
 const LONGEST: f64 = 4.0;
-/// Samples per correlation time from which on series say more than differences of exponentials.
+/// Samples per correlation time from which on series are more accurate than differences of exponentials.
 const SLOW: f64 = 1e-3;
 
 /// A first-order Gauss-Markov process and its mean over each sample.
 #[derive(Clone, Copy, Debug)]
 struct AveragedGaussMarkov {
     decay: f64,
-    /// What of the value at the start of a sample its mean holds.
+    /// Share of the value at the start of a sample in its mean.
     held: f64,
     drive: f64,
     mean_with_drive: f64,
@@ -150,7 +150,7 @@ mod tests {
     use crate::noise::lowpass::LowPass;
 
     #[test]
-    fn each_term_has_the_allan_variance_of_theory_and_bias_instability_from_four_samples_on() {
+    fn each_term_has_the_allan_variance_of_theory() {
         let (seed, samples, runs) = (20_261_122, 4096, 60);
         println!("seed {seed}");
         for term in NoiseTerm::ALL {

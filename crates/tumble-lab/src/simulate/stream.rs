@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Dxsm;
 /// Random number generator of one stream.
 pub type RandomStream = Pcg64Dxsm;
 
-/// What a stream is drawn for.
+/// Purposes for which streams are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
@@ -28,7 +28,7 @@ pub enum Purpose {
     GyroscopeFlicker = 7,
     /// Slip of wheels and vibration of motors.
     Floor = 8,
-    /// What a unit has aged by.
+    /// Ageing of a unit.
     Ageing = 9,
     /// Faults of a unit that scatter.
     Faults = 10,

@@ -21,7 +21,7 @@ struct Wave {
     phase: f64,
 }
 
-/// How a sway is drawn.
+/// Statistics from which a sway is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwayStatistics {
     /// Root mean square of its derivative of that order.

@@ -1,4 +1,4 @@
-//! What the table does: rests at poses and turns between them, as truth at any time.
+//! Motion of the table: rests at poses and turns between them, as truth at any time.
 //!
 //! Frames: *level* (x east, y north, z up), *table* (turns with the table) and *case* (the reference's, bolted to the
 //! table with `case_from_table`). Rotations are named `to_from`.
@@ -14,17 +14,17 @@ use crate::simulate::stream::{RandomStream, normal_vector};
 use crate::simulate::table_turn::{TableTurn, TurnLimits, TurnProfile};
 use crate::simulate::trajectory::{Trajectory, TrueMotion, earth_rate};
 
-/// Where the table is told to go.
+/// Pose to which the table is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TablePose {
     /// Direction of `up` in the table frame, unit length.
     pub up: Vector3<f64>,
-    /// Angle, rad, by which the table misses this pose about a level axis without saying so; 0 for none.
+    /// Angle, rad, by which the table misses this pose about a level axis without reporting it; 0 for none.
     pub tip: f64,
 }
 
-/// The table, what it is told, and how well it obeys.
+/// The table, its commanded poses, and its errors.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
@@ -34,7 +34,7 @@ pub struct Table {
     pub rest_duration: f64,
     /// Shape of the angular rate over a turn.
     pub profile: TurnProfile,
-    /// How fast the table turns.
+    /// Limits of the speed of its turns.
     pub limits: TurnLimits,
     /// Turn about the vertical after each change of pose, rad; 0 for none.
     pub heading_turn: f64,
@@ -61,7 +61,7 @@ pub struct TableRest {
     pub start: f64,
     /// End, s.
     pub end: f64,
-    /// Rotation by which the table misses the pose it was told: `level_from_table = told * table_error`.
+    /// Rotation by which the table misses the commanded pose: `level_from_table = told * table_error`.
     pub table_error: Rotation3<f64>,
     /// Attitude the table has.
     pub level_from_table: Rotation3<f64>,
@@ -305,7 +305,7 @@ fn tip(pose: &TablePose) -> Rotation3<f64> {
 
 /// Rotation vector from one attitude to another, the one that goes round the same way as `like`.
 ///
-/// About half a turn, the shorter way can be the one opposite to what the table was told.
+/// About half a turn, the shorter way can be opposite to the commanded one.
 fn relative_turn(from: &Rotation3<f64>, to: &Rotation3<f64>, like: &Vector3<f64>) -> Vector3<f64> {
     let rotation = UnitQuaternion::from_rotation_matrix(&(from.inverse() * to));
     let backwards = like.dot(&rotation.imag()) < 0.0 && like.norm() > core::f64::consts::FRAC_PI_2;

@@ -81,7 +81,7 @@ fn assert_turns_follow_the_exponential_map(table: &Table, seed: u64) {
 }
 
 #[test]
-fn the_angular_rate_of_a_turn_integrates_to_the_rotation_between_its_rests() {
+fn the_rate_of_a_turn_integrates_to_the_rotation_between_rests() {
     for profile in [TurnProfile::Smooth, TurnProfile::Trapezoid] {
         assert_turns_follow_the_exponential_map(&table(&SIX, profile, 0.0, 0.0), 1);
         assert_turns_follow_the_exponential_map(&table(&SIX, profile, 0.7, 1e-3), 2);
@@ -125,7 +125,7 @@ fn a_tipped_pose_misses_up_by_the_angle_given() {
 
 proptest! {
     #[test]
-    fn at_rest_the_force_is_gravity_along_the_pose_and_the_rate_is_the_earths(
+    fn at_rest_force_is_gravity_at_the_pose_and_rate_is_the_earths(
         x in -1.0..1.0f64, y in -1.0..1.0f64, z in 0.1..1.0f64, seed in any::<u64>(), heading in -7.0..7.0f64,
     ) {
         let ups = [[0.3, -0.2, 0.9], [x, y, z], [-x, -y, -z], [x, y, z]];
@@ -143,7 +143,7 @@ proptest! {
     }
 
     #[test]
-    fn table_errors_have_the_sigma_asked_for_and_tilt_the_force_accordingly(seed in any::<u64>()) {
+    fn table_errors_have_the_stated_sigma_and_tilt_the_force(seed in any::<u64>()) {
         let table = table(&SIX, TurnProfile::Smooth, 0.0, 1e-3);
         let motion = session(&table, seed);
         for (rest, pose) in motion.rests().iter().zip(&table.poses) {

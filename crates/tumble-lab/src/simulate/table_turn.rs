@@ -13,7 +13,7 @@ pub enum TurnProfile {
     Trapezoid,
 }
 
-/// How fast a table turns.
+/// Limits of the speed of a table's turns.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TurnLimits {
@@ -23,7 +23,7 @@ pub struct TurnLimits {
     pub acceleration: f64,
 }
 
-/// How far a turn has come.
+/// Progress of a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnProgress {
     /// Angle turned, rad.
@@ -167,7 +167,7 @@ mod tests {
         }
 
         #[test]
-        fn the_rate_is_the_derivative_of_the_angle_and_the_acceleration_that_of_the_rate(
+        fn rate_and_acceleration_are_derivatives_of_the_angle(
             angle in 0.1..7.0f64, part in 0.02..0.98f64, profile in profile(),
         ) {
             let turn = TableTurn::new(Vector3::z() * angle, profile, &TurnLimits { rate: 1.0, acceleration: 2.0 });

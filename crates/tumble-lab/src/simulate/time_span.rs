@@ -66,7 +66,7 @@ mod tests {
         }
 
         #[test]
-        fn a_rise_meets_what_is_before_and_after_it_with_four_derivatives(start in -5.0..5.0f64, length in 0.5..9.0f64) {
+        fn a_rise_joins_before_and_after_with_four_derivatives(start in -5.0..5.0f64, length in 0.5..9.0f64) {
             let span = TimeSpan { start, end: start + length };
             let near = 1e-9 * length;
             for (t, level) in [(start + near, 0.0), (start + length - near, 1.0)] {

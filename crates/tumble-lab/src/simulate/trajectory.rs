@@ -1,9 +1,9 @@
-//! What a unit can record: true specific force and angular rate at any time.
+//! Motion that a unit can record: true specific force and angular rate at any time.
 
 use nalgebra::Vector3;
 use tumble_core::gravity::EARTH_RATE;
 
-/// What an ideal unit in the reference's place would say, in the case frame.
+/// Readings of an ideal unit in the reference's place, in the case frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueMotion {
     /// Specific force at the turning centre, m/s^2.

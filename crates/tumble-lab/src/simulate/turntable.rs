@@ -13,7 +13,7 @@ use crate::simulate::unit::{Conditions, RotationSetup, UnitRecord, UnitSetup, re
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TurntableScenario {
-    /// What is the same for all units.
+    /// Conditions that all units share.
     pub conditions: Conditions,
     /// The table and where it goes.
     pub table: Table,

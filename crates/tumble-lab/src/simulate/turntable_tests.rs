@@ -114,7 +114,7 @@ fn window(samples: &RecordedSamples, from: f64, to: f64) -> core::ops::Range<usi
 }
 
 #[test]
-fn a_seed_gives_the_same_session_every_time_and_another_seed_another_one() {
+fn a_seed_always_gives_the_same_session_and_others_another() {
     let first = simulate(&scenario(1)).unwrap();
     let again = simulate(&scenario(1)).unwrap();
     assert_eq!(first.reference, again.reference);
@@ -143,7 +143,7 @@ fn bias_instability_comes_on_top_of_the_same_white_noise() {
 }
 
 #[test]
-fn a_unit_at_rest_reads_m_times_truth_plus_bias_within_its_noise() {
+fn a_unit_at_rest_reads_m_times_truth_plus_bias_within_noise() {
     let session = simulate(&scenario(5)).unwrap();
     for record in session.targets.iter().chain([&session.reference]) {
         for rest in session.motion.rests() {
@@ -174,7 +174,7 @@ fn a_unit_at_rest_reads_m_times_truth_plus_bias_within_its_noise() {
 }
 
 #[test]
-fn the_gyroscope_integrates_a_turn_to_m_times_the_table_angle_plus_bias_times_time() {
+fn the_gyroscope_integrates_a_turn_by_its_error_model() {
     let mut scenario = scenario(6);
     scenario.table.latitude = None;
     let grade = Grade::industrial();
@@ -205,7 +205,7 @@ fn the_gyroscope_integrates_a_turn_to_m_times_the_table_angle_plus_bias_times_ti
 }
 
 #[test]
-fn a_clock_that_is_apart_stamps_what_happened_at_the_session_time_it_reads() {
+fn a_clock_with_an_offset_stamps_samples_by_its_own_time() {
     let clock = ClockTruth {
         offset: 7.5,
         skew: 200e-6,
@@ -242,7 +242,7 @@ fn a_clock_that_is_apart_stamps_what_happened_at_the_session_time_it_reads() {
 }
 
 #[test]
-fn a_lever_arm_adds_the_centripetal_pull_while_the_table_turns_and_nothing_at_rest() {
+fn a_lever_arm_adds_centripetal_force_in_turns_only() {
     let mut scenario = scenario(8);
     scenario.table.latitude = None;
     let with = |lever_arm| UnitSetup {
@@ -315,7 +315,7 @@ fn a_unit_out_of_scale_says_so_in_its_truth() {
 }
 
 #[test]
-fn warming_moves_the_bias_by_its_coefficient_and_is_reported_as_drift() {
+fn warming_moves_the_bias_and_is_reported_as_drift() {
     let mut scenario = scenario(11);
     scenario.conditions.warming = Warming {
         start: 25.0,

@@ -74,7 +74,7 @@ impl ClockTruth {
     }
 }
 
-/// How a unit comes by its clock.
+/// Origins of a unit's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ClockSetup {
@@ -114,7 +114,7 @@ impl ClockSetup {
     }
 }
 
-/// What the bias of a triad has moved by since it left the factory.
+/// Change of the bias of a triad since it left the factory.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "needs a multiple or three numbers")]
 pub enum Ageing {
@@ -141,9 +141,9 @@ impl Ageing {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UnitSetup {
-    /// How good it is.
+    /// Grade of the unit.
     pub grade: Grade,
-    /// Whether it has the geometric errors of its grade.
+    /// Geometric errors: those of the grade, or none.
     pub geometry: Geometry,
     /// Samples a second, Hz, by its own clock.
     pub rate: f64,
@@ -151,15 +151,15 @@ pub struct UnitSetup {
     pub package_from_case: RotationSetup,
     /// Biases of accelerometers and gyroscopes, m/s^2 and rad/s, where they are not to be drawn.
     pub biases: [Option<Vector3<f64>>; 2],
-    /// What they have moved by since, for accelerometers and gyroscopes.
+    /// Change of their biases since, for accelerometers and gyroscopes.
     pub ageing: [Ageing; 2],
     /// Its place against the turning centre, m, case frame.
     pub lever_arm: Vector3<f64>,
     /// Its clock.
     pub clock: ClockSetup,
-    /// How long after it was taken a sample is at hand, s.
+    /// Time from the measurement of a sample until it is at hand, s.
     pub latency: f64,
-    /// What is wrong with it.
+    /// Faults that are injected into it.
     pub faults: Vec<InjectedFault>,
 }
 
@@ -185,7 +185,7 @@ impl Warming {
     }
 }
 
-/// What is the same for all units of a session.
+/// Conditions that all units of a session share.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conditions {
@@ -193,24 +193,24 @@ pub struct Conditions {
     pub seed: u64,
     /// Temperature of all units.
     pub warming: Warming,
-    /// Whether noise has bias instability beside its white part.
+    /// True if noise has bias instability beside its white part.
     pub bias_instability: bool,
-    /// Whether outputs come in steps.
+    /// True if outputs come in steps.
     pub quantisation: bool,
-    /// Whether gyroscopes respond to specific force.
+    /// True if gyroscopes respond to specific force.
     pub g_sensitivity: bool,
 }
 
-/// What is true of one unit.
+/// Truth of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitTruth {
     /// Errors of the accelerometers.
     pub accelerometer: TriadErrors,
     /// Errors of the gyroscopes.
     pub gyroscope: TriadErrors,
-    /// How the package is mounted, but for the alignment of the triads in it.
+    /// Mounting of the package, but for the alignment of the triads in it.
     pub package_from_case: Rotation3<f64>,
-    /// What the biases in them have moved by since the factory, m/s^2 and rad/s.
+    /// Change of their biases since the factory, m/s^2 and rad/s.
     pub ageing: [Vector3<f64>; 2],
     /// Clock against the session's.
     pub clock: ClockTruth,
@@ -223,9 +223,9 @@ pub struct UnitTruth {
 /// One unit: what it recorded and what is true of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitRecord {
-    /// What it recorded.
+    /// Samples that it recorded.
     pub samples: RecordedSamples,
-    /// What is true of it.
+    /// Truth of the unit.
     pub truth: UnitTruth,
 }
 
@@ -297,7 +297,7 @@ fn noise(
 }
 
 impl UnitSetup {
-    /// How its package is mounted, and accelerometers and gyroscopes with their errors.
+    /// Draws the mounting of its package, and accelerometers and gyroscopes with their errors.
     fn draw(&self, conditions: &Conditions, stream: &mut RandomStream) -> (Rotation3<f64>, [TriadErrors; 2]) {
         let package = self.package_from_case.rotation(stream);
         let mut triads = [&self.grade.accelerometer, &self.grade.gyroscope]
@@ -336,7 +336,7 @@ impl UnitSetup {
         aged
     }
 
-    /// What the triads say of the motion, and how far the temperature was above the reference one on the mean, K.
+    /// Computes the readings of the triads for the motion, and the mean temperature above the reference one, K.
     ///
     /// Rows of specific force and angular rate begin as noise and become readings.
     fn readings(

@@ -25,7 +25,7 @@ const SLOPES: (f64, (f64, f64)) = (0.06, (100.0, 400.0));
 const BANKS: (f64, (f64, f64)) = (0.03, (60.0, 250.0));
 /// Up and down over bumps at full speed, m/s^2, and the pitch and roll that come with it, rad.
 const BUMPS: (f64, f64) = (2.0, 0.015);
-/// How often bumps come at full speed, Hz.
+/// Rate of bumps at full speed, Hz.
 const BUMPS_BAND: (f64, f64) = (1.0, 3.0);
 /// Waves in each of these.
 const WAVES: usize = 4;
@@ -67,7 +67,7 @@ struct Road {
     /// Front down and left up, rad, but for a constant each.
     pitch: Sway,
     roll: Sway,
-    /// What bumps add to pitch, roll, rad, and height, m.
+    /// Contribution of bumps to pitch, roll, rad, and height, m.
     bumps: [Sway; 3],
     /// Pitch and roll at the start, rad.
     start: (f64, f64),
@@ -113,7 +113,7 @@ impl Road {
         }
     }
 
-    /// What a sway has moved by since the start.
+    /// Change of a sway since the start.
     fn since_start<const N: usize>(sway: &Sway, way: &Series<N>) -> Series<N> {
         sway.at(way) + -sway.at(&Series::<1>::constant(0.0)).value()
     }

@@ -20,7 +20,7 @@ const RATE: f64 = 2000.0;
 /// Share of the mean square that is in the tones.
 const TONE_SHARE: f64 = 0.5;
 
-/// How a structure vibrates.
+/// Settings of a structure's vibration.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VibrationSettings {
@@ -34,7 +34,7 @@ pub struct VibrationSettings {
     pub band: (f64, f64),
 }
 
-/// What vibration adds to the truth of a place, body frame.
+/// Contribution of vibration to the truth of a place, body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VibrationSample {
     /// m/s^2.
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_power_is_in_the_tones_and_hardly_any_far_from_the_band() {
+    fn half_of_the_power_is_in_the_tones_and_little_below_the_band() {
         let vibration = vibration(&settings());
         for tone in [87.0, 131.0] {
             assert!((share_at(&vibration, tone) - 0.25).abs() < 0.03);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn the_loop_closes_and_the_angular_acceleration_is_the_slope_of_the_rate() {
+    fn the_loop_closes_and_acceleration_is_the_slope_of_the_rate() {
         let vibration = vibration(&settings());
         let loop_duration = NODES as f64 / RATE;
         assert_eq!(vibration.at(1.0), vibration.at(1.0 + loop_duration));
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vibration_that_swells_has_the_acceleration_that_belongs_to_its_rate() {
+    fn a_swelling_vibration_has_the_acceleration_of_its_rate() {
         let vibration = vibration(&settings());
         let scaled = |t: f64| vibration.at(t).scaled(0.3 * t, 0.3);
         let (t, h) = (2.000_12, 1e-7);
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_is_that_of_the_values_within_and_a_mean_over_nothing_the_value() {
+    fn a_mean_is_that_within_and_over_nothing_the_value() {
         let vibration = vibration(&settings());
         let loop_duration = NODES as f64 / RATE;
         for t in [0.001, 3.000_33, loop_duration - 0.001, 5.0 * loop_duration + 2.3] {

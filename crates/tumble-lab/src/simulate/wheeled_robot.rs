@@ -18,7 +18,7 @@ use crate::simulate::stream::RandomStream;
 use crate::simulate::time_span::TimeSpan;
 use crate::simulate::trajectory::{Trajectory, TrueMotion};
 
-/// What the robot does next.
+/// Next step of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum RobotStep {
@@ -79,7 +79,7 @@ pub struct RobotPlan {
     pub slips: f64,
     /// Vibration while the motors run, m/s^2.
     pub vibration: f64,
-    /// What disturbs the robot.
+    /// Disturbances of the robot.
     pub disturbances: Vec<Disturbance>,
     /// Rotation of the IMU in the robot.
     #[serde(rename = "mounting", deserialize_with = "roll_pitch_yaw")]
@@ -239,7 +239,7 @@ impl RobotMotion {
             .collect()
     }
 
-    /// Whether the wheels turn at time `t`, s.
+    /// Tests whether the wheels turn at time `t`, s.
     pub fn wheels_turn(&self, t: f64) -> bool {
         self.step_at(t).is_some_and(|timed| match timed.step {
             RobotStep::Rest { slow_turn, .. } => slow_turn != 0.0,
@@ -247,7 +247,7 @@ impl RobotMotion {
         })
     }
 
-    /// How the floor lies at time `t`, s.
+    /// Tilt of the floor at time `t`, s.
     fn bending_floor(timed: &TimedStep, t: f64) -> BendingFloor {
         let level = timed.floor.lean();
         let RobotStep::Drive { floor, duration, .. } = &timed.step else {

@@ -65,7 +65,7 @@ fn everything() -> RobotPlan {
     ])
 }
 
-/// Attitudes at times `k h`: the turning rate followed from the first, at which up is where the accelerometers say.
+/// Attitudes at times `k h`: the turning rate is integrated from the first, at which the accelerometers give up.
 ///
 /// Magnus integration, fourth order.
 fn followed(motion: &RobotMotion, h: f64) -> Vec<(f64, Rotation3<f64>)> {
@@ -92,7 +92,7 @@ fn drive_start(motion: &RobotMotion) -> f64 {
 }
 
 #[test]
-fn specific_force_is_gravity_and_the_change_of_the_velocity_in_the_world() {
+fn specific_force_is_gravity_and_the_change_of_world_velocity() {
     let motion = played(everything());
     let (start, forward) = (drive_start(&motion), motion.plan.case_from_floor * Vector3::x());
     let h = 1e-3;
@@ -113,7 +113,7 @@ fn specific_force_is_gravity_and_the_change_of_the_velocity_in_the_world() {
 }
 
 #[test]
-fn a_lifted_robot_feels_the_change_of_its_height_and_the_turn_of_its_tilt() {
+fn a_lifted_robot_feels_changes_of_height_and_tilt() {
     let lifted = Disturbance {
         start: 2.5,
         duration: 1.2,
@@ -165,7 +165,7 @@ fn angular_acceleration_is_the_derivative_of_the_angular_rate() {
 }
 
 #[test]
-fn the_rate_of_the_earth_stands_still_in_the_world_and_points_north_and_up() {
+fn the_earths_rate_is_constant_in_the_world_north_and_up() {
     let motion = played(plan(vec![rest(1.0), turn(5.0, 1.0), turn(-2.0, 1.0)]));
     let earth = |t: f64| {
         let truth = motion.truth(t);
@@ -218,7 +218,7 @@ fn wheels_turn_in_turns_drives_and_slow_turns_and_in_no_rest() {
 
 proptest! {
     #[test]
-    fn a_turn_never_turns_back_and_its_rate_and_acceleration_are_derivatives(
+    fn a_turn_never_reverses_and_its_rates_are_derivatives(
         angle in 0.1..20.0f64, left in any::<bool>(), rate in 0.1..4.0f64, depth in 0.0..0.9f64,
         slips in 0.0..3.0f64, part in 0.001..0.999f64,
     ) {
@@ -233,7 +233,7 @@ proptest! {
     }
 
     #[test]
-    fn a_turn_without_slips_turns_its_angle_however_uneven_and_slips_take_some_of_it(
+    fn a_turn_makes_its_angle_less_slips_however_uneven(
         angle in 0.1..20.0f64, rate in 0.1..4.0f64, depth in 0.0..0.9f64,
     ) {
         let turned = |slips| {
@@ -266,7 +266,7 @@ proptest! {
     }
 
     #[test]
-    fn the_bearing_reported_is_where_a_bearing_lies_from_x_laid_onto_the_floor(
+    fn the_bearing_reported_is_that_of_x_projected_onto_the_floor(
         roll in -3.0..3.0f64, pitch in -1.4..1.4f64, yaw in -3.0..3.0f64, bearing in -3.0..3.0f64,
     ) {
         let case_from_floor = mounted(roll, pitch, yaw);
