@@ -1,6 +1,6 @@
 //! Grades of sensors: how good an inertial measurement unit of a class is, where nobody has measured it.
 //!
-//! A device that is told a grade takes from it what it cannot see for itself. All other figures of the grades, to
+//! A device that is given a grade takes from it the figures that it cannot measure. All other figures of the grades, to
 //! simulate with, are in the lab, which takes its words and its bias instability from here.
 
 use crate::gravity;
@@ -30,9 +30,9 @@ crate::vocabulary! {
 /// Bias instability B of IEEE Std 952 of accelerometers, m/s^2, and of gyroscopes, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasInstability<T: Real> {
-    /// Of the accelerometers, m/s^2.
+    /// Bias instability of the accelerometers, m/s^2.
     pub specific_force: T,
-    /// Of the gyroscopes, rad/s.
+    /// Bias instability of the gyroscopes, rad/s.
     pub angular_rate: T,
 }
 

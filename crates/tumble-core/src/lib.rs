@@ -1,7 +1,7 @@
 //! The numeric core of Tumble: calibration of inertial measurement units, without heap or operating system.
 //!
-//! One model for accelerometers and gyroscopes alike: `y = M u + b`, where `y` is what the sensor says and `u`
-//! the truth in the case frame, in SI units. Read in this order:
+//! One model for accelerometers and gyroscopes alike: `y = M u + b`, where `y` is the reading of the sensor and `u` the
+//! truth in the case frame, in SI units. Read in this order:
 //!
 //! 1. [`model`]: the error model, its inverse, and `M = K L Q`, scale, non-orthogonality and mounting.
 //! 2. [`real`], the two kinds of number, and [`single`], functions of the smaller one; [`sample`] and [`moments`]: one sample, and what is kept of many.

@@ -44,7 +44,7 @@ pub struct Correction<T: Real> {
 }
 
 impl<T: Real> ErrorModel<T> {
-    /// The sensor that says the truth.
+    /// Model of an error-free sensor.
     pub fn identity() -> Self {
         Self {
             matrix: identity(),
@@ -52,7 +52,7 @@ impl<T: Real> ErrorModel<T> {
         }
     }
 
-    /// What the sensor says where the truth is `u`.
+    /// Reading of the sensor where the truth is `u`.
     pub fn measure(&self, u: &Vector3<T>) -> Vector3<T> {
         times(&self.matrix, u) + self.bias // eq. 1
     }
@@ -175,7 +175,7 @@ impl<T: Real> Decomposition<T> {
         ModelParameters {
             bias: *bias,
             scale: self.scale,
-            // As of PAIRS, with indices that a compiler sees to be within bounds.
+            // The indices are those of PAIRS, written out so that a compiler sees them within bounds.
             non_orthogonality: Vector3::new(gram[(0, 1)], gram[(1, 2)], gram[(2, 0)])
                 .map(|sine| sine.clamp(-T::one(), T::one()).arc_sine()), // eq. 4
             mounting: UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis(),

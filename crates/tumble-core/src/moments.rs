@@ -56,7 +56,7 @@ impl<T: Real, const N: usize> Moments<T, N> {
         self.samples = total;
     }
 
-    /// How many samples were taken in.
+    /// Number of samples taken in.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -158,7 +158,7 @@ impl<T: Real, const N: usize> RunningSums<T, N> {
         both
     }
 
-    /// How many samples were taken in.
+    /// Number of samples taken in.
     pub fn samples(&self) -> u32 {
         self.samples
     }

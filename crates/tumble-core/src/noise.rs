@@ -24,7 +24,7 @@ pub struct Noise<T: Real> {
     pub flicker: T,
     /// B^2 as the record shows it, unit^2, which chance may put below zero.
     pub flicker_shown: T,
-    /// 1-sigma of `flicker_shown`, unit^2; the largest number there is where the record is too short to tell.
+    /// 1-sigma of `flicker_shown`, unit^2; the largest number there is where the record is too short.
     pub flicker_sigma: T,
 }
 
@@ -188,8 +188,8 @@ struct AllanRung<T: Real> {
 
 /// Allan variance of the six channels at averaging times of one block, two, four ..., in constant memory.
 ///
-/// Each rung pairs successive means: half the mean squared difference is the Allan variance (IEEE Std 952-1997,
-/// annex C), the mean of the two goes one rung up. Rests are pooled by merging their ladders.
+/// Each level pairs successive means: half the mean squared difference is the Allan variance (IEEE Std 952-1997, annex
+/// C), the mean of the two goes one level up. Rests are pooled by merging their ladders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllanLadder<T: Real> {
     rungs: [AllanRung<T>; RUNGS],
@@ -245,7 +245,7 @@ impl<T: Real> AllanLadder<T> {
         }
     }
 
-    /// The same without its lowest rungs.
+    /// The same without its lowest levels.
     #[must_use]
     pub fn from_rung(mut self, first: usize) -> Self {
         for rung in self.rungs.iter_mut().take(first) {
@@ -266,7 +266,7 @@ impl<T: Real> AllanLadder<T> {
         }
     }
 
-    /// What it has taken in since an earlier state of itself.
+    /// Difference of the ladder to an earlier state of itself.
     #[must_use]
     pub fn since(mut self, earlier: &Self) -> Self {
         self.blocks -= earlier.blocks.min(self.blocks);
@@ -280,7 +280,7 @@ impl<T: Real> AllanLadder<T> {
         self
     }
 
-    /// Averaging time, Allan variance and number of pairs of each rung that has any.
+    /// Averaging time, Allan variance and number of pairs of each level that has any.
     pub fn variances(&self, channel: usize) -> impl Iterator<Item = (T, T, u32)> + '_ {
         let block = if self.blocks > 0 {
             self.time / count(self.blocks)
@@ -328,7 +328,7 @@ impl<T: Real> AllanLadder<T> {
         noise
     }
 
-    /// Normal equations of one channel, weighted by what is expected of each rung.
+    /// Normal equations of one channel, weighted by the variance expected of each level.
     fn sums(&self, channel: usize, expected: &Noise<T>) -> NoiseEquations<T> {
         let floor = real::<T>(FLICKER_FLOOR);
         let mut sums = NoiseEquations::default();
@@ -384,7 +384,7 @@ fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise
     let all = seen().fold(T::zero(), |sum, s| sum + s.bb);
     let information = seen().fold(T::zero(), |sum, s| sum + s.bb - s.ab * s.ab / s.aa);
     let vector = seen().fold(T::zero(), |sum, s| sum + s.by - s.ab * s.ay / s.aa);
-    // One rung alone cannot tell flicker from white noise.
+    // One level alone cannot distinguish flicker from white noise.
     let distinct = information > all * real(1e-6);
     let (flicker_shown, flicker_sigma) = if distinct {
         (vector / information, T::one() / information.square_root()) // eq. 7

@@ -41,14 +41,15 @@ impl SampleInterval {
         }
     }
 
-    /// How many samples a pause hides.
+    /// Number of samples that a pause hides.
     fn hidden(&self, pause: u64) -> u64 {
         (pause + self.interval / 2)
             .checked_div(self.interval)
             .map_or(0, |steps| steps.saturating_sub(1))
     }
 
-    /// Takes in a block of so many samples, in whose pauses so many seem to be hidden, and says whether it lacks any.
+    /// Takes in a block of so many samples, in whose pauses so many seem to be hidden, and returns whether it lacks
+    /// any.
     ///
     /// Late stamps make up for each other; missing samples do not. The interval comes from the samples that are there and
     /// those that both the pauses and the length of the block show to be missing. Where nearly every step is a pause, the
@@ -81,7 +82,7 @@ fn signed(span: u64) -> i64 {
     i64::try_from(span).unwrap_or(i64::MAX)
 }
 
-/// What stands for samples that are missing from a segment, and what that costs.
+/// Missing samples of a segment, and the uncertainty of their interpolation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interpolation<T: Real> {
     /// Samples missing.
@@ -144,7 +145,7 @@ impl<T: Real> Pauses<T> {
         }
     }
 
-    /// Takes in a pause that is too long for anybody to say what happened in it.
+    /// Takes in a pause that is too long to interpolate.
     pub fn leave_open(&mut self, pause: u64, interval: &SampleInterval) {
         self.lost += interval.hidden(pause);
     }
@@ -199,12 +200,12 @@ impl<T: Real> Pauses<T> {
     }
 }
 
-/// How the angular rate bends from block to block: the second difference of their means.
+/// Curvature of the angular rate from block to block: the second difference of their means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bends<T: Real> {
     before: Option<[T; 3]>,
     last: Option<[T; 3]>,
-    /// Of the last block: fifth powers of its pauses over 54 times the cube of its length, s^2.
+    /// Share of the last block: fifth powers of its pauses over 54 times the cube of its length, s^2.
     share: T,
 }
 

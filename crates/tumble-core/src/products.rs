@@ -50,7 +50,7 @@ pub fn total<T: Real>(v: &Vector3<T>) -> T {
     v.x + v.y + v.z
 }
 
-/// What of `v` lies across `unit`, a vector of unit length.
+/// Part of `v` across `unit`, a vector of unit length.
 #[inline(never)]
 pub fn across<T: Real>(v: &Vector3<T>, unit: &Vector3<T>) -> Vector3<T> {
     combined(&[(v, T::one()), (unit, -unit.dot(v))])

@@ -22,7 +22,7 @@ pub trait Real: RealField + Copy {
     /// Square root; NaN of what is negative.
     fn square_root(self) -> Self;
 
-    /// Sine and cosine of an angle in rad; those of `f32` say up to which.
+    /// Sine and cosine of an angle in rad; those of `f32` are limited to the angles stated there.
     fn sine_cosine(self) -> (Self, Self);
 
     /// Angle in rad of a sine.
@@ -115,7 +115,7 @@ pub fn whole_spans(time: u64, span: u64) -> (u64, u64) {
     let span = span.clamp(1, (1 << 31) - 1) as u32;
     let (upper, lower) = ((time >> 32) as u32, time as u32);
     let (mut whole, mut left) = (u64::from(upper / span), upper % span);
-    // What is left is less than the span: so many bits more fit beside it.
+    // The remainder is less than the span: so many bits more fit beside it.
     let most = span.leading_zeros();
     let mut bits = u32::BITS;
     while bits > 0 {

@@ -16,7 +16,7 @@ use crate::eigen;
 use crate::products::zeros;
 use crate::real::{Real, count, real};
 
-/// What is known of the unknowns before any data.
+/// Prior of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<T: Real, const N: usize> {
     /// Nominal values.
@@ -41,11 +41,11 @@ pub struct LeastSquares<T: Real, const N: usize> {
     right: [T; N],
     squares: T,
     rows: u32,
-    /// Whether the covariance of the prior is one.
+    /// True if the covariance of the prior is valid.
     sound: bool,
 }
 
-/// What the rows say.
+/// Solution of the rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<T: Real, const N: usize> {
     /// The unknowns.
@@ -64,7 +64,7 @@ pub struct Solution<T: Real, const N: usize> {
 const OBSERVED: f64 = 0.25;
 
 impl<T: Real, const N: usize> Solution<T, N> {
-    /// Of nothing: all is zero.
+    /// Solution of no rows: all is zero.
     #[inline(always)]
     pub fn none() -> Self {
         Self {
@@ -76,7 +76,7 @@ impl<T: Real, const N: usize> Solution<T, N> {
         }
     }
 
-    /// Whether the data showed unknown `i`.
+    /// Tests whether the data showed unknown `i`.
     pub fn observed(&self, i: usize) -> bool {
         self.ignorance.get(i).is_some_and(|share| *share < real(OBSERVED))
     }
@@ -179,7 +179,7 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// Solves the triangle, with nothing but the solution for memory.
     ///
     /// # Errors
-    /// As of [`Self::solve`]; of the solution nothing is of use then.
+    /// Those of [`Self::solve`]; the solution is invalid then.
     #[inline(never)]
     pub fn solve_into(&self, solution: &mut Solution<T, N>) -> Result<(), Unsolvable> {
         solution.x = self.unknowns()?;
@@ -199,7 +199,7 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// The unknowns alone, for a round after which there is another: their covariance takes longer than they do.
     ///
     /// # Errors
-    /// As of [`Self::solve`].
+    /// Those of [`Self::solve`].
     #[inline(never)]
     pub fn unknowns(&self) -> Result<SVector<T, N>, Unsolvable> {
         let mut step = self.right;
@@ -223,10 +223,10 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         })
     }
 
-    /// Number of directions in which the data say more than the prior.
+    /// Number of directions in which the data are more informative than the prior.
     ///
     /// # Errors
-    /// As of [`Self::solve`].
+    /// Those of [`Self::solve`].
     pub fn rank(&self) -> Result<usize, Unsolvable> {
         let mut inverse: SMatrix<T, N, N> = zeros();
         self.invert_into(&mut inverse.data.0)?;

@@ -7,7 +7,7 @@ use crate::real::Real;
 /// The six channels of a unit in the order used everywhere: specific force x y z, angular rate x y z.
 pub const CHANNELS: usize = 6;
 
-/// What the unit said at one instant, in its case frame.
+/// Readings of the unit at one instant, in its case frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T: Real> {
     /// Microseconds of the unit's own clock.
@@ -25,7 +25,7 @@ impl<T: Real> Sample<T> {
         [f.x, f.y, f.z, w.x, w.y, w.z]
     }
 
-    /// Whether every channel is a finite number.
+    /// Checks that every channel is a finite number.
     pub fn is_finite(&self) -> bool {
         self.channels().iter().all(|value| value.is_finite())
     }

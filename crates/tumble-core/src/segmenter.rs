@@ -17,7 +17,7 @@ use crate::sample::{CHANNELS, Sample};
 use crate::soft_mean::{SoftMeans, SoftSum};
 use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
 
-/// How a recording is cut.
+/// Settings of the segmentation of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmenterSettings<T: Real> {
     /// Length of a block, microseconds.
@@ -28,7 +28,7 @@ pub struct SegmenterSettings<T: Real> {
     pub shortest_rest: u64,
     /// A pause in the samples longer than this many sample intervals is a gap.
     pub gap_intervals: u64,
-    /// What counts as being at rest.
+    /// Settings of the detection of rest.
     pub stillness: StillnessSettings<T>,
 }
 
@@ -44,7 +44,7 @@ impl<T: Real> Default for SegmenterSettings<T> {
     }
 }
 
-/// What is kept of successive samples.
+/// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment<T: Real> {
     /// Time of its first sample, microseconds.
@@ -59,11 +59,11 @@ pub struct Segment<T: Real> {
     pub lever: [T; CHANNELS],
     /// Attitude at the start from attitude at the end, from the angular rate less the bias of the rest before.
     pub start_from_end: UnitQuaternion<T>,
-    /// Of a rest, its mean with soft edges.
+    /// Mean of a rest with soft edges.
     pub soft: SoftSum<T>,
-    /// What was done about samples that are missing inside, and what it costs.
+    /// Interpolation of samples that are missing inside, and its uncertainty.
     pub interpolation: Interpolation<T>,
-    /// False where the samples pause for too long to say what happened.
+    /// False where the samples pause for too long.
     pub complete: bool,
 }
 
@@ -178,7 +178,7 @@ fn half_interval<T: Real>(duration: T, samples: u32) -> T {
 /// A finished part of the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FinishedSegment<T: Real> {
-    /// The unit moved, or nobody can say that it did not.
+    /// The unit moved, or may have moved.
     Turn(Segment<T>),
     /// The unit stood still.
     Rest(Segment<T>),
@@ -306,7 +306,8 @@ impl<T: Real> Segmenter<T> {
         self.pauses.bridge(pause, &self.interval, sums, (from, to));
     }
 
-    /// What was going on when the recording ended, a turn that leads nowhere among it: call until there is nothing more.
+    /// Returns the segment that the end of the recording cut off, a turn without a rest behind it among them: call
+    /// until there is none.
     pub fn finish(&mut self) -> Option<FinishedSegment<T>> {
         if let Some(segment) = self.close(self.last.saturating_add(self.interval.microseconds())) {
             return Some(segment);
@@ -347,7 +348,7 @@ impl<T: Real> Segmenter<T> {
         self.stillness.floor()
     }
 
-    /// Whether a block was closed that nobody took.
+    /// Tests whether a block was closed and not taken.
     pub fn has_block(&self) -> bool {
         self.block_is_new
     }
@@ -425,7 +426,7 @@ impl<T: Real> Segmenter<T> {
         }
     }
 
-    /// What the next block is compared with, to tell whether the unit is still where it was.
+    /// Level with which the next block is compared, to detect whether the unit is still at rest there.
     fn level(&self) -> Option<&UnitMoments<T>> {
         let compared = match &self.state {
             SegmenterState::Moving => None,
@@ -480,7 +481,7 @@ impl<T: Real> Segmenter<T> {
         finished.map(FinishedSegment::Rest)
     }
 
-    /// What the blocks of a rest that ended showed of noise.
+    /// Keeps the noise of the blocks of a rest that ended.
     fn keep_noise(&mut self, rest: &mut Segment<T>) {
         self.allan.merge(&self.allan_of_rest);
         self.soft_allan.merge(self.soft_of_rest.ladder());

@@ -10,7 +10,7 @@ use nalgebra::RealField;
 
 use crate::real::Real;
 
-/// Largest angle, rad, that has a sine: beyond 16,000 turns single precision tells no heading to half a degree.
+/// Largest angle, rad, that has a sine: beyond 16,000 turns single precision resolves no heading to half a degree.
 const LARGEST_ANGLE: f32 = 1e5;
 
 /// A quarter turn in three parts, of which whole multiples lose nothing (Cody and Waite, "Software Manual for the
@@ -19,9 +19,9 @@ const QUARTER_TURN: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
 /// Sine and cosine of an angle in rad; both NaN beyond 100,000 rad.
 ///
-/// What is left of the angle within an eighth of a turn goes into minimax polynomials (`sinf.c` of Moshier's Cephes).
-/// The error is below 1e-7 up to 1000 rad and 1e-6 beyond; within an eighth of a turn it is below 1 unit in the last place of
-/// the sine and 1.5 of the cosine.
+/// The remainder of the angle within an eighth of a turn goes into minimax polynomials (`sinf.c` of Moshier's Cephes).
+/// The error is below 1e-7 up to 1000 rad and 1e-6 beyond; within an eighth of a turn it is below 1 unit in the last
+/// place of the sine and 1.5 of the cosine.
 #[inline(never)]
 pub fn sine_cosine(angle: f32) -> (f32, f32) {
     if angle.abs() > LARGEST_ANGLE {
@@ -69,8 +69,8 @@ mod tests {
 
     use super::*;
 
-    /// Largest errors of what single precision says of arguments evenly spread from `-end` to `end`: absolute, and in units
-    /// in the last place.
+    /// Largest errors of a function in single precision at arguments evenly spread from `-end` to `end`: absolute, and
+    /// in units in the last place.
     fn errors(end: f32, said: impl Fn(f32) -> f32, truth: impl Fn(f64) -> f64) -> (f64, f64) {
         const STEPS: i32 = 400_000;
         (-STEPS..=STEPS).fold((0.0, 0.0), |(absolute, units): (f64, f64), step| {

@@ -1,9 +1,9 @@
 //! Means with soft edges: what vibrates averages out of them long before white noise does.
 //!
-//! The mean over a rest that begins and ends abruptly keeps a tone of amplitude A at frequency f down to `A / (pi f T)`,
-//! which falls no faster than the rest gets longer. Windows that rise and fall smoothly, each overlapping the next by half,
-//! add up to a mean over the whole rest with soft edges; and how much their own means scatter says how uncertain that mean
-//! is, for any noise that is white below their bandwidth (docs/theory/noise.md, eq. 14 to 16).
+//! The mean over a rest that begins and ends abruptly keeps a tone of amplitude A at frequency f down to `A / (pi f
+//! T)`, which falls no faster than the rest gets longer. Windows that rise and fall smoothly, each overlapping the next
+//! by half, add up to a mean over the whole rest with soft edges; the scatter of their own means gives its uncertainty,
+//! for any noise that is white below their bandwidth (docs/theory/noise.md, eq. 14 to 16).
 
 use crate::noise::AllanLadder;
 use crate::real::{Real, count, real};
@@ -64,7 +64,7 @@ pub fn slope_of_rise<T: Real>(x: T) -> T {
 /// One less twice the mean square of the rise `x^2 (3 - 2 x)`, which is 13/35.
 const EDGES: f64 = 1.0 - 2.0 * 13.0 / 35.0;
 
-/// What the overlap of neighbours takes from their Allan variance, as a share of that of one window: that, and
+/// Reduction of the Allan variance of neighbours by their overlap, as a share of the variance of one window: that, and
 /// the mean of the rise times the fall, 9/70.
 const OVERLAP: f64 = EDGES + 9.0 / 70.0;
 
@@ -149,12 +149,12 @@ impl<T: Real> SoftMeans<T> {
         self.total
     }
 
-    /// How the windows scatter.
+    /// Scatter of the windows.
     pub const fn into_ladder(self) -> AllanLadder<T> {
         self.ladder
     }
 
-    /// How the windows scatter.
+    /// Scatter of the windows.
     pub fn ladder(&self) -> &AllanLadder<T> {
         &self.ladder
     }

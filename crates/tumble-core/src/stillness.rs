@@ -14,17 +14,17 @@ pub type UnitMoments<T> = Moments<T, CHANNELS>;
 /// When a unit counts as being at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StillnessSettings<T: Real> {
-    /// How much larger than the noise floor the variance of a quiet block may be, ratio.
+    /// Ratio above the noise floor that the variance of a quiet block may have.
     pub variance_ratio: T,
     /// Scatter of specific force below which a block is quiet whatever the floor, m/s^2.
     pub smallest_specific_force_scatter: T,
     /// Scatter of angular rate below which a block is quiet whatever the floor, rad/s.
     pub smallest_angular_rate_scatter: T,
-    /// How far the mean specific force of a block may stray from its rest besides noise, m/s^2.
+    /// Deviation of the mean specific force of a block from its rest besides noise, at most, m/s^2.
     pub specific_force_drift: T,
-    /// How far the mean angular rate of a block may stray from its rest besides noise, rad/s.
+    /// Deviation of the mean angular rate of a block from its rest besides noise, at most, rad/s.
     pub angular_rate_drift: T,
-    /// How many sigma of the mean a block may stray besides the drift.
+    /// Deviation of the mean of a block besides the drift, at most, in sigmas.
     pub sigmas: T,
 }
 
@@ -54,7 +54,7 @@ pub struct Scatter<T: Real> {
 }
 
 impl<T: Real> Scatter<T> {
-    /// Of a run of samples.
+    /// Scatter of a run of samples.
     pub fn of(moments: &UnitMoments<T>) -> Self {
         let [fx, fy, fz, wx, wy, wz] = moments.variance();
         let third = real::<T>(1.0 / 3.0);
@@ -65,7 +65,7 @@ impl<T: Real> Scatter<T> {
     }
 }
 
-/// Tells quiet blocks from others; learns the noise floor of the sensor from the quietest stretch so far.
+/// Distinguishes quiet blocks from others; learns the noise floor of the sensor from the quietest stretch so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stillness<T: Real> {
     settings: StillnessSettings<T>,
@@ -104,14 +104,14 @@ impl<T: Real> Stillness<T> {
         self.floor
     }
 
-    /// Takes in the scatter of a block and says whether the block is quiet.
+    /// Takes in the scatter of a block and returns whether the block is quiet.
     pub fn push(&mut self, block: &UnitMoments<T>) -> bool {
         let scatter = Scatter::of(block);
         self.learn(&scatter);
         self.is_quiet(&scatter)
     }
 
-    /// Whether a scatter is that of the sensor's own noise.
+    /// Tests whether a scatter is that of the sensor's own noise.
     pub fn is_quiet(&self, scatter: &Scatter<T>) -> bool {
         let Some(floor) = self.floor else {
             return false;
@@ -122,7 +122,7 @@ impl<T: Real> Stillness<T> {
             && scatter.angular_rate <= gate(floor.angular_rate, limits.smallest_angular_rate_scatter)
     }
 
-    /// Whether a block is at the level of the rest it would join.
+    /// Tests whether a block is at the level of the rest it would join.
     pub fn is_level(&self, rest: &UnitMoments<T>, block: &UnitMoments<T>) -> bool {
         let Some(floor) = self.floor else {
             return false;

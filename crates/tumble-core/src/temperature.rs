@@ -1,4 +1,4 @@
-//! How bias and scale change with temperature: polynomials, held beyond the range that they were found in.
+//! Change of bias and scale with temperature: polynomials, held constant beyond the range of their fit.
 //!
 //! `y = (1 + s(t)) M u + b + d(t)`, `t` being the temperature, within the range, less a reference in its middle
 //! (docs/theory/thermal.md, eq. 1). At the reference nothing changes, so that a calibration without temperature is one
@@ -14,21 +14,21 @@ pub const HIGHEST_ORDER: usize = 3;
 /// Coefficients of `t`, `t^2`, ... for the three axes of a triad: 1/K, 1/K^2, ... times the unit of what changes.
 pub type Coefficients<T> = [Vector3<T>; HIGHEST_ORDER];
 
-/// What temperature does to one triad.
+/// Temperature drift of one triad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TemperatureDrift<T: Real> {
     /// Temperature at which nothing changes, degC.
     pub reference: T,
     /// Lowest and highest temperature at which it was seen, degC.
     pub range: [T; 2],
-    /// Of the bias, in the unit of the triad.
+    /// Drift of the bias, in the unit of the triad.
     pub bias: Coefficients<T>,
-    /// Of the scale factors of the sensing axes, a ratio.
+    /// Drift of the scale factors of the sensing axes, a ratio.
     pub scale: Coefficients<T>,
 }
 
 impl<T: Real> TemperatureDrift<T> {
-    /// Whether a temperature, degC, is within the range; what is not a number is not.
+    /// Tests whether a temperature, degC, is within the range; not-a-number is not.
     pub fn knows(&self, temperature: T) -> bool {
         let [low, high] = self.range;
         (low..=high).contains(&temperature)
@@ -44,7 +44,7 @@ impl<T: Real> TemperatureDrift<T> {
         polynomial(&self.scale, self.difference(temperature))
     }
 
-    /// What a triad of bias `b` that reads `y` at a temperature, degC, would read at the reference.
+    /// Corrects the reading `y` of a triad of bias `b` at a temperature, degC, to the reference temperature.
     pub fn at_reference(&self, y: &Vector3<T>, b: &Vector3<T>, temperature: T) -> Vector3<T> {
         let (d, s) = (self.bias_at(temperature), self.scale_at(temperature));
         let one = T::one();
@@ -92,7 +92,7 @@ mod tests {
     const BIAS: Vector3<f64> = Vector3::new(0.1, -0.2, 0.05);
 
     #[test]
-    fn a_reading_at_any_temperature_is_taken_to_what_it_would_be_at_the_reference() {
+    fn readings_at_any_temperature_are_corrected_to_the_reference() {
         let (at_reference, drift) = (Vector3::new(3.0, -5.0, 8.0), drift());
         for temperature in [-20.0, 0.0, 25.0, 69.0] {
             let scale = drift.scale_at(temperature).add_scalar(1.0);

@@ -53,7 +53,7 @@ impl<T: Real> ClockFit<T> {
         }
     }
 
-    /// Offset when the clock of the reference says `t`, s, and its 1-sigma.
+    /// Offset at time `t` of the reference's clock, s, and its 1-sigma.
     pub fn offset_at(&self, t: T) -> (T, T) {
         let later = t - self.epoch;
         let by = Vector2::new(T::one(), later);
@@ -61,7 +61,7 @@ impl<T: Real> ClockFit<T> {
         (self.offset + self.skew * later, variance.square_root())
     }
 
-    /// Time of the reference at which the target's clock says `t`.
+    /// Time of the reference at time `t` of the target's clock.
     pub fn to_reference(&self, t: T) -> T {
         self.epoch + (t - self.offset - self.epoch) / (T::one() + self.skew)
     }
@@ -73,7 +73,7 @@ const TOLERANCE: f64 = 0.5;
 /// Largest plausible skew between two clocks: a thousand ppm, the worst of oscillators.
 pub const LARGEST_SKEW: f64 = 1e-3;
 
-/// Whether two marks can be one turn: the angles agree within what scale errors of low-grade units explain.
+/// Tests whether two marks can be one turn: the angles agree within what scale errors of low-grade units explain.
 fn alike<T: Real>(a: &TurnMark<T>, b: &TurnMark<T>) -> bool {
     (a.angle - b.angle).abs() <= real::<T>(0.1) * a.angle.max(b.angle) + real(0.05)
 }
@@ -178,7 +178,7 @@ struct MetTurn<T> {
     time: T,
     /// Centre on the clock of the target, less that and the first offset, s.
     apart: T,
-    /// Of `apart`, s^2.
+    /// Variance of `apart`, s^2.
     variance: T,
 }
 

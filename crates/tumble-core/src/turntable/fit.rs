@@ -26,7 +26,7 @@ pub struct TriadFit<T: Real, const Q: usize> {
     pub model: ErrorModel<T>,
     /// Covariance of `[M row by row, b]`.
     pub covariance: Covariance<T>,
-    /// Whether the data showed each of `[M row by row, b]`.
+    /// True for each of `[M row by row, b]` that the data showed.
     pub observed: [bool; PARAMETERS],
     /// g-sensitivity, rad/s per m/s^2, and its 1-sigma, where asked for.
     pub g_sensitivity: Option<(Matrix3<T>, Matrix3<T>)>,
@@ -97,7 +97,7 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     })
 }
 
-/// How far an element of M that is held may stray from its nominal value.
+/// Sigma by which an element of M that is held may deviate from its nominal value.
 const HELD: f64 = 1e-9;
 
 /// The solution and its rank.

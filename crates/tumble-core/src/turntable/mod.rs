@@ -1,11 +1,11 @@
 //! Targets calibrated on a turntable against a co-mounted high-precision reference.
 //!
-//! A low-grade unit is seldom mounted square, and its own data cannot tell mounting from non-orthogonality.
-//! A reference bolted to the same structure shares the mounting, and has next to no non-orthogonality of its own.
-//! The published procedure has four steps, and they are here by name:
+//! A low-grade unit is seldom mounted square, and its own data cannot distinguish mounting from non-orthogonality. A
+//! reference bolted to the same structure shares the mounting, and has next to no non-orthogonality of its own. The
+//! published procedure has four steps, and they are here by name:
 //!
-//! 1. *acquire* reference and target data at the poses: [`crate::segmenter`] gives rests and turns,
-//!    [`clock`] tells which belong together;
+//! *acquire* reference and target data at the poses: [`crate::segmenter`] gives rests and turns, [`clock`] matches
+//!    them;
 //! 2. *mounting angle* `R_e` of the reference, from `m = R_e m_ref + b_a`: [`mounting`];
 //! 3. *compensate* the target, `m_comp = R_e^-1 m`: [`truth`], which also has the two truths that are exact where
 //!    this one holds to first order;

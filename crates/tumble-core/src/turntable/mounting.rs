@@ -31,12 +31,12 @@ pub struct MountingFit<T: Real> {
 }
 
 impl<T: Real> MountingFit<T> {
-    /// What a pose errs by: measured less `R_e m_ref + b_a`, m/s^2.
+    /// Residual of a pose: measured minus `R_e m_ref + b_a`, m/s^2.
     pub fn residual(&self, pose: &PoseMean<T>, gravity: T) -> Vector3<T> {
         pose.measured - (self.rotation * pose.up * gravity + self.bias) // eq. 2
     }
 
-    /// Angle between where the table should have pointed and where the reference says it did, rad.
+    /// Angle between the commanded pose of the table and the one that the reference measured, rad.
     pub fn table_error(&self, pose: &PoseMean<T>, gravity: T) -> T {
         let residual = self.residual(pose, gravity);
         let up = self.rotation * pose.up;

@@ -1,4 +1,4 @@
-//! What step 4 is fitted to: intervals with truth and reading, and what is known beforehand.
+//! Inputs of step 4: intervals with truth and reading, and the prior.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -22,7 +22,7 @@ pub struct Observation<T: Real, const P: usize, const Q: usize> {
     pub sensitivity: SMatrix<T, 3, Q>,
 }
 
-/// What is known beforehand.
+/// Prior knowledge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitInputs<T: Real, const Q: usize> {
     /// Noise of the three axes of the target.

@@ -1,4 +1,4 @@
-//! What the reference itself adds to the truth: its biases, and the rotation of the Earth it saw.
+//! Errors that the reference itself adds to the truth: its biases, and the rotation of the Earth it senses.
 
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
@@ -14,7 +14,7 @@ pub struct SphereFit<T: Real> {
     pub bias: Vector3<T>,
     /// (m/s^2)^2.
     pub covariance: Matrix3<T>,
-    /// Whether the rests show the bias of each axis.
+    /// True for each axis whose bias the rests show.
     pub observed: [bool; 3],
     /// Sum of squared normalised residuals.
     pub chi_square: T,
@@ -111,16 +111,17 @@ pub struct EarthFit<T: Real> {
     pub bias: Vector3<T>,
     /// rad/s, case frame of the first rest.
     pub earth_rate: Vector3<T>,
-    /// Of `[bias, earth_rate]`, (rad/s)^2.
+    /// Covariance of `[bias, earth_rate]`, (rad/s)^2.
     pub covariance: Matrix6<T>,
 }
 
 /// Largest plausible bias of a reference gyroscope, rad/s.
 const LARGEST_REFERENCE_RATE_BIAS: f64 = 0.5;
 
-/// Solves `r_k = b + R_k^T e` (docs/theory/turntable.md, eq. 15) for the bias b and the Earth's rotation e. A turning unit sees e from all sides and
-/// tells it from b; one that does not turn keeps the prior, `|e| = 7.29e-5 rad/s` in any direction, as uncertainty.
-/// With `vertical`, the up direction at the first rest and the upward part of e there, latitude helps.
+/// Solves `r_k = b + R_k^T e` (docs/theory/turntable.md, eq. 15) for the bias b and the Earth's rotation e. A turning
+/// unit sees e from all sides, which separates it from b; one that does not turn keeps the prior, `|e| = 7.29e-5 rad/s`
+/// in any direction, as uncertainty. With `vertical`, the up direction at the first rest and the upward part of e
+/// there, latitude helps.
 ///
 /// # Errors
 /// [`Unsolvable`] if a rest is not finite.
@@ -146,7 +147,7 @@ pub fn fit_earth<T: Real>(
     })
 }
 
-/// Of `[b, e]` before any data.
+/// Prior of `[b, e]`.
 fn earth_prior<T: Real>() -> Prior<T, 6> {
     let largest = real::<T>(LARGEST_REFERENCE_RATE_BIAS);
     let (b, e) = (largest * largest, earth_variance());

@@ -26,7 +26,7 @@ pub enum TruthSource {
     RotateMeasurement,
     /// Poses as commanded, turned by the mounting angle.
     RotateTruth,
-    /// What the reference saw.
+    /// Truth measured by the reference.
     Reference,
 }
 

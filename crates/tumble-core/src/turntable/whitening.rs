@@ -1,11 +1,11 @@
 //! Rows whose errors remember each other, made independent: from each is taken what the rows before predict of it.
 //!
-//! Flicker noise is remembered about as far as the session is long. The nearest few intervals tell almost all of it
-//! (Vecchia 1988); but deviations from the mean bias of a session cancel over that session, so what remains is predicted by
-//! the mean over all older intervals (docs/theory/turntable.md, eq. 19).
+//! Flicker noise is remembered about as far as the session is long. The nearest few intervals predict almost all of it
+//! (Vecchia 1988); but deviations from the mean bias of a session cancel over that session, so what remains is
+//! predicted by the mean over all older intervals (docs/theory/turntable.md, eq. 19).
 //!
-//! How flicker ties intervals together is the same for the three axes, up to B^2, so they are whitened side by side.
-//! Sums over the older intervals go along with each near one: only those of the newest are made anew.
+//! The correlation of intervals by flicker is the same for the three axes, up to B^2, so they are whitened side by
+//! side. Sums over the older intervals go along with each near one: only those of the newest are made anew.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -25,7 +25,7 @@ pub(super) struct IntervalRows<T: Real, const N: usize> {
     pub interval: Interval<T>,
     /// Coefficients of the unknowns.
     pub rows: [SVector<T, N>; 3],
-    /// What they add up to.
+    /// Right side of the rows: readings.
     pub reading: Vector3<T>,
     /// Variance that errors of the truth leave on the reading, and what else is not the noise of its sensor.
     pub besides_noise: Vector3<T>,
@@ -35,9 +35,9 @@ pub(super) struct IntervalRows<T: Real, const N: usize> {
 pub(super) struct WhitenedRow<T: Real, const N: usize> {
     /// Coefficients of the unknowns.
     pub row: SVector<T, N>,
-    /// What they add up to.
+    /// Right side of the row: reading.
     pub reading: T,
-    /// What remains of its variance.
+    /// Variance that remains.
     pub variance: T,
 }
 
@@ -193,7 +193,7 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
         }
         let mut among = remembered.among * flicker;
         for place in 0..NEAREST {
-            // What is not there yet predicts nothing; it must only not make the matrix singular.
+            // Missing intervals predict nothing; they must only not make the matrix singular.
             among[(place, place)] += self.near[place].map_or(T::one(), |kept| kept.own[axis]);
         }
         among[(NEAREST, NEAREST)] += if self.older.intervals > 0 {
