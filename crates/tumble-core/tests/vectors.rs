@@ -52,7 +52,7 @@ impl Named for f64 {
 }
 
 impl Vectors {
-    /// How far a quantity may be from what is expected, in the number type at hand.
+    /// Tolerance of a quantity, in the number type at hand.
     fn tolerance<T: Named>(&self, quantity: &str) -> f64 {
         let tolerance = self.tolerances[quantity][T::NAME].as_f64();
         tolerance.unwrap_or_else(|| panic!("no tolerance for {quantity} in {}", T::NAME))
@@ -332,7 +332,7 @@ fn stream<T: Named>() {
     vectors.check(cases, "turn_angle", angle.iter().copied());
 }
 
-/// Whether sample `k` was taken while the robot stood.
+/// Tests whether sample `k` was taken while the robot stood.
 fn resting(cases: &Value, time: u64) -> bool {
     let within = |rest: &Value| {
         let [start, end] = [&rest[0], &rest[1]].map(|time| time.as_f64().expect("a time"));

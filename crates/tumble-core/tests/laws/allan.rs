@@ -72,7 +72,7 @@ proptest! {
     #[test]
     fn the_ladder_is_the_allan_variance_of_pairs_without_overlap(blocks in blocks(0..300), channel in 0..CHANNELS) {
         same(&variances(&ladder::<f64>(&blocks), channel), &direct(&blocks, channel), 1e-13)?;
-        // Means of means lose a rounding a rung; the length of a block is a sum of up to 300 lengths.
+        // Means of means lose a rounding a level; the length of a block is a sum of up to 300 lengths.
         same(&variances(&ladder::<f32>(&blocks), channel), &direct(&blocks, channel), rounding::<f32>(300.0))?;
     }
 
@@ -172,7 +172,7 @@ fn flicker_blocks(count: u32) -> Correlated {
 }
 
 #[test]
-fn flicker_is_recovered_beside_white_noise_with_the_sigma_it_comes_with() {
+fn flicker_beside_white_noise_is_recovered_within_its_sigma() {
     let (seed, runs) = (62, 400);
     let (density, strength) = (0.3, 0.8);
     let mut draws = Draws::new(seed);
@@ -194,7 +194,7 @@ fn flicker_is_recovered_beside_white_noise_with_the_sigma_it_comes_with() {
         "flicker, seed {seed}: white {white:.3}, flicker off by {mean:.2} sigma, scatter {scatter:.2} sigma"
     );
     assert!(white.abs() < 0.03, "seed {seed}: {white}");
-    // Differences of flicker are only nearly independent, and few on the upper rungs, so that the sigma is a fair
+    // Differences of flicker are only nearly independent, and few on the upper levels, so that the sigma is a fair
     // guess and no more.
     assert!(mean.abs() < 0.4, "seed {seed}: {mean}");
     assert!((0.7..1.4).contains(&scatter), "seed {seed}: {scatter}");

@@ -48,7 +48,7 @@ fn seen(turns: &[(f64, f64)], offset: f64, skew: f64, scale: f64, missed: &[bool
 
 proptest! {
     #[test]
-    fn offset_and_skew_are_found_whichever_unit_started_first_and_whatever_turns_it_missed(
+    fn offset_and_skew_are_found_whatever_turns_were_missed(
         turns in turns_of(), offset in -500.0..500.0_f64, skew in -2e-4..2e-4_f64, scale in 0.97..1.03_f64,
         missed in prop::collection::vec(prop::bool::weighted(0.25), 0..20)
     ) {
@@ -80,7 +80,7 @@ proptest! {
     }
 
     #[test]
-    fn a_periodic_schedule_that_both_saw_whole_is_not_mistaken_by_a_period(
+    fn a_periodic_schedule_seen_whole_is_not_mistaken_by_a_period(
         count in 2..12_usize, period in 4.0..12.0_f64, offset in -100.0..100.0_f64, jitter in any::<u64>()
     ) {
         let mut draws = Draws::new(jitter);
@@ -92,7 +92,7 @@ proptest! {
     }
 
     #[test]
-    fn a_periodic_schedule_of_which_one_saw_part_is_told_by_its_odd_turn(
+    fn a_periodic_schedule_seen_in_part_is_matched_by_its_odd_turn(
         period in 4.0..12.0_f64, offset in -100.0..100.0_f64, odd in 2..6_usize, late in 0..2_usize
     ) {
         let turns: Vec<_> = (0..8).map(|k| (period * k as f64, if k == odd { 3.1 } else { 1.57 })).collect();

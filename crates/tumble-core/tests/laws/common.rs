@@ -1,4 +1,4 @@
-//! What the laws share: inputs at random, comparison in units of rounding, Monte Carlo.
+//! Shared parts of the laws: inputs at random, comparison in units of rounding, Monte Carlo.
 
 use core::f64::consts::PI;
 
@@ -50,7 +50,7 @@ pub fn cast<T: Real, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> 
     m.map(nalgebra::convert)
 }
 
-/// As many cases as a slow law is worth by default; PROPTEST_CASES asks for another number.
+/// Number of cases for a slow law; PROPTEST_CASES asks for another.
 pub fn cases(few: u32) -> ProptestConfig {
     let mut config = ProptestConfig::default();
     if std::env::var_os("PROPTEST_CASES").is_none() {
@@ -168,7 +168,7 @@ impl<const N: usize> Calibration<N> {
         }
     }
 
-    /// One run: what the estimate was off by, and the covariance it came with.
+    /// Adds one run: the error of the estimate, and the covariance it came with.
     pub fn push(&mut self, error: SVector<f64, N>, covariance: &SMatrix<f64, N, N>) {
         let root = covariance.cholesky().expect("a covariance is positive definite");
         self.distances += error.dot(&root.solve(&error));
@@ -220,7 +220,7 @@ impl<const N: usize> Calibration<N> {
         );
     }
 
-    /// As [`Self::check`], without the correlations; for a covariance that is itself estimated.
+    /// The same as [`Self::check`], without the correlations; for a covariance that is itself estimated.
     pub fn check_errors(&self, what: &str, seed: u64) {
         let (bias, ratio) = (self.bias(), self.ratio());
         println!(

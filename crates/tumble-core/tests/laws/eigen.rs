@@ -35,7 +35,7 @@ fn takes_apart<T: Real>(a: &Six<f64>) -> Result<(), TestCaseError> {
 
 proptest! {
     #[test]
-    fn eigenvalues_are_those_of_a_general_solver_and_eigenvectors_belong_to_them(
+    fn eigenvalues_and_eigenvectors_agree_with_a_general_solver(
         entries in prop::collection::vec(-10.0..10.0_f64, 36), scale in -8..8_i32
     ) {
         let half = Six::<f64>::from_column_slice(&entries) * 10_f64.powi(scale);

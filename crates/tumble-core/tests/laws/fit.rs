@@ -58,7 +58,7 @@ fn white(density: f64) -> Noise<f64> {
     }
 }
 
-/// What a perfect reference saw at a rest and what the target read.
+/// Truth of a perfect reference at a rest, with the reading of the target.
 fn force(k: usize, u: &Vector3<f64>, model: &ErrorModel<f64>) -> Force {
     Observation {
         interval: interval(k),
@@ -274,7 +274,7 @@ fn force_runs(what: &str, noise: Noise<f64>, shared: f64, single: f64, seed: u64
                 let u = (faces()[k % 6] + draws.normals::<3>() * 0.02).normalize() * STANDARD;
                 let mut observation = force(k, &u, &session.model);
                 observation.reading += noise;
-                // The reference says u less what it errs by: the shared error s enters as u + D s.
+                // The reference reads u minus its error: the shared error s enters as u + D s.
                 let said = u + bias + draws.normals::<3>() * single;
                 observation.regressor.fixed_rows_mut::<3>(0).copy_from(&said);
                 observation.sensitivity = -Matrix3::identity();
@@ -305,7 +305,7 @@ fn covers(calibration: &Calibration<12>) {
 }
 
 #[test]
-fn an_accelerometer_with_white_noise_errs_as_its_covariance_says() {
+fn errors_with_white_noise_are_those_of_the_covariance() {
     let (calibration, chi_square) = force_runs("accelerometer, white", white(1e-3), 0.0, 0.0, 111);
     covers(&calibration);
     // 72 rows less 12 unknowns; the mean of 400 errs by 0.55.
@@ -313,7 +313,7 @@ fn an_accelerometer_with_white_noise_errs_as_its_covariance_says() {
 }
 
 #[test]
-fn an_accelerometer_whose_truth_errs_at_each_rest_and_in_all_errs_as_its_covariance_says() {
+fn errors_of_single_and_shared_truth_are_as_the_covariance() {
     let (calibration, chi_square) = force_runs("accelerometer, truth errs", white(1e-3), 2e-3, 1e-3, 112);
     covers(&calibration);
     assert!((chi_square - 60.0).abs() < 4.0, "{chi_square}");

@@ -7,7 +7,7 @@ use crate::common::rounding;
 
 proptest! {
     #[test]
-    fn gravity_is_the_same_north_and_south_and_grows_towards_the_poles(latitude in 0.0..1.5_f64, height in -100.0..9000.0_f64) {
+    fn gravity_is_equal_north_and_south_and_grows_to_the_poles(latitude in 0.0..1.5_f64, height in -100.0..9000.0_f64) {
         prop_assert_eq!(normal(latitude, height), normal(-latitude, height));
         prop_assert!(normal(latitude + 0.05, height) > normal(latitude, height));
     }
@@ -31,7 +31,7 @@ proptest! {
 }
 
 #[test]
-fn the_earth_turns_about_the_vertical_at_the_poles_and_not_at_the_equator() {
+fn the_earth_turns_about_the_vertical_at_the_poles_only() {
     assert_eq!(vertical_earth_rate(0.0_f64), 0.0);
     assert!((vertical_earth_rate(core::f64::consts::FRAC_PI_2) - EARTH_RATE).abs() < 1e-20);
     assert!((vertical_earth_rate(-core::f64::consts::FRAC_PI_2) + EARTH_RATE).abs() < 1e-20);

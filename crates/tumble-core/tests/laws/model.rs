@@ -59,7 +59,7 @@ fn correction_undoes<T: Real>(
     };
     let correction = model.correction().expect("a matrix of this kind has an inverse");
     let back = correction.apply(&model.measure(&cast(u)));
-    // What is lost going forward, on M u and b, is magnified by M^-1 on the way back.
+    // Rounding going forward, on M u and b, is magnified by M^-1 on the way back.
     let magnified =
         3.0 * m.try_inverse().expect("invertible").amax() * (3.0 * m.amax() * u.amax() + b.amax());
     assert_close!(back, cast::<T, 3, 1>(u), rounding::<T>(10.0) * (1.0 + magnified));
@@ -74,7 +74,7 @@ proptest! {
     }
 
     #[test]
-    fn scale_is_positive_l_is_lower_triangular_with_unit_rows_and_q_is_a_rotation(m in matrix()) {
+    fn m_splits_into_positive_scale_unit_triangle_and_rotation(m in matrix()) {
         parts_have_their_form::<f64>(&m)?;
         parts_have_their_form::<f32>(&m)?;
     }
@@ -221,7 +221,7 @@ fn the_perfect_sensor_comes_apart_into_nothing() {
 }
 
 #[test]
-fn a_half_turn_of_mounting_is_taken_apart_and_has_a_finite_jacobian() {
+fn a_half_turn_of_mounting_splits_with_a_finite_jacobian() {
     for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
         let m = *Rotation3::new(axis * core::f64::consts::PI).matrix();
         let parts = Decomposition::of(&m).expect("a rotation");
@@ -240,7 +240,7 @@ fn a_model_whose_matrix_has_no_inverse_has_no_correction() {
 }
 
 #[test]
-fn the_covariance_carried_to_the_angles_is_that_of_angles_drawn_at_random() {
+fn the_covariance_of_angles_is_that_of_random_draws() {
     let mut draws = Draws::new(20);
     let m = Matrix3::from_diagonal(&Vector3::new(1.1, 0.9, 1.02))
         * Matrix3::new(

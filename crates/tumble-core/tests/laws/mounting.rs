@@ -93,7 +93,7 @@ fn sessions(count: usize, table: f64, noise: f64, seed: u64) -> (Calibration<3>,
 }
 
 #[test]
-fn errors_of_the_table_scatter_the_mounting_as_its_covariance_says() {
+fn table_errors_scatter_the_mounting_by_its_covariance() {
     let (calibration, variance) = sessions(6, 1e-3, 1e-4, 101);
     calibration.check_errors("mounting, six poses, table", 101);
     // Seven degrees of freedom each time.
@@ -115,7 +115,7 @@ fn errors_of_the_table_scatter_the_mounting_as_its_covariance_says() {
 }
 
 #[test]
-fn noise_alone_scatters_the_mounting_by_no_more_than_its_covariance_says() {
+fn noise_scatters_the_mounting_by_at_most_its_covariance() {
     let (calibration, variance) = sessions(24, 0.0, 1e-3, 103);
     // Never less than the noise, and by chance up to a third more.
     assert!((1.0..1.2).contains(&(variance / 1e-6)), "{variance}");

@@ -54,8 +54,8 @@ fn single(span: &Span) -> Interval<f32> {
     }
 }
 
-/// What bias instability of B = 1 does, straight from its spectrum: `(1 / pi)` times the integral over `ln f` of
-/// `Re(H_a H_b*)`, where H is the response of a mean over an interval less that of the mean over the session.
+/// Covariance by bias instability of B = 1, straight from its spectrum: `(1 / pi)` times the integral over `ln f` of
+/// `Re(H_a H_b*)`, where H is the response of a mean over an interval minus that of the mean over the session.
 fn from_the_spectrum(a: &Span, b: &Span, session: &Span) -> f64 {
     let shortest = a.duration().min(b.duration());
     let (lowest, highest) = (1e-5 / session.duration(), 40.0 / shortest);
@@ -222,7 +222,8 @@ proptest! {
         let from_origin = |span: &Span| Interval { start: span.start - origin, end: span.end - origin };
         for a in &parts {
             for b in &parts {
-                // Spans that a clock in f32 can tell, so that the law is about the covariance and not about the clock.
+                // Spans that a clock in f32 can resolve, so that the law is about the covariance and not about the
+                // clock.
                 let [a, b, s] = [a, b, &session].map(|span| single(&from_origin(span)));
                 let wide = |span: &Interval<f32>| Interval { start: f64::from(span.start), end: f64::from(span.end) };
                 let expected = unit_flicker::<f64>().covariance(&wide(&a), &wide(&b), &wide(&s));
@@ -239,7 +240,7 @@ proptest! {
 }
 
 #[test]
-fn the_allan_variance_of_flicker_is_its_floor_at_any_averaging_time() {
+fn the_allan_variance_of_flicker_is_its_floor_at_any_time() {
     let floor = 2.0 * LN_2 / PI;
     for tau in [1e-3, 0.1, 1.0, 50.0, 1e4] {
         let (first, second) = (

@@ -1,4 +1,4 @@
-//! Units of any set of single-axis sensors, the primary too: what can be told of them, and what comes out of them.
+//! Units of any set of single-axis sensors, the primary too: the errors that are observable, and the output.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -62,7 +62,7 @@ fn flown<T: Real>(primary: Axes, secondary: Axes, turn: &Matrix3<f64>, seed: u64
     fly(&platform(settings(), set), &mission)
 }
 
-/// Whether row `i` of a secondary is there, and the axis of the primary that it lies along.
+/// Tests whether row `i` of a secondary is there, and the axis of the primary that it lies along.
 fn is_shown(primary: &Axes, secondary: &Axes, turn: &Matrix3<f64>, sensor: Sensor, i: usize) -> bool {
     secondary.of(sensor)[i] && primary.of(sensor)[turn.row(i).transpose().iamax()]
 }
@@ -108,7 +108,7 @@ fn shows_what_both_have<T: Real>(
                     "{}",
                     flight.story()
                 );
-                // As it was before.
+                // The values before are kept.
                 prop_assert!(bias == T::zero() && scale.abs() == T::one(), "{}", flight.story());
             }
             for other in (0..3).filter(|other| !primary.of(sensor)[*other]) {

@@ -31,7 +31,7 @@ fn flown(seed: u64, spoil: impl Fn(usize, f64, &mut Sample<f64>) -> bool + 'stat
 }
 
 #[test]
-fn consumer_units_that_warm_by_ten_kelvin_are_in_no_dispute_before_or_after_the_primary_dies() {
+fn units_that_warm_by_ten_kelvin_do_not_disagree() {
     for seed in 0..4 {
         let flight = flown(seed, |number, time, sample| {
             // 1.4 mrad/s and 4 mm/s^2 a kelvin along an axis, against each other.
@@ -51,7 +51,7 @@ fn consumer_units_that_warm_by_ten_kelvin_are_in_no_dispute_before_or_after_the_
 }
 
 #[test]
-fn a_ramp_ten_times_as_fast_as_drift_may_be_is_named_before_it_has_come_far() {
+fn a_ramp_ten_times_as_fast_as_drift_is_detected_early() {
     for seed in 0..3_u64 {
         let faulty = seed as usize;
         let flight = flown(seed, move |number, time, sample| {

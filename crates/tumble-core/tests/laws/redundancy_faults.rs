@@ -1,4 +1,5 @@
-//! What must not be adopted is not: a primary that is wrong, or becomes wrong; two wrong alike; a bias that jumps.
+//! Wrong calibrations are not adopted: of a primary that is wrong, or becomes wrong; of two wrong alike; of a bias that
+//! jumps.
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::real::Real;
@@ -133,7 +134,7 @@ fn abandons_in_ill_health<T: Real>(unit: usize, why: Abandoned) {
 }
 
 #[test]
-fn pairs_are_thrown_away_when_one_of_the_two_fails_while_they_are_collected() {
+fn pairs_are_dropped_when_either_unit_fails_while_they_collect() {
     for (unit, why) in [
         (0, Abandoned::PrimaryUnhealthy),
         (1, Abandoned::SecondaryUnhealthy),

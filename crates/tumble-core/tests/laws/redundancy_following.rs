@@ -1,4 +1,4 @@
-//! How far secondaries follow their primary: as far as something proves that it is right, and a cap beyond that.
+//! Secondaries follow their primary as far as a rest proves it right, and up to a cap beyond that.
 
 use nalgebra::Vector3;
 use tumble_core::model::ErrorModel;
@@ -59,7 +59,7 @@ fn beyond<T: Real>(flight: &Flight<T, 2>) -> Option<(T, T)> {
 }
 
 #[test]
-fn a_store_whose_cap_is_used_up_lets_nothing_across_gravity_be_followed_and_says_how_far_it_is() {
+fn a_used_up_cap_stops_following_across_gravity() {
     let flight = changed::<f64>([0.12, 0.0, 0.0], [0.0; 3], [0.14, 0.0, 0.0]);
     let (value, limit) = beyond(&flight).expect("it is refused");
     assert!((value - 0.26).abs() < 0.01, "{}", flight.story());
@@ -70,7 +70,7 @@ fn a_store_whose_cap_is_used_up_lets_nothing_across_gravity_be_followed_and_says
 }
 
 #[test]
-fn what_was_followed_is_added_up_with_its_sign_and_kept_in_the_record() {
+fn following_adds_up_with_its_sign_and_stays_in_the_record() {
     for (before, after) in [(0.0, 0.12), (-0.1, 0.02), (0.02, 0.14)] {
         let flight = changed::<f64>([0.12, 0.0, 0.0], [0.0; 3], [before, 0.0, 0.0]);
         let adopted = flight.adopted(1, Sensor::Accelerometer);
@@ -80,7 +80,7 @@ fn what_was_followed_is_added_up_with_its_sign_and_kept_in_the_record() {
 }
 
 #[test]
-fn along_gravity_and_about_all_axes_a_rest_proves_the_primary_and_nothing_adds_up() {
+fn a_rest_proves_the_primary_and_following_adds_up_nowhere() {
     let used_up = [0.0, 0.0, 0.14];
     let flight = changed::<f64>([0.0, 0.0, 0.3], [0.03, 0.0, 0.02], used_up);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
@@ -100,7 +100,7 @@ fn a_first_calibration_goes_wherever_its_pairs_say() {
 }
 
 #[test]
-fn a_secondary_that_the_others_find_wrong_is_mended_however_far_it_went() {
+fn a_secondary_outvoted_by_the_others_is_calibrated_anyway() {
     let parts = [Part::exact(); 3];
     let platform = platform(settings::<f64>(), units(&parts));
     let mut flight = Flight::<f64, 3>::new(SEED);
@@ -173,7 +173,7 @@ fn drifting<T: Real, const UNITS: usize>(slope: f64, duration: f64) -> Flight<T,
     flight
 }
 
-/// How far the accelerometers of the secondaries were moved, the farthest.
+/// Largest shift of the accelerometers of the secondaries.
 fn moved<T: Real, const UNITS: usize>(flight: &Flight<T, UNITS>) -> T {
     (1..UNITS).fold(T::zero(), |most, number| {
         let stored = flight.monitor.stored(number).expect("there is such a unit");
@@ -182,7 +182,7 @@ fn moved<T: Real, const UNITS: usize>(flight: &Flight<T, UNITS>) -> T {
 }
 
 #[test]
-fn a_primary_that_drifts_too_slowly_to_be_seen_takes_its_only_secondary_no_farther_than_the_cap() {
+fn a_slowly_drifting_primary_takes_its_secondary_to_the_cap() {
     let flight = drifting::<f32, 2>(1.5e-4, 3000.0);
     assert!(
         !flight.adopted(1, Sensor::Accelerometer).is_empty(),
@@ -194,7 +194,7 @@ fn a_primary_that_drifts_too_slowly_to_be_seen_takes_its_only_secondary_no_farth
 }
 
 #[test]
-fn secondaries_that_all_leave_a_drifting_primary_alike_do_not_follow_it() {
+fn secondaries_that_all_leave_a_drifting_primary_do_not_follow() {
     let flight = drifting::<f32, 3>(9e-5, 1800.0);
     for unit in [1, 2] {
         assert_told!(flight, unit, EventKind::Refused {

@@ -109,7 +109,7 @@ fn of(accelerometer: bool) -> Sensor {
     }
 }
 
-/// Does it, and checks what was said of a sample.
+/// Performs the act, and checks the report on a sample.
 fn perform<T: Real>(unit: &mut MountedUnit<T>, act: &Act) -> Result<(), TestCaseError> {
     let settings = unit.settings;
     match *act {
@@ -246,7 +246,7 @@ fn is_left_alone<T: Real>(life: &Life) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// What can be wrong with readings.
+/// Faults of readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ailment {
     Freezes(Sensor),
@@ -284,7 +284,7 @@ impl Ailment {
     /// Samples within which it has to be found.
     fn limit(&self, period: u64) -> u64 {
         let settings = HealthSettings::<f64>::default();
-        // Times are kept in ticks of 256 microseconds; one sample more to see it and one to tell of it.
+        // Times are kept in ticks of 256 microseconds; one sample more to detect a fault and one to report it.
         let within = |time: u64, fewest: u64| (time.div_ceil(period)).max(fewest) + 2;
         match self {
             Ailment::Freezes(_) => within(settings.frozen, 17),
@@ -347,7 +347,7 @@ fn is_found_and_forgiven<T: Real>(ailment: Ailment, period: u64, seed: u64) -> R
     Ok(())
 }
 
-/// What a unit's health does from one update to the next.
+/// Health of a unit from one update to the next.
 fn fates() -> impl Strategy<Value = Vec<(u64, [bool; 3])>> {
     prop::collection::vec(
         (1..30_000_u64, prop::array::uniform3(prop::bool::weighted(0.7))),
@@ -379,7 +379,7 @@ proptest! {
     #![proptest_config(cases(256))]
 
     #[test]
-    fn whatever_happens_to_a_unit_nothing_bad_of_it_is_used_and_it_is_healthy_or_at_fault(
+    fn no_bad_reading_is_used_and_a_unit_is_healthy_or_faulty(
         acts in prop::collection::vec(act(), 0..300), axes in prop::array::uniform6(prop::bool::weighted(0.8))
     ) {
         withstands::<f64>(&acts, axes)?;
@@ -387,7 +387,7 @@ proptest! {
     }
 
     #[test]
-    fn faults_are_found_in_time_named_and_forgiven_when_they_are_over(
+    fn faults_are_detected_in_time_named_and_cleared_when_over(
         ailment in ailment(), period in 500..16_000_u64, seed in any::<u64>()
     ) {
         is_found_and_forgiven::<f64>(ailment, period, seed)?;
@@ -395,7 +395,7 @@ proptest! {
     }
 
     #[test]
-    fn a_healthy_unit_is_left_alone_whatever_its_rate_noise_resolution_and_motion(life in life()) {
+    fn a_healthy_unit_raises_no_fault_at_any_rate_and_noise(life in life()) {
         is_left_alone::<f64>(&life)?;
         is_left_alone::<f32>(&life)?;
     }
@@ -435,7 +435,7 @@ proptest! {
     }
 
     #[test]
-    fn a_source_is_kept_no_longer_than_the_hold_after_it_fell_ill_and_changes_no_oftener(
+    fn a_failed_source_is_replaced_within_the_hold_and_not_oftener(
         fates in fates(), return_after in prop::option::of(25_000..200_000_u64)
     ) {
         let settings = SelectionSettings { return_after, ..SelectionSettings::default() };

@@ -29,7 +29,7 @@ pub struct Part {
     pub lever_arm: Vector3<f64>,
     /// From sample to sample, microseconds.
     pub period: u64,
-    /// Of the time of its samples, microseconds.
+    /// Phase of the time of its samples, microseconds.
     pub phase: u64,
     /// Standard deviation, m/s^2 and rad/s.
     pub noise: [f64; 2],
@@ -70,7 +70,7 @@ impl Part {
     }
 }
 
-/// What the platform does for a while.
+/// Phases of the platform's motion.
 #[derive(Clone, Copy, Debug)]
 pub enum Phase {
     Rest,
@@ -84,7 +84,7 @@ pub enum Phase {
     Vibrating(f64),
 }
 
-/// Changes a sample at a time since the start, s; says whether it arrives.
+/// Changes a sample at a time since the start, s; returns whether it arrives.
 pub type Spoil = Box<dyn Fn(usize, f64, &mut Sample<f64>) -> bool>;
 
 pub struct Mission {
@@ -244,7 +244,7 @@ pub fn platform<T: Real, const UNITS: usize>(
     Platform::new(settings, PrimaryCalibration::none(), units).expect("settings and units are sound")
 }
 
-/// A monitor, and all that it said.
+/// A monitor, and all its reports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight<T: Real, const UNITS: usize, const AT_ONCE: usize = 2> {
     pub seed: u64,
@@ -310,7 +310,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
             .collect()
     }
 
-    /// What is printed where a law fails.
+    /// Text that is printed where a law fails.
     pub fn story(&self) -> String {
         let mut story = format!("seed {}\n", self.seed);
         for event in &self.events {
@@ -360,7 +360,7 @@ pub fn fly<T: Real, const UNITS: usize>(
     flight
 }
 
-/// Fails unless it was told of a unit that something happened, so many times where that is given.
+/// Fails unless an event of a unit was reported, so many times where that is given.
 macro_rules! assert_told {
     ($flight:expr, $unit:expr, $pattern:pat $(if $guard:expr)?) => {
         assert!($flight.told($unit, |kind| matches!(kind, $pattern $(if $guard)?)) > 0, "never {}\n{}",

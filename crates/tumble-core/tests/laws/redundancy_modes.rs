@@ -62,7 +62,7 @@ fn the_vector_check_alone_sees_an_error_across_gravity() {
 }
 
 #[test]
-fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error_that_is_known() {
+fn known_errors_in_raw_data_do_not_trigger_again() {
     let records = learned::<f64>();
     let mission = Mission::new(SEED + 1, &aged()).phases(&[(2.5, Phase::Rest)]);
     let cases = [
@@ -96,11 +96,11 @@ fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error
 }
 
 #[test]
-fn an_error_that_is_known_is_no_fault_of_a_unit_whichever_data_trigger() {
+fn a_known_error_is_no_fault_of_a_unit_in_raw_data_either() {
     for data in [Data::Raw, Data::Compensated] {
         let mut settings = settings::<f64>();
         settings.evaluation.data = data;
-        // Below what the aged secondary is off by, and far above what its calibration leaves.
+        // Below the error of the aged secondary, and far above the residual of its calibration.
         settings.health.rest = ForceAndRate {
             specific_force: 0.05,
             angular_rate: 0.005,
@@ -118,7 +118,7 @@ fn an_error_that_is_known_is_no_fault_of_a_unit_whichever_data_trigger() {
 }
 
 #[test]
-fn compensated_data_of_a_restored_secondary_are_within_fixed_thresholds() {
+fn a_restored_secondary_is_within_fixed_thresholds() {
     let platform = platform(settings(), units(&aged()));
     let mission = Mission::new(SEED + 1, &aged()).phases(&[(2.5, Phase::Rest)]);
     let mut flight = Flight::<f64, 2>::new(mission.seed);
@@ -132,7 +132,7 @@ fn compensated_data_of_a_restored_secondary_are_within_fixed_thresholds() {
 }
 
 #[test]
-fn rests_are_evaluated_after_start_up_every_so_often_or_on_command_as_set() {
+fn rests_are_evaluated_after_start_at_intervals_or_on_command() {
     let mission = Mission::new(SEED, &[Part::exact(); 2]).phases(&[(12.0, Phase::Rest)]);
     let samples = mission.samples();
     let (before, after) = samples.split_at(samples.len() / 2);
@@ -174,7 +174,7 @@ fn rests_are_evaluated_after_start_up_every_so_often_or_on_command_as_set() {
 }
 
 #[test]
-fn the_scope_says_whether_the_sensor_that_does_not_deviate_is_calibrated_too() {
+fn the_scope_decides_whether_both_sensors_are_calibrated() {
     let parts = [Part::exact(), Part::exact().biased([0.3, 0.0, 0.3], [0.0; 3])];
     let mission = Mission::new(SEED, &parts);
     for (scope, both) in [(Scope::AllSensors, true), (Scope::TriggeringSensor, false)] {
@@ -204,7 +204,7 @@ fn the_scope_says_whether_the_sensor_that_does_not_deviate_is_calibrated_too() {
 fn rung_reached<T: Real>(highest: Rung, arm_known: bool) -> Rung {
     let mut settings = settings::<T>();
     settings.fit.highest_rung = highest;
-    // A rung that leaves out what is there leaves a residual; here it may.
+    // A model that leaves out an error leaves a residual; here it may.
     settings.adoption.residual.specific_force = real(5.0);
     settings.adoption.drift.specific_force = real(5.0);
     let mut set = units::<T, 2>(&aged());
@@ -223,7 +223,7 @@ fn rung_reached<T: Real>(highest: Rung, arm_known: bool) -> Rung {
 }
 
 #[test]
-fn a_fit_goes_up_to_the_highest_rung_and_finds_a_lever_arm_that_is_not_known() {
+fn a_fit_reaches_the_highest_model_and_finds_the_lever_arm() {
     for rung in [Rung::Offset, Rung::Gain, Rung::Affine] {
         for known in [true, false] {
             assert_eq!(rung_reached::<f32>(rung, known), rung);
@@ -253,7 +253,7 @@ fn about_one_axis<T: Real>() {
             adopted[0].matrix_sigma[(axis, 2)],
         );
         assert!(!x.is_finite() && z.is_finite(), "{}", flight.story());
-        // What was not shown is left as it was: without error.
+        // Unobserved elements are left as they were: without error.
         let identity = if axis == 0 { T::one() } else { T::zero() };
         let left = adopted[0].model.matrix[(axis, 0)] - identity;
         assert!(left.abs() < real(1e-3), "{}", flight.story());
@@ -261,7 +261,7 @@ fn about_one_axis<T: Real>() {
 }
 
 #[test]
-fn motion_about_one_axis_shows_one_direction_and_leaves_the_others_as_they_were() {
+fn motion_about_one_axis_shows_one_direction_only() {
     about_one_axis::<f32>();
     about_one_axis::<f64>();
 }
@@ -306,7 +306,7 @@ fn too_little_time_in_motion_ends_in_a_time_out_without_a_fit() {
 }
 
 #[test]
-fn a_gyroscope_of_one_axis_is_calibrated_along_it_and_nothing_else_is_said_of_it() {
+fn a_gyroscope_of_one_axis_is_calibrated_along_it_alone() {
     let mut set = units::<f64, 2>(&aged());
     set[1].axes = Axes([false, false, false, false, false, true]);
     let mission = Mission::new(SEED, &aged()).spoilt(|unit, _, sample| {
@@ -331,7 +331,7 @@ fn a_gyroscope_of_one_axis_is_calibrated_along_it_and_nothing_else_is_said_of_it
 }
 
 #[test]
-fn with_one_calibration_at_a_time_the_second_secondary_waits_for_the_next_evaluation() {
+fn with_one_calibration_at_a_time_the_second_secondary_waits() {
     let parts = [Part::exact(), Part::aged(), Part::aged()];
     let platform = platform(settings(), units(&parts));
     let turn = [(12.0, Phase::Free(1.0)), (3.0, Phase::Rest)];

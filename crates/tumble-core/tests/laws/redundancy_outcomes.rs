@@ -1,4 +1,4 @@
-//! What becomes of a calibration: it is refused, replaced, restored, or it speaks for a primary that died.
+//! Outcomes of a calibration: it is refused, replaced, restored, or its secondary replaces a primary that failed.
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
@@ -47,7 +47,7 @@ fn an_error_that_grows_again_is_replaced_and_counted() {
 }
 
 #[test]
-fn a_calibration_is_fitted_with_the_samples_that_follow_and_a_record_that_comes_meanwhile_ends_it() {
+fn a_record_that_comes_during_a_calibration_ends_it() {
     let platform = platform(settings(), units(&aged()));
     let phases = [(2.5, Phase::Rest), (12.0, Phase::Free(1.0))];
     let arrivals = Mission::new(SEED, &aged()).phases(&phases).samples();
@@ -85,7 +85,7 @@ fn a_calibration_is_fitted_with_the_samples_that_follow_and_a_record_that_comes_
 }
 
 #[test]
-fn a_record_that_is_of_another_unit_not_finite_or_implausible_is_rejected_and_what_is_stored_stays() {
+fn an_unusable_record_is_rejected_and_the_stored_one_stays() {
     let [good, _] = learned::<f64>();
     let platform = platform(settings(), units(&aged()));
     let mut flight = Flight::<f64, 2>::new(SEED);
@@ -155,7 +155,7 @@ fn takes_over<T: Real>() {
 }
 
 #[test]
-fn a_calibrated_secondary_speaks_for_a_dead_primary_at_its_place_until_that_is_proven() {
+fn a_calibrated_secondary_replaces_a_failed_primary() {
     takes_over::<f32>();
     takes_over::<f64>();
 }
@@ -177,7 +177,7 @@ fn a_fit_that_leaves_too_large_a_residual_is_refused() {
 }
 
 #[test]
-fn before_any_calibration_the_secondary_that_agreed_at_rest_takes_over() {
+fn before_calibration_a_secondary_that_agreed_takes_over() {
     let parts = [Part::exact(), Part::aged(), Part::exact()];
     let mission = Mission::new(SEED, &parts)
         .phases(&[(3.0, Phase::Rest), (3.0, Phase::Free(1.0))])
@@ -188,7 +188,7 @@ fn before_any_calibration_the_secondary_that_agreed_at_rest_takes_over() {
 }
 
 #[test]
-fn a_calibration_that_found_no_motion_is_triggered_again_without_being_asked() {
+fn a_calibration_without_motion_is_triggered_again() {
     let mut settings = settings::<f64>();
     settings.collection.motion_timeout = 4 * SECOND;
     let parts = [Part::exact(), Part::aged()];
@@ -224,7 +224,7 @@ fn a_trigger_outlasts_a_unit_that_is_dead_for_a_while() {
 }
 
 #[test]
-fn a_moment_of_saturation_costs_its_windows_and_not_the_calibration() {
+fn brief_saturation_costs_windows_and_not_the_calibration() {
     let parts = [Part::exact(), Part::aged()];
     let mission = Mission::new(7, &parts).spoilt(|unit, time, sample| {
         if unit == 1 && (8.0..8.3).contains(&time) {
@@ -250,7 +250,7 @@ fn a_moment_of_saturation_costs_its_windows_and_not_the_calibration() {
 }
 
 #[test]
-fn each_calibration_replaces_the_last_where_that_is_set_and_not_where_it_is_no_better() {
+fn a_calibration_replaces_the_last_only_as_adoption_allows() {
     let parts = [Part::exact(), Part::exact()];
     for (adoption, adopted) in [(Adoption::IfBetter, 0), (Adoption::Always, 2)] {
         let mut settings = settings::<f64>();

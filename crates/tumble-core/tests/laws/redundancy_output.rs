@@ -7,7 +7,7 @@ use tumble_core::sample::Sample;
 use crate::common::cases;
 use crate::redundancy_mission::{Mission, Part, Phase, fly, platform, seconds, settings, units};
 
-/// What befalls a unit, from a time on, s, for as long or for good.
+/// Fault of a unit, from a time on, s, for as long or for good.
 #[derive(Clone, Copy, Debug)]
 struct Ailment {
     kind: Kind,
@@ -27,13 +27,13 @@ enum Kind {
     NotANumber(u64),
     /// Its readings scatter.
     Noisy(f64),
-    /// It is off by so much, m/s^2 and a tenth of it in rad/s.
+    /// It has an error of so much, m/s^2 and a tenth of it in rad/s.
     Off(f64),
     /// An axis repeats.
     Stuck,
     /// It is at the end of its range.
     Saturated,
-    /// It says the opposite.
+    /// Its readings have the opposite sign.
     TurnedOver,
     /// Its stamps stand.
     ClockStands,
@@ -60,7 +60,7 @@ fn ailment() -> impl Strategy<Value = Ailment> {
 }
 
 impl Ailment {
-    /// Changes a sample of a unit of a period, microseconds, s after the start; says whether it arrives.
+    /// Changes a sample of a unit of a period, microseconds, s after the start; returns whether it arrives.
     fn spoil(&self, time: f64, period: u64, sample: &mut Sample<f64>) -> bool {
         let since = time - self.begins;
         if !(0.0..self.lasts).contains(&since) {
@@ -105,8 +105,8 @@ fn period() -> impl Strategy<Value = u64> {
     (1.0..3.0_f64).prop_map(|power| (1e6 / 10.0_f64.powf(power)) as u64)
 }
 
-/// Longest time without an output, s, and how long that may be: none of what condemns a source takes longer than eight samples
-/// during which nothing comes of it.
+/// Longest time without an output, s, and its limit: no check that excludes a source takes longer than eight samples
+/// during which it gives no output.
 fn longest_gap<const N: usize>(
     ailments: [Ailment; N],
     periods: [u64; N],

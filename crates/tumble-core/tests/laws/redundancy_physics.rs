@@ -1,4 +1,5 @@
-//! Physics at rest has the first word, and takes back what was said in motion; what meets all units at once is no unit's fault.
+//! Physics at rest overrides all else, and takes back conclusions from motion; an effect on all units at once is no
+//! unit's fault.
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
@@ -15,7 +16,7 @@ use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, START, assert_told, fly, platform, seconds, settings, units,
 };
 
-/// What a sensor was stored as that had no error then.
+/// Record of a sensor that had no error then.
 fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
     Record {
         identity,
@@ -54,7 +55,7 @@ fn off(specific_force: [f64; 3]) -> Part {
 }
 
 #[test]
-fn secondaries_that_aged_each_its_own_way_are_calibrated_anew_and_nobody_disagrees() {
+fn secondaries_that_aged_differently_are_calibrated_again() {
     for seed in 0..12 {
         let mut draws = Draws::new(seed);
         let mut aged = || (draws.normals::<3>().normalize() * 0.15).into();
@@ -76,7 +77,7 @@ fn secondaries_that_aged_each_its_own_way_are_calibrated_anew_and_nobody_disagre
 }
 
 #[test]
-fn two_secondaries_that_say_the_same_of_a_primary_at_the_first_rest_are_not_stale() {
+fn two_secondaries_that_agree_at_the_first_rest_are_not_stale() {
     let parts = [off([0.3, 0.0, 0.0]), Part::exact(), Part::exact()];
     let flight = since::<3>(&Mission::new(1, &parts));
     for unit in 1..3 {
@@ -90,7 +91,7 @@ fn two_secondaries_that_say_the_same_of_a_primary_at_the_first_rest_are_not_stal
 }
 
 #[test]
-fn of_two_units_physics_opens_the_cap_and_the_primary_alone_does_not() {
+fn physics_opens_the_cap_and_the_primary_alone_does_not() {
     let along = since::<2>(&Mission::new(2, &[Part::exact(), off([0.0, 0.0, 0.3])]));
     assert_eq!(
         along.adopted(1, Sensor::Accelerometer).len(),
@@ -115,7 +116,7 @@ fn of_two_units_physics_opens_the_cap_and_the_primary_alone_does_not() {
 }
 
 #[test]
-fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest_and_the_primary_is_the_source_again() {
+fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest() {
     for seed in 0..4 {
         let parts = [Part::exact(); 3];
         let mission = Mission::new(seed, &parts)

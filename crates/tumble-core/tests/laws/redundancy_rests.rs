@@ -1,4 +1,4 @@
-//! What rests add to a fit in motion, and what they must not hide.
+//! Contribution of rests to a fit in motion, and the errors that they must not hide.
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
@@ -43,10 +43,10 @@ fn shaken(seed: u64, fit_rests: bool) -> Record<f64> {
 }
 
 #[test]
-fn rests_between_motions_in_which_a_secondary_is_shaken_make_its_bias_more_certain_and_closer() {
+fn rests_between_shaken_motions_make_the_bias_more_accurate() {
     let truth = Part::aged().errors[0];
     let off = |record: &Record<f64>| {
-        // What matters is what it says at rest.
+        // Only its readings at rest matter.
         let u = nalgebra::Vector3::z() * tumble_core::gravity::STANDARD;
         (record.model.measure(&u) - truth.measure(&u)).norm()
     };
@@ -89,7 +89,7 @@ fn steps_with_the_first_motion<T: Real>() {
 }
 
 #[test]
-fn a_rest_that_the_fit_takes_in_still_refuses_a_primary_that_stepped_after_it() {
+fn a_rest_in_the_fit_does_not_hide_a_later_step_of_the_primary() {
     steps_with_the_first_motion::<f32>();
     steps_with_the_first_motion::<f64>();
 }

@@ -121,7 +121,7 @@ fn times_longer_than_health_can_count_are_refused() {
 }
 
 #[test]
-fn a_secondary_s_own_threshold_that_only_a_refuted_unit_could_exceed_is_refused() {
+fn a_threshold_that_only_a_refuted_unit_exceeds_is_refused() {
     let build = |unit: usize, threshold| {
         let mut units = [MountedUnit::new(1), MountedUnit::new(2)];
         units[unit].thresholds = [None, Some(Threshold::Fixed(threshold))];

@@ -1,4 +1,4 @@
-//! What thresholds are counted from, and what they are compared with.
+//! Origins of thresholds, and the deviations that are compared with them.
 
 use nalgebra::Vector3;
 use tumble_core::model::ErrorModel;
@@ -24,7 +24,7 @@ fn off(specific_force: [f64; 3]) -> Part {
     Part::exact().biased(specific_force, [0.0; 3])
 }
 
-/// A record of a secondary's accelerometer that is off by a bias alone.
+/// A record of a secondary's accelerometer with a bias alone.
 fn stored<T: Real>(bias: [f64; 3]) -> Record<T> {
     let [record, _] = learned::<f64>();
     let record = Record {
@@ -70,7 +70,7 @@ fn rested(settings: RedundancySettings<f64>, parts: [Part; 2], records: &[Record
 }
 
 #[test]
-fn the_norm_check_compares_with_the_threshold_as_it_was_set_however_the_primary_deviates() {
+fn the_norm_check_uses_the_threshold_as_it_was_set() {
     let parts = [off([0.0, 0.0, 0.05]), off([0.0, 0.0, 0.117])];
     let flight = rested(settings(), parts, &[]);
     let found = deviations(&flight, 1, Check::Norm);
@@ -83,7 +83,7 @@ fn the_norm_check_compares_with_the_threshold_as_it_was_set_however_the_primary_
 }
 
 #[test]
-fn in_raw_data_a_new_error_does_not_hide_behind_a_known_one_across_it() {
+fn in_raw_data_a_new_error_across_a_known_one_is_detected() {
     for (actual, triggers) in [([0.5, 0.0, 0.4], 1), ([0.5, 0.0, 0.05], 0), ([0.5, 0.0, -0.4], 1)] {
         let mut settings = settings();
         raw(&mut settings);
@@ -94,7 +94,7 @@ fn in_raw_data_a_new_error_does_not_hide_behind_a_known_one_across_it() {
 }
 
 #[test]
-fn in_raw_data_the_vector_check_takes_a_known_error_off_along_the_deviation_alone() {
+fn the_vector_check_subtracts_a_known_error_along_the_deviation() {
     for (actual, triggers) in [([0.3, 0.4, 0.0], 1), ([-0.4, 0.0, 0.0], 1), ([0.55, 0.0, 0.0], 0)] {
         let mut settings = settings();
         raw(&mut settings);
@@ -106,7 +106,7 @@ fn in_raw_data_the_vector_check_takes_a_known_error_off_along_the_deviation_alon
 }
 
 #[test]
-fn a_drifting_primary_becomes_invalid_by_a_threshold_counted_from_its_calibration() {
+fn a_drifting_primary_exceeds_a_threshold_from_its_calibration() {
     let mut settings = settings::<f64>();
     settings.evaluation.evaluate_every = Some(2 * SECOND);
     settings.evaluation.thresholds.primary.accelerometer = Threshold::VariableByMargin(0.1);
@@ -134,7 +134,7 @@ fn a_drifting_primary_becomes_invalid_by_a_threshold_counted_from_its_calibratio
 }
 
 #[test]
-fn a_threshold_from_the_factory_stays_when_a_later_calibration_is_in_use() {
+fn a_factory_threshold_stays_after_a_later_calibration() {
     let mut settings = settings();
     raw(&mut settings);
     settings.evaluation.thresholds.secondary.accelerometer = Threshold::FactoryByMargin(0.1);
@@ -174,7 +174,7 @@ fn a_unit_with_a_threshold_of_its_own_is_compared_with_that() {
 }
 
 #[test]
-fn where_nothing_is_evaluated_by_itself_nothing_is_calibrated_without_a_command() {
+fn without_evaluation_only_a_command_calibrates() {
     let parts = [off([0.0; 3]), off([0.3, 0.0, 0.3])];
     let mission = Mission::new(SEED, &parts).phases(&[
         (2.5, Phase::Rest),
@@ -202,7 +202,7 @@ fn where_nothing_is_evaluated_by_itself_nothing_is_calibrated_without_a_command(
 }
 
 #[test]
-fn health_is_judged_at_every_rest_even_where_nothing_is_evaluated_by_itself() {
+fn health_is_judged_at_every_rest_even_without_evaluation() {
     let mut settings = settings::<f64>();
     settings.evaluation.evaluate_every = None;
     let parts = [Part::exact(); 2];
@@ -228,7 +228,7 @@ fn health_is_judged_at_every_rest_even_where_nothing_is_evaluated_by_itself() {
 }
 
 #[test]
-fn a_secondary_with_one_accelerometer_axis_is_compared_with_its_share_of_gravity_without_the_vector_check() {
+fn one_accelerometer_axis_is_compared_with_its_share_of_gravity() {
     let only_z = Axes([false, false, true, true, true, true]);
     for data in [Data::Compensated, Data::Raw] {
         for (bias, triggers) in [(0.05, 0), (0.3, 1)] {
@@ -260,7 +260,7 @@ fn a_secondary_with_one_accelerometer_axis_is_compared_with_its_share_of_gravity
 }
 
 #[test]
-fn an_accelerometer_that_lacks_axes_is_not_judged_by_an_invalid_primary() {
+fn an_invalid_primary_judges_no_accelerometer_that_lacks_axes() {
     let parts = [off([0.0, 0.0, 0.5]), off([0.0, 0.0, 0.3])];
     let mut settings = settings::<f64>();
     settings.evaluation.vector_check = false;

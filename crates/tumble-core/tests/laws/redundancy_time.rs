@@ -59,7 +59,7 @@ fn the_same_samples_give_the_same_events_bit_by_bit() {
 }
 
 #[test]
-fn both_precisions_decide_alike_and_find_the_same_within_a_hundredth_of_sigma() {
+fn both_precisions_decide_alike_and_agree_to_0_01_sigma() {
     let mission = Mission::new(SEED, &parts());
     assert_alike(
         &fly::<f64, 2>(&set(), &mission),
@@ -94,7 +94,7 @@ fn delayed(samples: &Arrivals, delay: impl Fn(u64) -> u64) -> Arrivals {
 }
 
 #[test]
-fn in_whatever_order_the_samples_of_a_window_arrive_decisions_and_records_are_the_same() {
+fn the_order_of_samples_within_a_window_changes_nothing() {
     let samples = Mission::new(SEED, &parts()).samples();
     let flown = |samples: &Arrivals| {
         let mut flight = Flight::<f64, 2>::new(SEED);
@@ -144,7 +144,7 @@ fn a_jump_of_all_clocks_is_told_and_no_pairs_across_it_are_used() {
 }
 
 #[test]
-fn a_jump_of_one_clock_of_three_is_a_fault_of_its_unit_and_harms_no_other() {
+fn a_jump_of_one_clock_is_a_fault_of_its_unit_alone() {
     for by in [5_000_000_i64, -5_000_000] {
         let parts = [Part::exact(), Part::aged(), Part::aged()];
         let mission = Mission::new(SEED, &parts).spoilt(move |unit, time, sample| {
@@ -176,7 +176,7 @@ fn hostile_number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// How far a time is from the one before, or where.
+/// Step of a time from the one before, or its place.
 fn hostile_time() -> impl Strategy<Value = (bool, u64)> {
     prop_oneof![
         8 => (Just(false), 0..30_000_u64),
@@ -218,7 +218,7 @@ proptest! {
     #![proptest_config(cases(64))]
 
     #[test]
-    fn whatever_samples_come_from_whatever_unit_nothing_panics_and_nothing_not_finite_is_put_out(
+    fn any_samples_of_any_unit_cause_no_panic_nor_infinite_output(
         pushes in prop::collection::vec(
             (prop_oneof![8 => 0..2_usize, 1 => 2..9_usize, 1 => Just(usize::MAX)], hostile_time(),
              prop::array::uniform6(hostile_number())), 0..400)

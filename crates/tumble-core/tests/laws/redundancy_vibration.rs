@@ -1,4 +1,4 @@
-//! What vibration leaves in windows is learnt from windows: no fault hides in what vibration could do but does not.
+//! Vibration is learnt from windows: no fault hides in the effect of vibration that is possible but absent.
 
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::EventKind;
@@ -35,7 +35,7 @@ fn shaken(seed: u64, vibration: f64, faulty: usize, jump: f64) -> Flight<f32, 3>
 }
 
 #[test]
-fn a_jump_of_a_tenth_of_the_vibration_is_named_in_half_a_second_beyond_what_drift_may_be() {
+fn a_jump_of_a_tenth_of_the_vibration_is_detected_in_time() {
     for (vibration, within) in [(1.0, 2.0), (3.0, 0.5), (10.0, 0.5), (30.0, 0.5)] {
         for seed in 0..3 {
             let faulty = seed as usize % 3;

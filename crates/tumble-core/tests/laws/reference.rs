@@ -1,4 +1,4 @@
-//! What the reference adds to the truth: its biases, and the rotation of the Earth.
+//! Errors that the reference adds to the truth: its biases, and the rotation of the Earth.
 
 use nalgebra::{Matrix3, Rotation3, SVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn sphere<T: Real>(rests: &[Vector3<f64>], sigma: f64) -> Result<SphereFit<T>, U
     fit_sphere(&rests, nalgebra::convert(STANDARD))
 }
 
-/// Six faces, each pose off by some degrees as tables are, and more poses besides.
+/// Six faces, each pose some degrees from its nominal attitude, and more poses besides.
 fn poses() -> impl Strategy<Value = Vec<Vector3<f64>>> {
     (
         prop::collection::vec(vector(0.05), 6),
@@ -35,7 +35,7 @@ fn poses() -> impl Strategy<Value = Vec<Vector3<f64>>> {
 
 proptest! {
     #[test]
-    fn the_bias_is_the_centre_of_the_sphere_wherever_the_table_points(poses in poses(), bias in vector(1.0)) {
+    fn the_bias_is_the_centre_of_the_sphere_at_any_poses(poses in poses(), bias in vector(1.0)) {
         let rests: Vec<_> = poses.iter().map(|up| up * STANDARD + bias).collect();
         let fit = sphere::<f64>(&rests, 1e-4).expect("six faces");
         // The prior of 2 m/s^2 pulls by the square of the noise over it: 2.5e-9 of the bias.
@@ -69,7 +69,7 @@ proptest! {
     }
 
     #[test]
-    fn an_error_of_scale_does_not_reach_the_bias_and_shows_in_the_residual(scale in 1e-3..0.05_f64, bias in vector(0.5)) {
+    fn a_scale_error_shows_in_the_residual_and_not_in_the_bias(scale in 1e-3..0.05_f64, bias in vector(0.5)) {
         let rests: Vec<_> = faces().iter().map(|up| up * (STANDARD * (1.0 + scale)) + bias).collect();
         let fit = sphere::<f64>(&rests, 1e-4).expect("six faces");
         assert_close!(fit.bias, bias, 1e-6);
@@ -89,7 +89,7 @@ proptest! {
     }
 
     #[test]
-    fn a_unit_that_turned_tells_its_bias_from_the_rotation_of_the_earth(bias in vector(0.01), north in direction(), seed in any::<u64>()) {
+    fn a_unit_that_turned_separates_bias_from_the_earths_rotation(bias in vector(0.01), north in direction(), seed in any::<u64>()) {
         let mut draws = Draws::new(seed);
         let earth = north * EARTH_RATE;
         let rests: Vec<_> = attitudes(&mut draws, 8).iter().map(|q| gyroscope(bias + q.inverse() * earth, Some(*q), 1e-9)).collect();
@@ -218,7 +218,7 @@ fn bias_and_earth_err_as_their_covariance_says() {
     let bias = Vector3::new(1e-3, -2e-3, 5e-4);
     let mut calibration = Calibration::<6>::new();
     for _ in 0..2000 {
-        // What is believed of the Earth is a normal distribution, so that is what it is drawn from.
+        // The prior of the Earth's rotation is a normal distribution, so it is drawn from that.
         let earth = draws.normals::<3>() * earth_variance::<f64>().sqrt();
         let sigma = 2e-5;
         let rests: Vec<_> = attitudes(&mut draws, 6)
@@ -251,7 +251,7 @@ fn no_rests_leave_the_prior() {
 }
 
 #[test]
-fn a_handful_of_rests_with_ordinary_noise_shows_no_error_of_the_model() {
+fn few_rests_with_ordinary_noise_show_no_model_error() {
     let (seed, runs) = (93, 2000);
     let mut draws = Draws::new(seed);
     let turned = Rotation3::new(Vector3::new(0.1, 0.2, 0.3));

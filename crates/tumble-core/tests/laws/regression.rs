@@ -111,7 +111,7 @@ proptest! {
     }
 
     #[test]
-    fn single_precision_knows_one_unknown_ten_million_times_better_than_believed_beside_one_it_does_not_know(
+    fn single_precision_resolves_an_unknown_ten_million_times_finer(
         x in -20.0..20.0_f64, known in 0..N
     ) {
         let prior = Prior { covariance: SMatrix::identity() * 400.0, ..prior::<f32>(1.0) };
@@ -140,7 +140,7 @@ proptest! {
     }
 
     #[test]
-    fn a_direction_no_row_points_along_keeps_its_prior_and_is_said_not_to_be_observed(rows in rows(0..30), silent in 0..N) {
+    fn a_direction_without_rows_keeps_its_prior_and_is_unobserved(rows in rows(0..30), silent in 0..N) {
         let mut rows = rows;
         rows.iter_mut().for_each(|(a, _, _)| a[silent] = 0.0);
         let diagonal = Prior { covariance: SMatrix::identity() * 9.0, ..prior::<f64>(1.0) };
@@ -165,7 +165,7 @@ proptest! {
     }
 
     #[test]
-    fn a_row_that_is_not_finite_or_a_weight_that_is_not_positive_is_unsolvable(rows in rows(1..10), place in 0..N) {
+    fn a_row_not_finite_or_a_weight_not_positive_is_unsolvable(rows in rows(1..10), place in 0..N) {
         let broken = |change: &dyn Fn(&mut Row)| {
             let mut rows = rows.clone();
             change(&mut rows[0]);
@@ -198,7 +198,7 @@ fn an_unknown_that_does_not_exist_is_not_observed() {
 }
 
 #[test]
-fn chi_square_of_rows_with_the_noise_they_claim_has_the_mean_and_variance_of_its_distribution() {
+fn chi_square_of_rows_has_the_moments_of_its_distribution() {
     let mut draws = Draws::new(41);
     let truth = Vector3::new(0.3, -0.2, 1.5);
     let (count, runs) = (20_u32, 4000_u32);
@@ -239,7 +239,7 @@ fn chi_square_of_rows_with_the_noise_they_claim_has_the_mean_and_variance_of_its
 }
 
 #[test]
-fn degrees_of_freedom_are_never_negative_and_none_reduces_to_one() {
+fn degrees_of_freedom_are_never_negative_and_reach_one() {
     assert_eq!(degrees_of_freedom(10, 4), 6);
     assert_eq!(degrees_of_freedom(3, 4), 0);
     assert_eq!(reduced(12.0_f64, 6), 2.0);

@@ -30,7 +30,7 @@ proptest! {
     }
 
     #[test]
-    fn the_inverse_left_jacobian_is_the_derivative_of_the_rotation_vector(phi in rotation_vector()) {
+    fn the_inverse_left_jacobian_is_the_rotation_vectors_derivative(phi in rotation_vector()) {
         prop_assume!(phi.norm() < 3.13);
         let step = 1e-5;
         let numeric = Matrix3::from_columns(&[0, 1, 2].map(|i| {
@@ -58,7 +58,7 @@ proptest! {
     }
 
     #[test]
-    fn vectors_in_a_plane_with_the_origin_give_a_rotation_and_no_reflection(
+    fn vectors_in_a_plane_give_a_rotation_and_no_reflection(
         turn in rotation(), normal in direction(), from in spanning(3..8)
     ) {
         let flat: Vec<_> = from.iter().map(|v| v - normal * normal.dot(v)).collect();
@@ -170,7 +170,7 @@ fn the_inverse_left_jacobian_of_no_rotation_is_the_identity() {
 }
 
 #[test]
-fn the_series_and_the_closed_form_of_the_inverse_left_jacobian_meet() {
+fn series_and_closed_form_of_the_inverse_left_jacobian_meet() {
     // Either side of the change, at an angle of 0.01.
     let axis = Vector3::new(0.6, 0.0, 0.8);
     let (below, above) = (axis * (0.01 - 1e-9), axis * (0.01 + 1e-9));
@@ -190,7 +190,7 @@ fn no_pairs_and_one_pair_give_no_rotation() {
 }
 
 #[test]
-fn the_covariance_of_rotation_and_offset_is_that_of_fits_to_noise_drawn_at_random() {
+fn the_covariance_of_rotation_and_offset_is_that_of_random_fits() {
     let mut draws = Draws::new(31);
     let sigma = 0.01;
     let turn = Rotation3::new(Vector3::new(0.4, -1.1, 2.0));
@@ -214,8 +214,8 @@ fn the_covariance_of_rotation_and_offset_is_that_of_fits_to_noise_drawn_at_rando
     calibration.check("rotation and offset", draws.seed);
 }
 
-/// Of the twist `d` in `R' = exp([d]x) R` and the offset: `offset = mean_to - R mean_from`, so a twist moves it by
-/// `[R mean_from]x d`.
+/// Covariance of the twist `d` in `R' = exp([d]x) R` and the offset: `offset = mean_to - R mean_from`, so a twist moves
+/// it by `[R mean_from]x d`.
 fn covariance(fit: &RotationFit<f64>, sigma: f64) -> Matrix6<f64> {
     let twist = fit.information.try_inverse().expect("determined") * (sigma * sigma);
     let lever = (fit.rotation * fit.mean_from).cross_matrix();

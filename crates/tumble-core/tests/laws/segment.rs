@@ -1,4 +1,4 @@
-//! What is kept of successive samples, and that it adds up.
+//! Sums over successive samples, and their consistency.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -114,10 +114,10 @@ proptest! {
     }
 
     #[test]
-    fn pure_rotation_gyro_integration_matches_the_exponential_of_rate_times_time(
+    fn integration_of_pure_rotation_matches_the_exponential(
         axis in direction(), rate in 0.05..3.0_f64, time in 0.5..3.0_f64, bias in vector(0.2), up in direction()
     ) {
-        // About the vertical a constant rate cannot be told from another rest with another bias.
+        // About the vertical a constant rate cannot be distinguished from another rest with another bias.
         prop_assume!(axis.cross(&up).norm() > 0.3);
         let rate = axis * rate;
         let time = (time / 0.005).round() * 0.005;
@@ -167,7 +167,7 @@ proptest! {
             return Err(TestCaseError::fail("no turn"));
         };
         prop_assert!((plain - moved).abs() < 1e-11, "{} {}", plain, moved);
-        // Samples say what was true half an interval after their time; the turn is symmetric about its middle.
+        // Samples hold the truth of half an interval after their time; the turn is symmetric about its middle.
         prop_assert!((plain - (wait + 0.5) + 0.5e-6 * INTERVAL as f64).abs() < 1e-9, "{}", plain);
     }
 
@@ -198,7 +198,7 @@ proptest! {
     }
 
     #[test]
-    fn the_rotation_of_a_rotation_vector_is_exact_to_rounding_at_any_angle(phi in rotation_vector(), small in vector(2e-3)) {
+    fn the_rotation_of_a_rotation_vector_is_exact_to_rounding(phi in rotation_vector(), small in vector(2e-3)) {
         for phi in [phi, small] {
             let expected = UnitQuaternion::from_scaled_axis(phi);
             assert_close!(rotation_of(&phi).into_inner().coords, expected.into_inner().coords, rounding::<f64>(2.0));
@@ -222,7 +222,7 @@ fn sums_agree<T: Real>(stream: &[Sample<f64>]) -> Result<(), TestCaseError> {
 }
 
 #[test]
-fn a_turn_between_two_rests_is_integrated_with_the_bias_of_the_rest_before() {
+fn a_turn_is_integrated_with_the_bias_of_the_rest_before() {
     let bias = Vector3::new(0.2, -0.1, 0.15);
     let turn = Vector3::new(0.3, 1.2, -0.5);
     let unit = Unit {
@@ -271,7 +271,7 @@ proptest! {
     #![proptest_config(cases(128))]
 
     #[test]
-    fn the_angle_of_a_turn_with_missing_samples_errs_by_no_more_than_its_stated_variance(
+    fn a_turn_with_missing_samples_errs_within_its_variance(
         axis in direction(), angle in 0.8..2.5_f64, share in 0.005..0.12_f64, seed in any::<u64>()
     ) {
         prop_assume!(axis.cross(&Vector3::new(0.6, 0.0, 0.8)).norm() > 0.4);

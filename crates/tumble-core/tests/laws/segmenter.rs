@@ -10,7 +10,7 @@ use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSetti
 use crate::common::{Draws, cases, direction, vector};
 use crate::stream::{INTERVAL, Phase, Unit, of, rests, samples, segments, stretch, true_rests, turns};
 
-/// What a rest may lack at either end: the table settling, a block held back, a block begun before.
+/// Longest part that a rest may lack at either end: the table settling, a block held back, a block begun before.
 const LOST: f64 = 0.25;
 
 /// Rests of some seconds with turns between, which move gravity by a quarter of a radian at least.
@@ -77,7 +77,7 @@ proptest! {
     #![proptest_config(cases(64))]
 
     #[test]
-    fn every_rest_is_found_over_three_decades_of_noise_and_whatever_the_bias(
+    fn every_rest_is_found_over_three_decades_of_noise_at_any_bias(
         schedule in schedule(), up in direction(), unit in unit(), seed in any::<u64>()
     ) {
         prop_assume!(moves_gravity(&schedule, &up));
@@ -91,8 +91,8 @@ proptest! {
         axis in direction(), rate in 0.01..0.2_f64, up in direction(), unit in unit(), seed in any::<u64>()
     ) {
         // Within the shortest rest, a second, the part of gravity across the axis must get out of the gate: drift and
-        // six sigma of the mean over a block of ten samples, against a mean that lags by half a second. What is slower
-        // yet shows in the slope over the whole rest, which is for those to look at who have the whole rest.
+        // six sigma of the mean over a block of ten samples, against a mean that lags by half a second. Slower turns
+        // show in the slope over the whole rest, which is checked when the whole rest is known.
         let drift = 0.5 * rate * STANDARD * axis.cross(&up).norm();
         prop_assume!(drift > 1.5 * (0.02 + 2.0 * unit.scatter.0));
         let schedule = [Phase::Rest(3.0), Phase::Spin(axis * rate, 10.0)];
@@ -104,7 +104,7 @@ proptest! {
 
     #[test]
     fn a_turn_about_the_vertical_is_no_rest_after_one(rate in 0.02..0.2_f64, up in direction(), unit in unit(), seed in any::<u64>()) {
-        // Gravity does not tell, but the rate is not what it was at rest.
+        // Gravity does not show the turn, but the rate is not that at rest.
         prop_assume!(rate > 8.0 * unit.scatter.1);
         let schedule = [Phase::Rest(3.0), Phase::Spin(up * rate, 5.0), Phase::Rest(2.0)];
         let stream = samples(&schedule, &up, &unit, &mut Draws::new(seed));
@@ -123,7 +123,7 @@ proptest! {
     }
 
     #[test]
-    fn a_recording_that_begins_in_motion_gives_the_rest_that_follows_and_no_other(
+    fn a_recording_that_begins_in_motion_gives_the_next_rest_only(
         axis in direction(), rate in 0.2..2.0_f64, up in direction(), unit in unit(), seed in any::<u64>()
     ) {
         prop_assume!(axis.cross(&up).norm() > 0.5 && unit.scatter.0 < 0.05);
@@ -172,7 +172,7 @@ proptest! {
     }
 
     #[test]
-    fn segments_follow_each_other_without_overlap_from_the_first_sample_to_the_last(
+    fn segments_cover_the_recording_in_order_without_overlap(
         schedule in schedule(), tail in any::<bool>(), up in direction(), unit in unit(), seed in any::<u64>()
     ) {
         let mut schedule = schedule;
@@ -192,7 +192,7 @@ proptest! {
     }
 
     #[test]
-    fn the_segmenter_in_single_precision_cuts_where_the_one_in_double_does(
+    fn the_segmenter_cuts_alike_in_single_and_double_precision(
         schedule in schedule(), up in direction(), unit in unit(), seed in any::<u64>()
     ) {
         let stream = samples(&schedule, &up, &unit, &mut Draws::new(seed));
@@ -208,7 +208,7 @@ proptest! {
     }
 }
 
-/// Whether each turn moves gravity enough to be told from drift, and not all the way round.
+/// Tests whether each turn moves gravity enough to be distinguished from drift, and not all the way round.
 fn moves_gravity(schedule: &[Phase], up: &Vector3<f64>) -> bool {
     let mut here = *up;
     schedule.iter().all(|phase| {
@@ -271,7 +271,7 @@ fn a_block_is_given_once_and_only_when_one_closed() {
 }
 
 #[test]
-fn a_perfect_sensor_without_noise_rests_and_turns_like_any_other() {
+fn a_perfect_sensor_without_noise_rests_and_turns_like_others() {
     let schedule = [
         Phase::Rest(2.0),
         Phase::Turn(Vector3::x() * 1.5, 1.0),

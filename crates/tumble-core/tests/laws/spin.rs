@@ -44,8 +44,8 @@ fn estimate<T: Real>(truth: &Truth, noise: (f64, f64), seed: u64) -> SpinEstimat
     solve(&stream, truth.still, &SpinSettings::default(), None).unwrap()
 }
 
-/// What is drawn is the same every time. Of some hundreds of draws one misses the limits below: without noise, what
-/// standing still shows of a slow turn is not always told from bias along the axis, to 6e-4 rad/s.
+/// Draws are the same every time. Among some hundreds of draws one misses the limits below: without noise, the rests'
+/// information on a slow turn is not always separable from bias along the axis, to 6e-4 rad/s.
 fn always_alike() -> ProptestConfig {
     ProptestConfig {
         rng_seed: RngSeed::Fixed(1),
@@ -57,7 +57,7 @@ proptest! {
     #![proptest_config(always_alike())]
 
     #[test]
-    fn without_noise_every_spin_gives_back_its_truth_whatever_mounting_floor_and_speed(truth in truths()) {
+    fn without_noise_every_spin_gives_back_its_truth(truth in truths()) {
         // Without noise the error of the trapezoidal rule is all that rows show, and a bias that might wander would be bent
         // to it: a sensor of no noise is one of no bias instability.
         let settings = SpinSettings {
@@ -66,7 +66,7 @@ proptest! {
             ..SpinSettings::default()
         };
         let found = solve::<f64>(&truth.stream((0.0, 0.0), 0.0, 0), truth.still, &settings, None).unwrap();
-        // What is left is the error of the trapezoidal rule over the samples where the rate has a kink.
+        // The remaining error is that of the trapezoidal rule over the samples where the rate has a kink.
         let pull = truth.arm().norm() * truth.rate * truth.rate;
         assert_close!(found.level_free.value, truth.accelerometer_bias, 1e-3 + 3e-3 * pull);
         assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 3e-5);
@@ -85,7 +85,7 @@ proptest! {
     }
 
     #[test]
-    fn single_precision_differs_by_a_hundredth_of_a_sigma_or_by_a_few_roundings(truth in truths(), seed in any::<u64>()) {
+    fn single_precision_differs_by_0_01_sigma_or_a_few_roundings(truth in truths(), seed in any::<u64>()) {
         let stream = truth.stream((0.02, 0.002), 0.0, seed);
         let solved = solve(&stream, truth.still, &SpinSettings::<f64>::default(), None);
         let single = solve(&stream, truth.still, &SpinSettings::<f32>::default(), None);
@@ -103,7 +103,7 @@ proptest! {
     }
 
     #[test]
-    fn on_level_ground_the_published_estimate_and_the_level_free_one_agree(seed in any::<u64>(), up in crate::common::direction()) {
+    fn on_level_ground_published_and_level_free_estimates_agree(seed in any::<u64>(), up in crate::common::direction()) {
         let truth = Truth { up, lever_arm: (0.2, -0.1), ..Truth::plain() };
         let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), seed);
         let sigma = found.level_free.sigma + found.level_floor.sigma;
@@ -113,7 +113,7 @@ proptest! {
 }
 
 #[test]
-fn a_tilted_floor_misleads_the_published_estimate_as_far_as_its_sine_and_the_other_not_at_all() {
+fn a_tilted_floor_misleads_the_published_estimate_by_its_sine() {
     let truth = Truth::usual();
     let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 7);
     let published = (found.level_floor.value - truth.accelerometer_bias).norm();
@@ -166,7 +166,7 @@ fn errors_are_as_large_as_their_sigmas_say() {
 }
 
 #[test]
-fn where_a_rest_is_cut_within_a_block_makes_no_difference_to_its_sigma() {
+fn the_sigma_of_a_rest_does_not_depend_on_where_it_is_cut() {
     let truth = Truth::usual();
     let stream = truth.stream((0.02, 0.002), 0.0, 11);
     let settings = SpinSettings::<f64>::default();
@@ -188,7 +188,7 @@ fn where_a_rest_is_cut_within_a_block_makes_no_difference_to_its_sigma() {
 }
 
 #[test]
-fn a_part_of_a_turn_has_a_sigma_that_says_how_far_it_can_be_trusted() {
+fn a_part_of_a_turn_has_a_sigma_that_covers_its_error() {
     let part = Truth {
         turns: vec![0.2],
         ..Truth::usual()
@@ -209,7 +209,7 @@ fn a_part_of_a_turn_has_a_sigma_that_says_how_far_it_can_be_trusted() {
 }
 
 #[test]
-fn a_slow_turn_at_the_start_is_shown_by_the_harmonics_of_a_tilted_floor_and_is_no_bias() {
+fn a_slow_turn_at_the_start_is_found_by_a_tilted_floor() {
     let truth = Truth {
         slow_turn: 0.01,
         ..Truth::usual()
@@ -224,7 +224,7 @@ fn a_slow_turn_at_the_start_is_shown_by_the_harmonics_of_a_tilted_floor_and_is_n
 }
 
 #[test]
-fn a_scale_error_of_five_percent_over_ten_turns_does_no_harm_and_is_found() {
+fn a_scale_error_of_five_percent_over_ten_turns_is_found() {
     for scale in [-0.05, 0.05] {
         let truth = Truth {
             scale,
@@ -240,7 +240,7 @@ fn a_scale_error_of_five_percent_over_ten_turns_does_no_harm_and_is_found() {
 }
 
 #[test]
-fn a_true_angle_shows_the_scale_of_each_direction_on_a_level_floor() {
+fn a_true_angle_shows_the_scale_of_each_direction() {
     let truth = Truth {
         scale: 0.01,
         floor_tilt: 0.0,

@@ -70,7 +70,7 @@ fn a_good_spin_goes_from_still_to_done_and_compensates() {
 }
 
 #[test]
-fn bias_instability_that_is_told_while_it_solves_counts_and_it_ends_all_the_same() {
+fn bias_instability_given_while_it_solves_is_used() {
     let sigma = |told: SpinState<f32>| {
         let mut machine = SpinMachine::<f32>::new(&SpinSettings::default());
         machine.start();
@@ -99,7 +99,7 @@ fn before_it_is_started_it_takes_nothing_in() {
     assert_eq!(*machine.state(), SpinState::Idle);
 }
 
-/// What happens where standing still is broken once and the spin ends well.
+/// Events where standing still is broken once and the spin ends well.
 const BROKEN_ONCE: [SpinEvent; 6] = [
     SpinEvent::StillBegan,
     SpinEvent::StillBroken,
@@ -200,7 +200,7 @@ fn lifted_picked_up_or_turned_too_fast_for_its_samples_it_fails() {
 }
 
 #[test]
-fn a_sensor_at_the_end_of_its_range_fails_and_a_single_spike_does_not() {
+fn a_saturated_sensor_fails_and_a_single_spike_does_not() {
     let settings = SpinSettings {
         specific_force_range: Some(19.6),
         ..SpinSettings::default()
@@ -232,7 +232,7 @@ fn a_floor_beyond_the_limit_fails_with_its_tilt() {
 }
 
 #[test]
-fn a_stream_that_stops_half_way_fails_and_the_compensation_of_before_stays() {
+fn an_interrupted_stream_fails_and_keeps_the_old_compensation() {
     let mut stream = two_turns().stream(NOISE, 0.0, 1);
     stream.truncate(1200);
     let (mut machine, _) = run(&stream, &SpinSettings::default(), unknown);
@@ -246,7 +246,7 @@ fn a_stream_that_stops_half_way_fails_and_the_compensation_of_before_stays() {
 }
 
 #[test]
-fn a_bias_above_any_gate_still_calibrates_and_uneven_wheels_do_too() {
+fn a_bias_above_any_gate_and_uneven_wheels_still_calibrate() {
     for truth in [
         Truth {
             gyroscope_bias: Vector3::new(0.3, -0.2, 0.25),
@@ -280,7 +280,7 @@ fn wheels_that_turn_are_no_rest_however_steady_the_robot_turns() {
     let (machine, told) = run(&stream, &SpinSettings::default(), |_| Wheels::Turning);
     assert_eq!(told, []);
     assert_eq!(*machine.state(), SpinState::Still);
-    // Vibration of a running fan is no motion where the wheels say so.
+    // Vibration of a running fan is no motion where the wheels are reported as still.
     let mut draws = Draws::new(1);
     let mut shaken = two_turns().stream(NOISE, 3.0, 1);
     shaken
@@ -317,7 +317,7 @@ proptest! {
             let sample = Sample { time, specific_force: draw(&mut draws), angular_rate: draw(&mut draws) };
             let wheels = match kind % 3 { 0 => Wheels::Stopped, 1 => Wheels::Turning, _ => Wheels::Unknown };
             machine.push(&sample, wheels);
-            // Whatever is solved is no number or a number, and says which.
+            // Any outcome is a number, or an error that gives its reason.
             let _ = machine.solve(None);
             machine.tick(time);
             if matches!(machine.state(), SpinState::Done | SpinState::Failed(_)) {

@@ -12,7 +12,7 @@ use crate::common::{Draws, direction, vector};
 /// Sample interval, microseconds.
 pub const INTERVAL: u64 = 10_000;
 
-/// What is true of a spin.
+/// Truth of a spin.
 #[derive(Clone, Debug)]
 pub struct Truth {
     pub up: Vector3<f64>,
@@ -106,7 +106,7 @@ impl Truth {
         self.still + turning
     }
 
-    /// What an ideal IMU would say at a time: specific force and angular rate.
+    /// Readings of an ideal IMU at a time: specific force and angular rate.
     fn ideal(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (rate, change, heading) = self.motion(t);
         let floor = self.floor();

@@ -11,7 +11,7 @@ use crate::common::{Draws, cast};
 /// Microseconds between samples: 200 Hz.
 pub const INTERVAL: u64 = 5_000;
 
-/// What the unit does for a while.
+/// Phases of a unit's motion.
 #[derive(Clone, Copy, Debug)]
 pub enum Phase {
     /// Nothing, for some seconds.
@@ -35,7 +35,7 @@ impl Phase {
     }
 }
 
-/// What the unit adds to the truth.
+/// Errors that the unit adds to the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Unit {
     /// 1-sigma of a sample, m/s^2 and rad/s.
@@ -73,7 +73,7 @@ pub fn samples(schedule: &[Phase], up: &Vector3<f64>, unit: &Unit, draws: &mut D
     for phase in schedule {
         let count = (phase.duration() * 1e6 / INTERVAL as f64).round() as u64;
         for k in 0..count {
-            // A sample says what was true in the middle of the span it stands for.
+            // A sample holds the truth of the middle of the span it stands for.
             let share = (k as f64 + 0.5) / count as f64;
             let step = INTERVAL as f64 * 1e-6;
             let (rate, shake) = match phase {
@@ -120,7 +120,7 @@ pub fn true_rests(schedule: &[Phase]) -> Vec<(f64, f64)> {
     rests
 }
 
-/// Everything a segmenter says of a stream.
+/// All segments that a segmenter finds in a stream.
 pub fn segments<T: Real>(samples: &[Sample<f64>]) -> Vec<FinishedSegment<T>> {
     let mut segmenter = Segmenter::new(SegmenterSettings::default());
     let mut found: Vec<FinishedSegment<T>> = samples

@@ -1,4 +1,4 @@
-//! What the target ought to have read.
+//! True readings of the target.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -106,7 +106,7 @@ proptest! {
     }
 
     #[test]
-    fn what_the_bias_of_the_reference_does_to_the_truth_is_its_derivative(up in direction(), bias in vector(0.5), covariance in covariance()) {
+    fn the_derivative_of_the_truth_by_the_references_bias_is_exact(up in direction(), bias in vector(0.5), covariance in covariance()) {
         let reading = up * STANDARD + bias;
         let truth = |error: &Vector3<f64>| from_reference(&pair(&reading, &covariance, None), &sphere(&(bias + error)), STANDARD);
         let sensitivity = truth(&Vector3::zeros()).sensitivity;
@@ -116,8 +116,8 @@ proptest! {
     }
 
     #[test]
-    fn a_reference_that_misses_the_sphere_by_itself_is_left_where_it_is(up in direction(), bias in vector(0.5), length in 0.9..1.1_f64) {
-        // Its noise is far below what it is off by: the sphere is the worse knowledge.
+    fn a_reference_that_misses_the_sphere_is_not_corrected(up in direction(), bias in vector(0.5), length in 0.9..1.1_f64) {
+        // Its noise is far below its error: the sphere is the worse knowledge.
         let reading = up * (STANDARD * length) + bias;
         let missing = SphereFit { norm_residual: 0.5, chi_square: 1e6, ..sphere(&bias) };
         let observation = from_reference(&pair(&reading, &(Matrix3::identity() * 1e-6), None), &missing, STANDARD);
@@ -130,7 +130,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_the_truth_is_exact_and_turning_the_measurement_turns_the_reading_back(up in direction(), rotation in rotation()) {
+    fn turning_the_truth_is_exact_and_turns_the_reading_back(up in direction(), rotation in rotation()) {
         let reading = rotation * up * STANDARD;
         let rest = pair::<f64>(&reading, &Matrix3::identity(), Some(up));
         let of = |truth: TruthSource| from_poses(truth, &rest, &mounting(&rotation), STANDARD).expect("a pose");

@@ -105,7 +105,7 @@ fn turn_i_lies_between_rest_i_and_the_next() {
 }
 
 #[test]
-fn motion_before_the_first_rest_and_after_the_last_leads_nowhere() {
+fn motion_before_the_first_and_after_the_last_rest_is_no_turn() {
     let mut schedule = vec![Phase::Turn(Vector3::y() * -0.8, 2.0)];
     schedule.extend(six_faces(2.0));
     schedule.push(Phase::Turn(Vector3::x(), 2.0));
@@ -140,7 +140,7 @@ fn all_between_two_rests_is_turns_and_rests_together() {
 }
 
 #[test]
-fn one_file_a_pose_keeps_its_rests_apart_and_knows_no_turn_between_them() {
+fn one_file_a_pose_keeps_its_rests_apart_without_turns() {
     let whole = six_faces(3.0);
     let mut acquisition = Acquisition::new(SegmenterSettings::default());
     let mut draws = Draws::new(4);
@@ -172,7 +172,7 @@ fn one_file_a_pose_keeps_its_rests_apart_and_knows_no_turn_between_them() {
 }
 
 #[test]
-fn a_turn_in_which_a_gyroscope_reached_its_range_is_not_complete() {
+fn a_turn_in_which_a_gyroscope_saturated_is_not_complete() {
     // Half turns go faster than quarter turns: only they reach 2.6 rad/s.
     let clip = |w: Vector3<f64>| w.map(|value| value.clamp(-2.6, 2.6));
     let whole = recording(5).acquire();
@@ -190,7 +190,7 @@ fn a_turn_in_which_a_gyroscope_reached_its_range_is_not_complete() {
 }
 
 #[test]
-fn temperature_has_a_lowest_a_mean_and_a_highest_and_may_miss_values() {
+fn temperature_has_extremes_and_a_mean_and_may_lack_values() {
     let recording = recording(6);
     let n = recording.time.len();
     let mut temperature = vec![f64::NAN; n];
@@ -209,7 +209,7 @@ fn temperature_has_a_lowest_a_mean_and_a_highest_and_may_miss_values() {
 }
 
 #[test]
-fn a_time_that_goes_back_is_told_once_and_its_samples_are_passed_over() {
+fn a_time_that_goes_back_is_reported_once_and_skipped() {
     let mut recording = recording(7);
     let good = recording.acquire();
     recording.time[500] = recording.time[400];
@@ -234,7 +234,7 @@ fn white_noise_is_told_from_the_rests() {
 }
 
 #[test]
-fn a_recording_that_begins_without_a_time_counts_from_the_first_there_is() {
+fn a_recording_that_begins_without_a_time_counts_from_the_first() {
     let good = recording(9);
     let mut late = good.clone();
     late.time[..300].fill(f64::NAN);
@@ -261,7 +261,7 @@ fn nothing_recorded_is_nothing_acquired() {
 }
 
 #[test]
-fn a_turn_in_which_an_accelerometer_reached_its_range_is_complete() {
+fn a_turn_in_which_an_accelerometer_saturated_is_complete() {
     let mut clipped = recording(5);
     let moving = |k: &usize| Vector3::from(clipped.rate[*k]).norm() > 0.5;
     let in_turns: Vec<_> = (0..clipped.time.len()).filter(moving).step_by(40).collect();

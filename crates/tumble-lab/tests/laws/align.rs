@@ -72,7 +72,7 @@ proptest! {
     }
 
     #[test]
-    fn a_window_that_touches_what_cannot_be_used_is_left_out_and_no_other(bad in 30..170_usize, kind in 0..3_u8) {
+    fn only_windows_that_touch_unusable_samples_are_left_out(bad in 30..170_usize, kind in 0..3_u8) {
         let mut samples = Samples::of(regular(200, 0.01), wave);
         match kind {
             0 => samples.rate[bad][1] = f64::NAN,
@@ -119,7 +119,7 @@ proptest! {
 }
 
 #[test]
-fn readings_at_the_end_of_a_range_are_left_out_and_a_peak_is_none() {
+fn readings_at_the_end_of_a_range_are_left_out_but_no_peaks() {
     let clipped = |t: f64| wave(t).map(|w| w.clamp(-1.2, 1.2));
     let samples = Samples::of(regular(2000, 0.01), clipped);
     let held = samples
@@ -134,7 +134,7 @@ fn readings_at_the_end_of_a_range_are_left_out_and_a_peak_is_none() {
 
 /// A straight line in noise, every fiftieth reading of which is far off.
 #[test]
-fn sigmas_of_a_robust_fit_are_those_of_its_errors_outliers_or_not() {
+fn sigmas_of_a_robust_fit_are_those_of_its_errors() {
     const RUNS: u64 = 300;
     for outliers in [false, true] {
         let (mut squares, mut within) = (Vector2::<f64>::zeros(), 0);

@@ -1,4 +1,4 @@
-//! Whether accelerometer and gyroscope of one unit tell of the same turns.
+//! Consistency of accelerometer and gyroscope of one unit: they measure the same turns.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -105,7 +105,7 @@ fn half_turns_that_end_alike_either_way_round_do_not_convict() {
 }
 
 #[test]
-fn a_gyroscope_that_says_something_else_altogether_is_inconsistent() {
+fn a_gyroscope_that_measures_other_turns_is_inconsistent() {
     // Every other turn half as large, every other twice: no single change of units or axes explains it.
     let found = verdict(
         |w| Vector3::new(0.4 * w.x - 0.9 * w.y, 2.0 * w.z + 0.7 * w.x, 0.5 * w.y),
@@ -121,7 +121,7 @@ proptest! {
     #![proptest_config(cases(16))]
 
     #[test]
-    fn a_gyroscope_mounted_off_its_accelerometer_by_some_degrees_is_consistent(axis in direction(), angle in 0.0..0.12_f64, seed in any::<u64>()) {
+    fn a_gyroscope_misaligned_by_some_degrees_is_consistent(axis in direction(), angle in 0.0..0.12_f64, seed in any::<u64>()) {
         let off = nalgebra::Rotation3::new(axis * angle);
         prop_assert_eq!(verdict(|w| off * w, seed), RateVerdict::Consistent);
     }

@@ -40,7 +40,7 @@ proptest! {
     #![proptest_config(cases(24))]
 
     #[test]
-    fn a_channel_that_shows_one_value_from_beginning_to_end_is_stuck(channel in 0..6_usize, value in -5.0..5.0_f64, seed in any::<u64>()) {
+    fn a_channel_that_shows_one_value_throughout_is_stuck(channel in 0..6_usize, value in -5.0..5.0_f64, seed in any::<u64>()) {
         let found = spoil(recording(seed), channel, -1.0, |_| value).acquire();
         prop_assert_eq!(faults(&found), vec![(channel, ChannelFaultKind::Stuck, value)]);
         prop_assert!(found.faults[0].span.0 < 0.1 && found.faults[0].span.1 > 20.0);
@@ -55,7 +55,7 @@ proptest! {
     }
 
     #[test]
-    fn a_channel_pinned_at_the_end_of_its_range_at_one_pose_is_saturated_at_rest(channel in 0..3_usize, high in prop::bool::ANY, seed in any::<u64>()) {
+    fn a_channel_at_the_end_of_its_range_at_one_pose_is_saturated(channel in 0..3_usize, high in prop::bool::ANY, seed in any::<u64>()) {
         // A range below gravity.
         let limit = if high { 9.5 } else { -9.5 };
         let clip = |y: f64| if high { y.min(limit) } else { y.max(limit) };

@@ -67,7 +67,7 @@ proptest! {
     }
 
     #[test]
-    fn clocks_said_to_be_shared_though_turns_say_otherwise_are_contradicted(seed in any::<u64>(), offset in 0.2..0.9_f64) {
+    fn shared_clocks_that_turns_contradict_are_reported(seed in any::<u64>(), offset in 0.2..0.9_f64) {
         let mut draws = Draws::new(seed);
         let seen = reference(&schedule(), &mut draws);
         let felt = target(&schedule(), &mut draws).on_clock(offset, 0.0, 0).acquire();
@@ -104,7 +104,7 @@ proptest! {
 }
 
 #[test]
-fn a_rest_of_the_target_that_broke_in_two_without_moving_is_joined() {
+fn a_rest_of_the_target_that_broke_without_motion_is_joined() {
     let mut draws = Draws::new(41);
     let calm = six_faces(4.0);
     let mut broken = calm.clone();
@@ -120,7 +120,7 @@ fn a_rest_of_the_target_that_broke_in_two_without_moving_is_joined() {
 }
 
 #[test]
-fn without_turns_clocks_that_overlap_are_taken_for_one_and_others_have_no_common_time() {
+fn without_turns_overlapping_clocks_are_taken_for_one() {
     let mut draws = Draws::new(42);
     let rest = [Phase::Rest(5.0)];
     let seen = reference(&rest, &mut draws);

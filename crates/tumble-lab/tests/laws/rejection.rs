@@ -1,4 +1,4 @@
-//! What only looked like a rest, once the whole recording is known.
+//! Apparent rests that the whole recording refutes.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -39,7 +39,7 @@ proptest! {
     #![proptest_config(cases(16))]
 
     #[test]
-    fn a_turn_too_slow_for_the_segmenter_is_refused_because_gravity_drifts(
+    fn a_turn_too_slow_for_the_segmenter_is_refused_by_gravity(
         rate in 0.0026..0.0035_f64, axis in direction(), bias in -0.2..0.2_f64, seed in any::<u64>()
     ) {
         // A drift of six sigma is refused, and noise may hide four: even in the shortest rest, a second, gravity must drift
@@ -57,7 +57,7 @@ proptest! {
     }
 
     #[test]
-    fn a_slow_turn_about_the_vertical_is_refused_because_the_rate_is_not_that_of_its_neighbours(
+    fn a_slow_turn_about_the_vertical_is_refused_by_its_rate(
         rate in 0.02..0.3_f64, sign in prop::bool::ANY, bias in -0.2..0.2_f64, seed in any::<u64>()
     ) {
         let rate = if sign { rate } else { -rate };
@@ -75,7 +75,7 @@ proptest! {
     }
 
     #[test]
-    fn vibration_at_the_beginning_is_refused_once_the_unit_was_seen_quiet(times_noise in 6.0..50.0_f64, seed in any::<u64>()) {
+    fn vibration_at_the_start_is_refused_once_quiet_was_seen(times_noise in 6.0..50.0_f64, seed in any::<u64>()) {
         let mut schedule = vec![Phase::Shake(times_noise * 0.01, 4.0), Phase::Turn(Vector3::x() * -0.5, 1.0)];
         schedule.extend(six_faces(3.0));
         let found = acquired(schedule, &Unit::noisy(0.01, 0.001), seed);
@@ -96,7 +96,7 @@ proptest! {
 }
 
 #[test]
-fn a_refused_rest_becomes_part_of_the_turn_around_it_with_its_angle() {
+fn a_refused_rest_becomes_part_of_its_turn_with_its_angle() {
     let slow = Vector3::y() * 0.003;
     let found = acquired(
         in_the_middle(vec![Phase::Spin(slow, 8.0)]),

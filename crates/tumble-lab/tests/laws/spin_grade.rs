@@ -13,7 +13,7 @@ use crate::spin_stream::{INTERVAL, Truth, narrowed};
 
 const SPINS: u64 = 150;
 
-/// The usual spin with the white noise of a grade, and biases that wander as much as that grade says.
+/// The usual spin with the white noise of a grade, and biases that wander as much as that grade states.
 fn wandering(truth: &Truth, figures: &Figures, seed: u64) -> Vec<Sample<f64>> {
     let rate = 1e6 / INTERVAL as f64;
     let noise =
@@ -72,7 +72,7 @@ fn mean_square(grade: Grade, settings: &SpinSettings<f32>) -> f64 {
 }
 
 #[test]
-fn sigmas_of_a_device_hold_where_biases_wander_as_its_grade_says() {
+fn sigmas_of_a_device_hold_where_biases_wander_by_its_grade() {
     for grade in [Grade::Consumer, Grade::Industrial] {
         let square = mean_square(grade, &SpinSettings::for_grade(grade));
         // A mean of 450 squares, of which two of three are nearly independent, scatters by a tenth.
@@ -82,7 +82,7 @@ fn sigmas_of_a_device_hold_where_biases_wander_as_its_grade_says() {
 }
 
 #[test]
-fn a_spin_that_is_told_of_no_wander_states_sigmas_that_are_too_small() {
+fn a_spin_without_stated_wander_has_too_small_sigmas() {
     let figures = Figures::named(Grade::Consumer.name()).unwrap();
     let samples = wandering(&spun_twice(), &figures, 1);
     let untold = SpinSettings {

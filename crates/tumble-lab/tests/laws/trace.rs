@@ -32,7 +32,7 @@ proptest! {
     #![proptest_config(cases(32))]
 
     #[test]
-    fn a_trace_of_any_length_can_be_drawn_and_covers_the_recording_evenly(count in 0..40_000_usize) {
+    fn a_trace_of_any_length_covers_the_recording_evenly(count in 0..40_000_usize) {
         let mut trace = Trace::new();
         let first = block(0);
         let length = first.end - first.start;

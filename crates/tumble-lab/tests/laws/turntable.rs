@@ -131,14 +131,14 @@ proptest! {
         let apart = TurntableSettings { clocks: Clocks::Apart, ..SETTINGS };
         let (_, target) = calibrated(&seen, &felt, &apart).expect("a good session");
         prop_assert!(misses(accelerometer(&target), &force).0 < 5.5);
-        // A second of the target's clock is not one of the reference's: the gyroscope is off by the skew in scale.
+        // A second of the target's clock is not one of the reference's: the gyroscope has the skew as scale error.
         let (_, most) = misses(gyroscope(&target), &rate);
         prop_assert!(most < 0.002 / 3.0 + 2e-4, "{}", most);
     }
 }
 
 #[test]
-fn the_three_truths_agree_for_a_perfect_table_and_one_holds_to_first_order() {
+fn the_three_truths_agree_for_a_perfect_table() {
     let mounting = Rotation3::new(Vector3::new(0.01, -0.015, 0.02));
     let (force, rate) = (poor_model(0.3), poor_model(0.02));
     let mut draws = Draws::new(51);
@@ -175,7 +175,7 @@ fn the_three_truths_agree_for_a_perfect_table_and_one_holds_to_first_order() {
 }
 
 #[test]
-fn without_turns_of_the_target_only_the_bias_of_its_gyroscope_is_observed() {
+fn without_turns_only_the_gyroscopes_bias_is_observed() {
     let (force, rate) = (poor_model(0.3), poor_model(0.02));
     let (seen, mut felt) = session(
         &Unit::noisy(0.02, 0.002),
@@ -237,7 +237,7 @@ fn a_truth_that_needs_poses_says_so_where_there_are_none() {
 }
 
 #[test]
-fn left_handed_axes_are_told_of_accelerometer_and_gyroscope_each() {
+fn left_handed_axes_are_reported_for_each_sensor() {
     let (good, mirrored) = (poor_model(0.02), {
         let mut model = poor_model(0.02);
         model.matrix.row_mut(1).neg_mut();
@@ -257,7 +257,7 @@ fn left_handed_axes_are_told_of_accelerometer_and_gyroscope_each() {
 }
 
 #[test]
-fn a_target_on_another_clock_that_was_said_to_be_the_same_is_told_how_far_apart_they_are() {
+fn a_target_on_another_clock_than_stated_shows_its_offset() {
     let calm = (Unit::noisy(0.02, 0.002), Unit::noisy(0.003, 1e-4));
     let (seen, _) = session(&calm.0, &calm.1, &poor_model(0.3), &poor_model(0.02), 57);
     let mut draws = Draws::new(58);

@@ -20,7 +20,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Of a schedule, begun with z up.
+    /// Simulates a schedule, begun with z up.
     pub fn of(schedule: &[Phase], unit: &Unit, draws: &mut Draws) -> Self {
         Self::from(&samples(schedule, &Vector3::z(), unit, draws))
     }
@@ -104,7 +104,7 @@ pub fn on_the_grid(mut schedule: Vec<Phase>) -> Vec<Phase> {
     schedule
 }
 
-/// What a low-grade unit makes of the truth.
+/// Error model of a low-grade unit.
 pub fn poor_model(bias: f64) -> ErrorModel<f64> {
     ErrorModel {
         matrix: Matrix3::new(1.02, 0.01, -0.02, -0.015, 0.97, 0.03, 0.005, -0.025, 1.01),
