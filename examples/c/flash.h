@@ -7,7 +7,7 @@
 #define FLASH_PAGE 4096u
 #define FLASH_PAGES 4u
 
-/* What Tumble calls. Instead of these bodies, call the driver of your chip. */
+/* Functions that Tumble calls. Instead of these bodies, call the driver of your chip. */
 struct tumble_flash flash_driver(void);
 
 #endif

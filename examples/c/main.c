@@ -64,7 +64,7 @@ static void keep(tumble_store *store, tumble_sensor sensor, const struct tumble_
     need(tumble_store_save(store, now, &record, NULL), "save");
 }
 
-/* What firmware does at its start: it reads the calibration from flash. */
+/* Reads the calibration from flash at the start of the firmware. */
 static void start(struct tumble_correction *correction)
 {
     tumble_store store;

@@ -14,7 +14,7 @@ void robot_turn(float rate);
 /* Waits for the next sample, which comes every 10 ms. */
 struct tumble_sample robot_read(void);
 
-/* What the wheels do. */
+/* State of the wheels. */
 tumble_wheels robot_wheels(void);
 
 #endif

@@ -6,10 +6,10 @@
 #define COPROCESSOR_ACCESS ((volatile uint32_t *)0xE000ED88u)
 #define FLOATING_POINT_UNIT (0xFu << 20)
 
-/* Of the linker script. */
+/* Symbols of the linker script. */
 extern uint8_t data_begin[], data_end[], data_in_flash[], bss_begin[], bss_end[], stack_top[];
 
-/* Of newlib: opens the channel to the debugger. */
+/* Function of newlib: opens the channel to the debugger. */
 void initialise_monitor_handles(void);
 
 int main(void);

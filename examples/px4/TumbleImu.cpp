@@ -219,7 +219,7 @@ void TumbleImu::use_files()
 	}
 }
 
-/* Whether any record waited. */
+/* Saves the next record that waits; returns whether there was one. */
 bool TumbleImu::save_one()
 {
 	const uint64_t now = hrt_absolute_time();

@@ -30,14 +30,14 @@ public:
 	int print_status() override;
 
 private:
-	/* What one unit published last. */
+	/* Last publications of one unit. */
 	struct Unit {
 		uORB::Subscription accel_sub;
 		uORB::Subscription gyro_sub;
 		sensor_accel_s accel{};
 		sensor_gyro_s gyro{};
 		bool seen{false};
-		/* Whether its files were read. */
+		/* True if its files were read. */
 		bool restored{false};
 	};
 

@@ -1,4 +1,4 @@
-/* Makes a redundant set of as many units as the package says, and says how that went. */
+/* Makes a redundant set of as many units as the package states, and prints the outcome. */
 #include <stdio.h>
 
 #include "tumble.h"

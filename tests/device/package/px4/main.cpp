@@ -1,5 +1,5 @@
 /* Flies three made IMUs: a rest, motion in which the first secondary is calibrated, and then the others die; the vehicle is
-   armed from the end of the first rest until just before the end. `flight [UNIT TIME]`: that unit says nothing before that
+   armed from the end of the first rest until just before the end. `flight [UNIT TIME]`: that unit sends nothing before that
    time, s. */
 #include <cmath>
 #include <cstdlib>
@@ -154,7 +154,7 @@ static void compare(const float force[3], const float rate[3])
 	}
 }
 
-/* The unit that says nothing at first, if any. */
+/* Unit that sends nothing at first, if any. */
 static unsigned absent = 3;
 static float comes;
 

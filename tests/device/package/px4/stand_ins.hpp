@@ -1,4 +1,4 @@
-/* What a module of PX4 sees of PX4, with its names: enough to compile one for this machine and to run it. */
+/* Interfaces of PX4 that a module uses, with their names: enough to compile one for this machine and to run it. */
 #pragma once
 
 #include <atomic>
@@ -74,7 +74,7 @@ struct vehicle_imu_s {
 enum class ORB_ID { actuator_armed, sensor_accel, sensor_gyro, vehicle_imu };
 #define ORB_ID(name) ORB_ID::name
 
-/* What was published on an instance of a topic, and how often. */
+/* Last publication on an instance of a topic, and the number of publications. */
 template<class Message> struct Topic {
 	std::deque<Message> queue;
 	uint64_t count{0};
