@@ -1,7 +1,7 @@
 //! Replays the mission on the host, and compares it with the report of a device.
 //!
 //!     mission replay VECTORS             prints the report expected of the device
-//!     mission compare VECTORS SAID       prints a device's report, and compares it line by line
+//!     mission compare VECTORS REPORT     prints a device's report, and compares it line by line
 
 mod replay;
 mod story;
@@ -22,7 +22,7 @@ fn main() -> ExitCode {
         }),
         ["compare", vectors, said] => compare(Path::new(vectors), &PathBuf::from(said)),
         _ => Err(HostError(
-            "say: mission replay VECTORS, or: mission compare VECTORS SAID".into(),
+            "usage: mission replay VECTORS, or: mission compare VECTORS REPORT".into(),
         )),
     };
     outcome.unwrap_or_else(|HostError(why)| {
