@@ -43,9 +43,9 @@ class Mirror:
     call: str
     """Fills it with defaults."""
     conversion: str
-    """Value that the core receives."""
+    """Documentation of the conversion to the core's type."""
     checked: bool
-    """Indicates whether bounds are checked here, and not by the core."""
+    """True if bounds are checked here, and not by the core."""
     imports: tuple[str, ...] = ()
     choices: bool = False
     moved: dict[str, str] = field(default_factory=dict)
@@ -58,11 +58,11 @@ MIRRORS = (
         path=SOURCES / "spin" / "settings.rs",
         struct="SpinSettings",
         core="tumble_core::spin::settings::SpinSettings",
-        about="How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with "
+        about="Settings of a spin. Fill it with tumble_spin_defaults(), or with "
         "tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to "
         "be different.",
         call="tumble_spin_defaults",
-        conversion="As the core has them, if they can be meant.",
+        conversion="Converts them to the core's type, if they are within their bounds.",
         checked=True,
     ),
     Mirror(
@@ -70,11 +70,11 @@ MIRRORS = (
         path=SOURCES / "redundancy" / "settings.rs",
         struct="RedundancySettings",
         core="tumble_core::redundancy::settings::RedundancySettings",
-        about="How a redundant set watches, calibrates and replaces its units. Fill it with "
+        about="Settings of the monitor of a redundant set. Fill it with "
         "tumble_redundancy_defaults(), then change what is to be different; names are those of the settings "
         "file that `tumble redundancy` reads on a workstation.",
         call="tumble_redundancy_defaults",
-        conversion="As the core has them; whether they contradict each other the core finds out.",
+        conversion="Converts them to the core's type; the core checks them for contradictions.",
         checked=False,
         imports=("record::Rung", "redundancy::choice::{Adoption, Data, Gate, Scope, Threshold}"),
         choices=True,

@@ -1,13 +1,13 @@
 /**
  * Tumble for firmware: calibration of inertial measurement units, without heap or operating system. C99, or C++17.
- * docs/how-to/c.md tells how to take it in.
+ * docs/how-to/c.md describes its integration.
  *
  * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row. All
  * numbers are single precision, and nothing is computed by way of double.
  *
- * Whoever calls owns all memory. A pointer that is handed in may be null where that is said; else it leads to a value of
+ * The caller owns all memory. A pointer that is handed in may be null where that is stated; else it leads to a value of
  * its type, or room for one, that nobody else changes until the call returns. No pointer is kept, but for the context of
- * a tumble_flash. Null and unaligned pointers, storage that was not initialised, and numbers that cannot be are refused;
+ * a tumble_flash. Null and unaligned pointers, storage that was not initialised, and impossible numbers are refused;
  * ::TUMBLE_ERROR_UNALIGNED is not named again at each call.
  *
  * State lives in storage: tumble_spin, tumble_redundancy, tumble_store. Storage may be static, on a stack or in a pool, and
@@ -55,12 +55,13 @@
 #define TUMBLE_REDUNDANCY_WORDS ((498 + (180 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
- * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
+ * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
  */
 #define TUMBLE_NO_SOURCE UINT32_MAX
 
 /**
- * Flag of an output: its source is known to be wrong, or says nothing of an axis of the primary, and nobody is there in its place.
+ * Flag of an output: its source is known to be wrong, or does not measure an axis of the primary, and no other unit
+ * can replace it.
  */
 #define TUMBLE_OUTPUT_DEGRADED 1
 
@@ -85,8 +86,8 @@
 #define TUMBLE_DRIFT_BYTES 100
 
 /**
- * How a call went: ::TUMBLE_OK, or why nothing was done. Where a function says nothing else, what it was to write was
- * not written then, and no state has changed.
+ * Outcome of a call: ::TUMBLE_OK, or the reason why nothing was done. Unless a function states otherwise, its outputs
+ * were not written then, and no state has changed.
  *
  */
 enum tumble_status
@@ -139,7 +140,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_SETTING,
     /**
-     * Settings contradict each other; tumble_redundancy_check() says which.
+     * Settings contradict each other; tumble_redundancy_check() names them.
      */
     TUMBLE_ERROR_CONTRADICTION,
     /**
@@ -167,7 +168,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_BEGUN,
     /**
-     * The spin shows nothing that could be solved for; the failure says why.
+     * The spin shows nothing that could be solved for; the failure gives the reason.
      */
     TUMBLE_ERROR_SPIN,
     /**
@@ -215,7 +216,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_NOT_AS_WRITTEN,
     /**
-     * Flash would wear out; the call says how long to wait.
+     * Flash would wear out; the call returns the time to wait.
      */
     TUMBLE_ERROR_TOO_SOON,
     /**
@@ -261,7 +262,7 @@ typedef uint32_t tumble_sensor;
 #endif // __cplusplus
 
 /**
- * How much a fit found; each includes those before.
+ * Models that a fit may estimate; each includes those before.
  */
 enum tumble_rung
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -294,7 +295,7 @@ typedef uint32_t tumble_rung;
 #endif // __cplusplus
 
 /**
- * How a threshold is set.
+ * Ways to set a threshold.
  */
 enum tumble_threshold_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -318,7 +319,7 @@ enum tumble_threshold_kind
      */
     TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN,
     /**
-     * Of a unit: as the settings have it; the number does not count. Not for settings.
+     * Threshold of a unit that follows the settings; the number does not count. Not for settings.
      */
     TUMBLE_THRESHOLD_KIND_OF_SETTINGS,
 };
@@ -339,7 +340,7 @@ enum tumble_data
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * As read: thresholds have to allow for the error that is known.
+     * Raw readings: thresholds have to allow for the error that is known.
      */
     TUMBLE_DATA_RAW,
     /**
@@ -356,7 +357,7 @@ typedef uint32_t tumble_data;
 #endif // __cplusplus
 
 /**
- * Whose deviations let a calibration be triggered.
+ * Sensors whose deviations let a calibration be triggered.
  */
 enum tumble_gate
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -385,7 +386,7 @@ typedef uint32_t tumble_gate;
 #endif // __cplusplus
 
 /**
- * What a trigger has calibrated.
+ * Sensors that a trigger has calibrated.
  */
 enum tumble_scope
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -435,7 +436,7 @@ typedef uint32_t Adoption;
 #endif // __cplusplus
 
 /**
- * What happened.
+ * Kinds of events.
  */
 enum tumble_event_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -476,7 +477,7 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_ADOPTED,
     /**
-     * It does not: `reason`; `value` and `limit` of what that says, or `pairs` and `limit`.
+     * A calibration was refused: `reason`; `value` and `limit` in the unit of the reason, or `pairs` and `limit`.
      */
     TUMBLE_EVENT_KIND_REFUSED,
     /**
@@ -484,7 +485,7 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_ABANDONED,
     /**
-     * A unit failed: `reason`; `channel`, `value` and `limit` as that says.
+     * A unit failed: `reason`; `channel`, `value` and `limit` with the meaning given by the reason.
      */
     TUMBLE_EVENT_KIND_UNHEALTHY,
     /**
@@ -501,12 +502,12 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_AGREE,
     /**
-     * What a witness from outside said was left out: `reason`; told once for each.
+     * An aiding measurement was left out: `reason`; reported once for each.
      */
     TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT,
     /**
-     * A witness contradicts all units, and decides nothing until it fits again: mean square misfit `value` with the one that
-     * fits best, in sigmas, above `limit`.
+     * An aiding measurement contradicts all units, and decides nothing until it fits again: mean square misfit `value`
+     * with the unit that fits best, in sigmas, above `limit`.
      */
     TUMBLE_EVENT_KIND_WITNESS_DISTRUSTED,
     /**
@@ -595,8 +596,8 @@ enum tumble_reason
      */
     TUMBLE_REASON_OF_ANOTHER_UNIT,
     /**
-     * Record rejected, witness left out: not all of it are numbers. Unhealthy: nor are too many readings, the last on
-     * `channel`.
+     * Record rejected, aiding measurement left out: not all of it are numbers. Unhealthy: nor are too many readings,
+     * the last on `channel`.
      */
     TUMBLE_REASON_NOT_FINITE,
     /**
@@ -640,27 +641,27 @@ enum tumble_reason
      */
     TUMBLE_REASON_DISAGREES_WITH_REST,
     /**
-     * Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+     * Refused: the stored calibration explains the held-out pairs as well, or better, m/s^2 or rad/s.
      */
     TUMBLE_REASON_NOT_BETTER,
     /**
-     * Witness left out: a sigma is not above zero, or no axis is measured.
+     * Aiding measurement left out: a sigma is not above zero, or no axis is measured.
      */
     TUMBLE_REASON_NO_SIGMA,
     /**
-     * Witness left out: a score below zero.
+     * Aiding measurement left out: a score below zero.
      */
     TUMBLE_REASON_NEGATIVE_SCORE,
     /**
-     * Witness left out: there is no unit of that number.
+     * Aiding measurement left out: there is no unit of that number.
      */
     TUMBLE_REASON_NO_SUCH_UNIT,
     /**
-     * Witness left out: it is of a time that has yet to come.
+     * Aiding measurement left out: its time is yet to come.
      */
     TUMBLE_REASON_EARLY,
     /**
-     * Unhealthy: no sample came for `value` s. Witness left out: it is of a time that is not kept any more.
+     * Unhealthy: no sample came for `value` s. Aiding measurement left out: its time is not kept any more.
      */
     TUMBLE_REASON_LATE,
     /**
@@ -672,7 +673,7 @@ enum tumble_reason
      */
     TUMBLE_REASON_STUCK,
     /**
-     * Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
+     * Unhealthy: `channel` is at the end of its range too often; `value`: its last reading, m/s^2 or rad/s.
      */
     TUMBLE_REASON_SATURATED,
     /**
@@ -693,7 +694,8 @@ enum tumble_reason
      */
     TUMBLE_REASON_OWN_STEP,
     /**
-     * Unhealthy: of two units that disagree, this one left at rest what it said in health by `value`, m/s^2 or rad/s.
+     * Unhealthy: two units disagree, and the readings of this one at rest differ from those in health by `value`,
+     * m/s^2 or rad/s.
      */
     TUMBLE_REASON_REST,
     /**
@@ -702,7 +704,7 @@ enum tumble_reason
      */
     TUMBLE_REASON_OWN_GYROSCOPE,
     /**
-     * Unhealthy: a witness from outside contradicts it; `value`: logarithm of the ratio of likelihoods.
+     * Unhealthy: an aiding measurement contradicts it; `value`: logarithm of the ratio of likelihoods.
      */
     TUMBLE_REASON_WITNESS,
     /**
@@ -710,7 +712,7 @@ enum tumble_reason
      */
     TUMBLE_REASON_REFUTED,
     /**
-     * Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
+     * Unhealthy: at rest a sensor deviates from physics by `value`, m/s^2 or rad/s.
      */
     TUMBLE_REASON_IMPLAUSIBLE_AT_REST,
     /**
@@ -764,7 +766,7 @@ typedef uint32_t tumble_reason;
 #endif // __cplusplus
 
 /**
- * How a deviation was taken.
+ * Ways in which a deviation is taken.
  */
 enum tumble_check
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -793,7 +795,7 @@ typedef uint32_t tumble_check;
 #endif // __cplusplus
 
 /**
- * What a witness speaks of.
+ * Quantities that an aiding measurement gives.
  */
 enum tumble_witness_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -801,8 +803,9 @@ enum tumble_witness_kind
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y horizontal,
-     * z up. Of a receiver, an estimator without these units, or, with `sigma` of x and y infinite, a climb rate.
+     * Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y
+     * horizontal, z up. Its origin is a receiver, an estimator without these units, or, with `sigma` of x and y
+     * infinite, a climb rate.
      */
     TUMBLE_WITNESS_KIND_VELOCITY,
     /**
@@ -814,7 +817,7 @@ enum tumble_witness_kind
      */
     TUMBLE_WITNESS_KIND_HEADING,
     /**
-     * How badly an estimator that runs on `unit` fits its other sensors: `score`.
+     * Misfit of an estimator that runs on `unit` with its other sensors: `score`.
      */
     TUMBLE_WITNESS_KIND_SCORE,
 };
@@ -827,7 +830,7 @@ typedef uint32_t tumble_witness_kind;
 #endif // __cplusplus
 
 /**
- * What somebody may ask a monitor for.
+ * Commands to a monitor.
  */
 enum tumble_command
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -852,7 +855,7 @@ typedef uint32_t tumble_command;
 #endif // __cplusplus
 
 /**
- * How good an inertial measurement unit is, best last.
+ * Grades of inertial measurement units, best last.
  */
 enum tumble_grade
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -885,7 +888,7 @@ typedef uint32_t tumble_grade;
 #endif // __cplusplus
 
 /**
- * What the wheels are known to do.
+ * State of the wheels.
  */
 enum tumble_wheels
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -893,7 +896,7 @@ enum tumble_wheels
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Nobody says.
+     * The state is not known.
      */
     TUMBLE_WHEELS_UNKNOWN,
     /**
@@ -914,7 +917,7 @@ typedef uint32_t tumble_wheels;
 #endif // __cplusplus
 
 /**
- * What happened with a sample.
+ * Events of a spin.
  */
 enum tumble_spin_event
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -922,7 +925,7 @@ enum tumble_spin_event
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Nothing worth telling.
+     * Nothing to report.
      */
     TUMBLE_SPIN_EVENT_NONE,
     /**
@@ -946,7 +949,7 @@ enum tumble_spin_event
      */
     TUMBLE_SPIN_EVENT_DONE,
     /**
-     * The state says why.
+     * The spin failed; its state gives the reason.
      */
     TUMBLE_SPIN_EVENT_FAILED,
 };
@@ -1036,7 +1039,7 @@ enum tumble_spin_fault
      */
     TUMBLE_SPIN_FAULT_LIFTED,
     /**
-     * A sensor was at the end of its range; `channel`, and `value`: what it said, m/s^2 or rad/s.
+     * A sensor was at the end of its range; `channel`, and `value`: its reading, m/s^2 or rad/s.
      */
     TUMBLE_SPIN_FAULT_SATURATED,
     /**
@@ -1102,7 +1105,7 @@ typedef uint32_t tumble_which;
 #endif // __cplusplus
 
 /**
- * What undoes an error model, `u = C (y - b)` with `C = M^-1`.
+ * Correction that inverts an error model, `u = C (y - b)` with `C = M^-1`.
  */
 typedef struct tumble_triad_correction {
     /**
@@ -1116,21 +1119,21 @@ typedef struct tumble_triad_correction {
 } tumble_triad_correction;
 
 /**
- * What undoes the errors of one unit. It is plain data: it may be copied, and lie in read-only memory.
+ * Correction of the errors of one unit. It is plain data: it may be copied, and lie in read-only memory.
  */
 typedef struct tumble_correction {
     /**
-     * Of the accelerometer; bias in m/s^2.
+     * Correction of the accelerometer; bias in m/s^2.
      */
     struct tumble_triad_correction accelerometer;
     /**
-     * Of the gyroscope; bias in rad/s.
+     * Correction of the gyroscope; bias in rad/s.
      */
     struct tumble_triad_correction gyroscope;
 } tumble_correction;
 
 /**
- * Error model of one triad, `y = M u + b`: what the sensor says, `y`, where the truth is `u`.
+ * Error model of one triad, `y = M u + b`: `y` is the reading of the sensor where the truth is `u`.
  */
 typedef struct tumble_error_model {
     /**
@@ -1148,17 +1151,17 @@ typedef struct tumble_error_model {
  */
 typedef struct tumble_calibration {
     /**
-     * Of the accelerometer; bias in m/s^2.
+     * Errors of the accelerometer; bias in m/s^2.
      */
     struct tumble_error_model accelerometer;
     /**
-     * Of the gyroscope; bias in rad/s.
+     * Errors of the gyroscope; bias in rad/s.
      */
     struct tumble_error_model gyroscope;
 } tumble_calibration;
 
 /**
- * What a unit said at one instant, in its case frame, or the truth behind it.
+ * Readings of a unit at one instant, in its case frame, or the truth behind them.
  */
 typedef struct tumble_sample {
     /**
@@ -1207,7 +1210,7 @@ typedef struct tumble_decomposition {
  */
 typedef struct tumble_record {
     /**
-     * Of the unit.
+     * Identity of the unit.
      */
     uint64_t identity;
     /**
@@ -1215,7 +1218,7 @@ typedef struct tumble_record {
      */
     tumble_sensor sensor;
     /**
-     * What was fitted.
+     * Model that was fitted.
      */
     tumble_rung rung;
     /**
@@ -1243,7 +1246,7 @@ typedef struct tumble_record {
      */
     float lever_arm_sigma[3];
     /**
-     * Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+     * Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s.
      */
     float residual;
     /**
@@ -1251,12 +1254,13 @@ typedef struct tumble_record {
      */
     float residual_before;
     /**
-     * How far its calibrations together have followed the primary without proof that it was right: what they made differ of
-     * a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the settings allow.
+     * Shift by which its calibrations together have followed the primary without proof that it was right: the change
+     * they made to a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the
+     * settings allow.
      */
     float followed[3];
     /**
-     * Of the unit while it was calibrated, degC; NaN where nobody knows.
+     * Temperature of the unit while it was calibrated, degC; NaN where it is not known.
      */
     float temperature;
     /**
@@ -1288,19 +1292,19 @@ typedef struct tumble_redundancy {
  */
 typedef struct tumble_threshold {
     /**
-     * How it is set.
+     * Way in which it is set.
      */
     tumble_threshold_kind kind;
     /**
-     * As the kind says.
+     * Number with the meaning given by the kind.
      */
     float number;
 } tumble_threshold;
 
 /**
- * How a redundant set watches, calibrates and replaces its units. Fill it with
- * tumble_redundancy_defaults(), then change what is to be different; names are those of the settings
- * file that `tumble redundancy` reads on a workstation.
+ * Settings of the monitor of a redundant set. Fill it with tumble_redundancy_defaults(), then change
+ * what is to be different; names are those of the settings file that `tumble redundancy` reads on a
+ * workstation.
  */
 typedef struct tumble_redundancy_settings {
     /**
@@ -1460,13 +1464,13 @@ typedef struct tumble_redundancy_settings {
      */
     float largest_angular_rate_residual;
     /**
-     * How far calibrations of an accelerometer together may follow the primary where no rest proves it
+     * Largest shift by which calibrations of an accelerometer may follow the primary where no rest proves it
      * right. Default: 0.15 m/s^2.
      */
     float largest_followed_specific_force;
     /**
-     * How far calibrations of a gyroscope together may follow the primary where no rest proves it right.
-     * Default: 0.015 rad/s.
+     * Largest shift by which calibrations of a gyroscope may follow the primary where no rest proves it
+     * right. Default: 0.015 rad/s.
      */
     float largest_followed_angular_rate;
     /**
@@ -1488,8 +1492,8 @@ typedef struct tumble_redundancy_settings {
      */
     float tolerated_angular_rate;
     /**
-     * Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy.
-     * Default: 9.
+     * Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy. Default:
+     * 9.
      */
     float noise_ratio;
     /**
@@ -1506,8 +1510,8 @@ typedef struct tumble_redundancy_settings {
      */
     uint32_t fewest_pairs;
     /**
-     * Take deviations after stored errors were taken off, or from data as read, with thresholds to match.
-     * Default: ::TUMBLE_DATA_COMPENSATED.
+     * Take deviations from compensated data or from raw data, with thresholds to match. Default:
+     * ::TUMBLE_DATA_COMPENSATED.
      */
     tumble_data data;
     /**
@@ -1521,7 +1525,7 @@ typedef struct tumble_redundancy_settings {
      */
     tumble_scope scope;
     /**
-     * Top of the ladder: the highest rung up to it that the motion shows is used. Default:
+     * Largest model that may be fitted: the largest up to it that the motion shows is used. Default:
      * ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
      */
     tumble_rung highest_rung;
@@ -1554,7 +1558,7 @@ typedef struct tumble_redundancy_settings {
  */
 typedef struct tumble_unit {
     /**
-     * Serial number, or whatever tells it from others for life: records carry it.
+     * Serial number, or another number that distinguishes it from other units for life: records carry it.
      */
     uint64_t identity;
     /**
@@ -1586,17 +1590,17 @@ typedef struct tumble_unit {
      */
     struct tumble_threshold gyroscope_threshold;
     /**
-     * Whether the lever arm is given; else it is found, the default.
+     * True if the lever arm is given; else it is estimated, the default.
      */
     bool lever_arm_known;
     /**
-     * Which axes it has, a bit each; #TUMBLE_AXES_ALL. What a sample says on others is passed over.
+     * Which axes it has, a bit each; #TUMBLE_AXES_ALL. Readings of other axes in a sample are ignored.
      */
     uint8_t axes;
 } tumble_unit;
 
 /**
- * One event. What its kind does not speak of is zero, false or null.
+ * One event. Fields that do not belong to its kind are zero, false or null.
  */
 typedef struct tumble_event {
     /**
@@ -1604,16 +1608,16 @@ typedef struct tumble_event {
      */
     uint64_t time;
     /**
-     * How far the clock jumped, microseconds.
+     * Jump of the clock, microseconds.
      */
     int64_t by;
     /**
-     * The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, as nobody
-     * told the monitor: fill it in before it is saved, if it is known.
+     * The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, since the
+     * monitor does not know it: fill it in before it is saved, if it is known.
      */
     const struct tumble_record *record;
     /**
-     * What happened.
+     * Kind of the event.
      */
     tumble_event_kind kind;
     /**
@@ -1625,11 +1629,11 @@ typedef struct tumble_event {
      */
     uint32_t unit;
     /**
-     * How a deviation was taken.
+     * Way in which a deviation was taken.
      */
     tumble_check check;
     /**
-     * What was fitted.
+     * Model that was fitted.
      */
     tumble_rung rung;
     /**
@@ -1645,7 +1649,7 @@ typedef struct tumble_event {
      */
     float value;
     /**
-     * What it is compared with.
+     * Limit for the value.
      */
     float limit;
     /**
@@ -1666,24 +1670,25 @@ typedef struct tumble_event {
      */
     uint8_t units;
     /**
-     * Whether it concerns the accelerometer.
+     * True if the event concerns the accelerometer.
      */
     bool accelerometer;
     /**
-     * Whether it concerns the gyroscope.
+     * True if the event concerns the gyroscope.
      */
     bool gyroscope;
 } tumble_event;
 
 /**
- * Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
+ * Receives an event, from within the call that made it happen, with the `context` given there. It may use other
  * storage, but none that this call works with, which is answered by ::TUMBLE_ERROR_BUSY: not the monitor, nor, of
  * tumble_redundancy_restore_from(), the store. It has to return, neither by `longjmp` nor by an exception.
  */
 typedef void (*tumble_on_event)(void *context, const struct tumble_event *event);
 
 /**
- * What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+ * Output of the set, from whichever source: at the primary's place, in its case frame, with its own calibration
+ * applied.
  */
 typedef struct tumble_output {
     /**
@@ -1691,11 +1696,11 @@ typedef struct tumble_output {
      */
     uint64_t time;
     /**
-     * m/s^2; not a number along axes of which the source says nothing.
+     * Specific force, m/s^2; not a number along axes that the source does not measure.
      */
     float specific_force[3];
     /**
-     * rad/s; not a number about axes of which the source says nothing.
+     * Angular rate, rad/s; not a number about axes that the source does not measure.
      */
     float angular_rate[3];
     /**
@@ -1703,17 +1708,17 @@ typedef struct tumble_output {
      */
     uint32_t source;
     /**
-     * What is to be known of it: 0, or #TUMBLE_OUTPUT_DEGRADED.
+     * Flags of the output: 0, or #TUMBLE_OUTPUT_DEGRADED.
      */
     uint32_t flags;
 } tumble_output;
 
 /**
- * What a witness says.
+ * Aiding measurement.
  */
 typedef struct tumble_witness {
     /**
-     * What it speaks of; nothing else counts than what that says.
+     * Quantity that is measured; only its own fields count.
      */
     tumble_witness_kind kind;
     /**
@@ -1739,11 +1744,12 @@ typedef struct tumble_witness {
 } tumble_witness;
 
 /**
- * What a monitor knows of one sensor of a unit. Of the primary it is its own calibration, against the truth.
+ * Stored error of one sensor of a unit. For the primary it is its own calibration, against the truth.
  */
 typedef struct tumble_knowledge {
     /**
-     * M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. Of the primary as given.
+     * M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. For the primary it is as
+     * given.
      */
     float matrix[3][3];
     /**
@@ -1759,8 +1765,8 @@ typedef struct tumble_knowledge {
      */
     float residual;
     /**
-     * Of the first calibration there was, or of the record from the factory: the error that thresholds of the kind
-     * ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted from, m/s^2 or rad/s; zero before.
+     * Error of the first calibration, or of the record from the factory, from which thresholds of the kind
+     * ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted, m/s^2 or rad/s; zero before.
      */
     float factory;
     /**
@@ -1772,11 +1778,11 @@ typedef struct tumble_knowledge {
      */
     uint32_t sequence;
     /**
-     * Whether there was any.
+     * True if a calibration is stored.
      */
     bool calibrated;
     /**
-     * Whether that difference was within the threshold.
+     * True if that difference was within the threshold.
      */
     bool agrees;
 } tumble_knowledge;
@@ -1792,22 +1798,20 @@ typedef struct tumble_store {
 } tumble_store;
 
 /**
- * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with
- * tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to be
- * different.
+ * Settings of a spin. Fill it with tumble_spin_defaults(), or with tumble_spin_defaults_for_grade() for
+ * a unit of another grade than consumer, then change what is to be different.
  */
 typedef struct tumble_spin_settings {
     /**
-     * How long to stand still. Default: 5 000 000 microseconds.
+     * Time to stand still. Default: 5 000 000 microseconds.
      */
     uint64_t still;
     /**
-     * How long to wait until the robot has stood still. Longer than `still`. Default: 60 000 000
-     * microseconds.
+     * Longest wait until the robot has stood still. Longer than `still`. Default: 60 000 000 microseconds.
      */
     uint64_t still_timeout;
     /**
-     * How long to wait for the turn to be made. Default: 120 000 000 microseconds.
+     * Longest wait for the turn. Default: 120 000 000 microseconds.
      */
     uint64_t spin_timeout;
     /**
@@ -1827,7 +1831,7 @@ typedef struct tumble_spin_settings {
      */
     float gravity;
     /**
-     * How far to turn, both directions together. Default: 12.56637 rad.
+     * Angle to turn, both directions together. Default: 12.56637 rad.
      */
     float turn;
     /**
@@ -1844,13 +1848,13 @@ typedef struct tumble_spin_settings {
      */
     float scale_sigma;
     /**
-     * Bias instability of the accelerometer; that of a consumer grade where nobody says. Default:
+     * Bias instability of the accelerometer; that of a consumer grade where none is stated. Default:
      * 0.0005314598 m/s^2.
      */
     float specific_force_instability;
     /**
-     * Bias instability of the gyroscope; that of a consumer grade where nobody says. Default: 3.357221e-05
-     * rad/s.
+     * Bias instability of the gyroscope; that of a consumer grade where none is stated. Default:
+     * 3.357221e-05 rad/s.
      */
     float angular_rate_instability;
     /**
@@ -1895,7 +1899,7 @@ typedef struct tumble_spin_settings {
      */
     float largest_angular_rate_scatter;
     /**
-     * How much larger than the noise floor the variance of a quiet block may be. Default: 4.
+     * Largest ratio of the variance of a quiet block to the noise floor. Default: 4.
      */
     float variance_ratio;
     /**
@@ -1907,15 +1911,15 @@ typedef struct tumble_spin_settings {
      */
     float smallest_angular_rate_scatter;
     /**
-     * How far the specific force of a block may stray from its rest besides noise. Default: 0.005 m/s^2.
+     * Largest deviation of the specific force of a block from its rest besides noise. Default: 0.005 m/s^2.
      */
     float specific_force_drift;
     /**
-     * How far the angular rate of a block may stray from its rest besides noise. Default: 0.0005 rad/s.
+     * Largest deviation of the angular rate of a block from its rest besides noise. Default: 0.0005 rad/s.
      */
     float angular_rate_drift;
     /**
-     * How many sigma of the mean a block may stray besides. Default: 6.
+     * Further deviation of the mean of a block, in sigmas. Default: 6.
      */
     float sigmas;
     /**
@@ -1951,11 +1955,11 @@ typedef struct tumble_spin_failure {
      */
     uint64_t time;
     /**
-     * As ::tumble_spin_fault says; else 0.
+     * Value with the meaning given by ::tumble_spin_fault; else 0.
      */
     float value;
     /**
-     * As ::tumble_spin_fault says; else 0.
+     * Limit with the meaning given by ::tumble_spin_fault; else 0.
      */
     float limit;
 } tumble_spin_failure;
@@ -1975,7 +1979,7 @@ typedef struct tumble_spin_state {
 } tumble_spin_state;
 
 /**
- * How far a spin is.
+ * Progress of a spin.
  */
 typedef struct tumble_spin_progress {
     /**
@@ -1991,7 +1995,7 @@ typedef struct tumble_spin_progress {
      */
     float rate;
     /**
-     * Whether the robot stood still over the block before.
+     * True if the robot stood still over the block before.
      */
     bool at_rest;
 } tumble_spin_progress;
@@ -2027,7 +2031,7 @@ typedef struct tumble_spin_vector {
      */
     float sigma[3];
     /**
-     * Whether the spin shows them; if not, the numbers mean nothing.
+     * True if the spin shows them; if not, the numbers mean nothing.
      */
     bool observed;
 } tumble_spin_vector;
@@ -2045,7 +2049,7 @@ typedef struct tumble_spin_value {
      */
     float sigma;
     /**
-     * Whether the spin shows it; if not, the numbers mean nothing.
+     * True if the spin shows it; if not, the numbers mean nothing.
      */
     bool observed;
 } tumble_spin_value;
@@ -2075,7 +2079,7 @@ typedef struct tumble_spin_estimate {
      */
     struct tumble_spin_vector published;
     /**
-     * Whether the level-free bias is the one of choice.
+     * True if the level-free bias is the one to use.
      */
     bool level_free_is_default;
     /**
@@ -2111,7 +2115,7 @@ typedef struct tumble_spin_estimate {
      */
     struct tumble_spin_value slow_turn;
     /**
-     * Whether that rate is none of chance's, and was taken off the gyroscope bias.
+     * That rate is significant, and was subtracted from the gyroscope bias.
      */
     bool turned_while_still;
     /**
@@ -2141,9 +2145,9 @@ typedef struct tumble_spin_estimate {
 } tumble_spin_estimate;
 
 /**
- * NOR flash, reached by callbacks: each gives 0 if it did what it was told, and anything else if not. Addresses are
- * whatever the driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them,
- * which is answered by ::TUMBLE_ERROR_BUSY.
+ * NOR flash, reached by callbacks: each returns 0 on success, and anything else on failure. Addresses are whatever the
+ * driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them, which is
+ * answered by ::TUMBLE_ERROR_BUSY.
  */
 typedef struct tumble_flash {
     /**
@@ -2156,8 +2160,8 @@ typedef struct tumble_flash {
      */
     int (*read)(void *context, uint32_t address, uint8_t *bytes, uint32_t length);
     /**
-     * Writes `length` bytes at `address`, both multiples of 32, to flash that is erased. `bytes` is aligned to 4. What was
-     * written has to be in flash when it returns.
+     * Writes `length` bytes at `address`, both multiples of 32, to flash that is erased. `bytes` is aligned to 4.
+     * Written bytes have to be in flash when it returns.
      */
     int (*write)(void *context, uint32_t address, const uint8_t *bytes, uint32_t length);
     /**
@@ -2171,7 +2175,7 @@ typedef struct tumble_flash {
 } tumble_flash;
 
 /**
- * How much wear of the flash is allowed.
+ * Limit on the wear of flash.
  */
 typedef struct tumble_write_limit {
     /**
@@ -2179,14 +2183,14 @@ typedef struct tumble_write_limit {
      */
     uint64_t shortest_between;
     /**
-     * How many may follow each other at once; 0 counts as 1. 16 where none is given.
+     * Writes that may follow each other at once; 0 counts as 1. 16 where none is given.
      */
     uint32_t at_once;
 } tumble_write_limit;
 
 /**
- * What temperature T does to a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T less the reference.
- * M and b hold at the reference; beyond the range the value at its edge is held.
+ * Effect of temperature T on a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T minus the
+ * reference. M and b hold at the reference; beyond the range the value at its edge is held.
  */
 typedef struct tumble_temperature_drift {
     /**
@@ -2208,11 +2212,11 @@ typedef struct tumble_temperature_drift {
 } tumble_temperature_drift;
 
 /**
- * What temperature does to one sensor of one unit, as it is stored.
+ * Temperature drift of one sensor of one unit, in its stored form.
  */
 typedef struct tumble_drift_record {
     /**
-     * Of the unit.
+     * Identity of the unit.
      */
     uint64_t identity;
     /**
@@ -2247,7 +2251,7 @@ tumble_status tumble_correction_apply(const struct tumble_correction *correction
                                       struct tumble_sample *truth);
 
 /**
- * What the sensor says where the truth is `truth`: `reading = M truth + b`.
+ * Computes the reading of the sensor where the truth is `truth`: `reading = M truth + b`.
  *
  * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE.
  *
@@ -2265,7 +2269,8 @@ tumble_status tumble_error_model_decompose(const struct tumble_error_model *mode
                                            struct tumble_decomposition *decomposition);
 
 /**
- * Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
+ * Writes a record as bytes. The first `length` of the `size` bytes at `buffer`, which the caller owns, then hold the
+ * record.
  *
  * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
  */
@@ -2283,7 +2288,7 @@ tumble_status tumble_record_encode(const struct tumble_record *record,
 tumble_status tumble_record_decode(const uint8_t *bytes, size_t length, struct tumble_record *record);
 
 /**
- * Computes what undoes the errors that two records of one unit tell of, as tumble_correction_init() does of a calibration.
+ * Computes the correction of the errors in two records of one unit, like tumble_correction_init() of a calibration.
  *
  * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE if they are not of an accelerometer and a gyroscope, in this order;
  * ::TUMBLE_ERROR_NO_SUCH_UNIT if they are of different units; ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
@@ -2325,9 +2330,10 @@ tumble_status tumble_redundancy_push(struct tumble_redundancy *redundancy,
                                      struct tumble_output *output);
 
 /**
- * Takes in what something else on board says of the motion of the set at `time`, microseconds of the common clock: of the time at
- * which it was so, up to a second ago, not of that at which it came. It settles which of two units is wrong that disagree.
- * What cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT says why. `on_event` may be null.
+ * Takes in an aiding measurement of the motion of the set at `time`, microseconds of the common clock: the time at
+ * which it was measured, up to a second ago, not that at which it came. It settles which of two units is wrong that
+ * disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT gives the reason.
+ * `on_event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
  * ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
@@ -2346,14 +2352,14 @@ tumble_status tumble_redundancy_witness(struct tumble_redundancy *redundancy,
 tumble_status tumble_redundancy_command(struct tumble_redundancy *redundancy, tumble_command command);
 
 /**
- * Says which unit the output comes from; #TUMBLE_NO_SOURCE if from none.
+ * Returns the unit from which the output comes; #TUMBLE_NO_SOURCE if from none.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
 tumble_status tumble_redundancy_get_source(const struct tumble_redundancy *redundancy, uint32_t *unit);
 
 /**
- * Says what is known of a sensor of a unit, the primary or a secondary.
+ * Returns the stored error of a sensor of a unit, the primary or a secondary.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
  * ::TUMBLE_ERROR_CODE.
@@ -2364,10 +2370,10 @@ tumble_status tumble_redundancy_get_stored(const struct tumble_redundancy *redun
                                            struct tumble_knowledge *stored);
 
 /**
- * Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
- * tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the primary,
- * which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the first sample
- * only. `on_event` may be null.
+ * Takes a stored record; an event reports whether it was accepted. After a reset, give it before the first sample.
+ * After tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the
+ * primary, which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the
+ * first sample only. `on_event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
  * ::TUMBLE_ERROR_BEGUN.
@@ -2378,9 +2384,9 @@ tumble_status tumble_redundancy_restore(struct tumble_redundancy *redundancy,
                                         void *context);
 
 /**
- * Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
- * which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
- * begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
+ * Checks settings for contradictions, with each other or in themselves, and describes the first in words: in the
+ * `size` bytes at `text`, which the caller owns, ending in a zero byte and cut off where there is no room. Without a
+ * contradiction they begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
  */
@@ -2455,8 +2461,7 @@ tumble_status tumble_spin_push(struct tumble_spin *spin,
                                tumble_spin_event *event);
 
 /**
- * Says that it is `now`, microseconds of the unit's clock, so that a spin notices that no samples come. `event` may be
- * null.
+ * Advances a spin to `now`, microseconds of the unit's clock, so that it notices missing samples. `event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
@@ -2474,14 +2479,14 @@ tumble_status tumble_spin_work(struct tumble_spin *spin,
                                tumble_spin_event *event);
 
 /**
- * Says where a spin is, and why it failed if it did.
+ * Returns the state of a spin, and the reason if it failed.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
 tumble_status tumble_spin_get_state(const struct tumble_spin *spin, struct tumble_spin_state *state);
 
 /**
- * Says how far a spin is.
+ * Returns the progress of a spin.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
@@ -2493,7 +2498,8 @@ tumble_status tumble_spin_get_progress(const struct tumble_spin *spin, struct tu
  * this call, which takes long and much of the stack (docs/how-to/c.md).
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
- * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.
+ * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where nothing is observable, and `failure` gives the
+ * reason.
  */
 tumble_status tumble_spin_solve(const struct tumble_spin *spin,
                                 const struct tumble_spin_true_angle *true_angle,
@@ -2535,8 +2541,8 @@ tumble_status tumble_store_init(struct tumble_store *store,
                                 const struct tumble_write_limit *limit);
 
 /**
- * Says how many records there is room for: three of each sensor of each unit stay, and its drift, and the more room there is beside
- * them, the less often flash is erased.
+ * Returns the number of records there is room for: three of each sensor of each unit stay, and its drift, and the more
+ * room there is beside them, the less often flash is erased.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
@@ -2649,7 +2655,7 @@ tumble_status tumble_drift_encode(const struct tumble_drift_record *record,
 tumble_status tumble_drift_decode(const uint8_t *bytes, size_t length, struct tumble_drift_record *record);
 
 /**
- * Says in words what a status means. The text is constant, in ASCII, and the library's.
+ * Returns the meaning of a status in words. The text is constant, in ASCII, and the library's.
  */
 const char *tumble_strerror(tumble_status status);
 

@@ -20,7 +20,7 @@ from SCons.Script import DefaultEnvironment, Import
 
 Import("env", "projenv")
 
-# Rust's names of the processors that -mcpu names, without floats. As in cmake/TumbleRust.cmake.
+# Rust's names of the processors that -mcpu names, without floats. The same table is in cmake/TumbleRust.cmake.
 PROCESSORS = {
     "cortex-m0": "thumbv6m-none",
     "cortex-m0plus": "thumbv6m-none",
@@ -37,7 +37,7 @@ PROCESSORS = {
 # Those that no floating point unit was ever made for.
 WITHOUT_FLOATS = ("cortex-m0", "cortex-m0plus", "cortex-m3")
 
-# As in Cargo.toml and cmake/TumbleRust.cmake.
+# The same names are in Cargo.toml and cmake/TumbleRust.cmake.
 PARTS = ("spin", "redundancy", "records", "temperature")
 
 

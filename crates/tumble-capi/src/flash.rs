@@ -4,9 +4,9 @@ use core::ffi::{c_int, c_void};
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-/// NOR flash, reached by callbacks: each gives 0 if it did what it was told, and anything else if not. Addresses are
-/// whatever the driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them,
-/// which is answered by ::TUMBLE_ERROR_BUSY.
+/// NOR flash, reached by callbacks: each returns 0 on success, and anything else on failure. Addresses are whatever the
+/// driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them, which is
+/// answered by ::TUMBLE_ERROR_BUSY.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Flash {
@@ -17,8 +17,8 @@ pub struct Flash {
     pub read: Option<
         unsafe extern "C" fn(context: *mut c_void, address: u32, bytes: *mut u8, length: u32) -> c_int,
     >,
-    /// Writes `length` bytes at `address`, both multiples of 32, to flash that is erased. `bytes` is aligned to 4. What was
-    /// written has to be in flash when it returns.
+    /// Writes `length` bytes at `address`, both multiples of 32, to flash that is erased. `bytes` is aligned to 4.
+    /// Written bytes have to be in flash when it returns.
     pub write: Option<
         unsafe extern "C" fn(context: *mut c_void, address: u32, bytes: *const u8, length: u32) -> c_int,
     >,
@@ -38,7 +38,7 @@ impl NorFlashError for DriverError {
     }
 }
 
-/// What is read and written is a multiple of this many bytes, as the store does it anyway.
+/// Size, in bytes, of the units in which the store reads and writes.
 ///
 /// cbindgen:ignore
 pub const WORD: usize = 32;

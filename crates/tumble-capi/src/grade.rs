@@ -4,7 +4,7 @@ use tumble_core::grade::Grade as CoreGrade;
 
 use crate::code::Code;
 
-/// How good an inertial measurement unit is, best last.
+/// Grades of inertial measurement units, best last.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grade {

@@ -8,7 +8,7 @@
 //!
 //! Nothing here computes: that is done in `tumble-core` and `tumble-store`. Features of these names leave parts out.
 #![no_std]
-// What parts share, not all of them need.
+// Shared items, of which some builds need only a part.
 #![cfg_attr(
     not(all(
         feature = "spin",

@@ -9,7 +9,7 @@ use tumble_core::sample::Sample as CoreSample;
 use crate::pointer::{Place, look, read};
 use crate::status::{Status, StatusResult, status};
 
-/// What a unit said at one instant, in its case frame, or the truth behind it.
+/// Readings of a unit at one instant, in its case frame, or the truth behind them.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Sample {
@@ -21,7 +21,7 @@ pub struct Sample {
     pub angular_rate: [f32; 3],
 }
 
-/// Error model of one triad, `y = M u + b`: what the sensor says, `y`, where the truth is `u`.
+/// Error model of one triad, `y = M u + b`: `y` is the reading of the sensor where the truth is `u`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct ErrorModel {
@@ -35,13 +35,13 @@ pub struct ErrorModel {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Calibration {
-    /// Of the accelerometer; bias in m/s^2.
+    /// Errors of the accelerometer; bias in m/s^2.
     pub accelerometer: ErrorModel,
-    /// Of the gyroscope; bias in rad/s.
+    /// Errors of the gyroscope; bias in rad/s.
     pub gyroscope: ErrorModel,
 }
 
-/// What undoes an error model, `u = C (y - b)` with `C = M^-1`.
+/// Correction that inverts an error model, `u = C (y - b)` with `C = M^-1`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct TriadCorrection {
@@ -51,13 +51,13 @@ pub struct TriadCorrection {
     pub bias: [f32; 3],
 }
 
-/// What undoes the errors of one unit. It is plain data: it may be copied, and lie in read-only memory.
+/// Correction of the errors of one unit. It is plain data: it may be copied, and lie in read-only memory.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Correction {
-    /// Of the accelerometer; bias in m/s^2.
+    /// Correction of the accelerometer; bias in m/s^2.
     pub accelerometer: TriadCorrection,
-    /// Of the gyroscope; bias in rad/s.
+    /// Correction of the gyroscope; bias in rad/s.
     pub gyroscope: TriadCorrection,
 }
 
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn tumble_correction_init(
     correction: *mut Correction,
     calibration: *const Calibration,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, calibration) = unsafe { (Place::at(correction), look(calibration)) };
     status((|| {
         let (place, calibration) = (place?, calibration?);
@@ -103,7 +103,7 @@ pub unsafe extern "C" fn tumble_correction_apply(
     reading: *const Sample,
     truth: *mut Sample,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (correction, reading, place) = unsafe { (look(correction), read(reading), Place::at(truth)) };
     status((|| {
         let (correction, reading, place) = (correction?, reading?, place?);
@@ -118,7 +118,7 @@ pub unsafe extern "C" fn tumble_correction_apply(
                 .of_core()
                 .apply(&vector(&reading.angular_rate)),
         };
-        // What is not finite among the readings leaves nothing of its triad finite.
+        // A reading that is not finite leaves no component of its triad finite.
         if !truth.is_finite() {
             return Err(Status::TumbleErrorNotFinite);
         }
@@ -127,7 +127,7 @@ pub unsafe extern "C" fn tumble_correction_apply(
     })())
 }
 
-/// What the sensor says where the truth is `truth`: `reading = M truth + b`.
+/// Computes the reading of the sensor where the truth is `truth`: `reading = M truth + b`.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE.
 ///
@@ -139,7 +139,7 @@ pub unsafe extern "C" fn tumble_error_model_measure(
     reading: *mut f32,
 ) -> Status {
     let (truth, reading) = (truth.cast::<[f32; 3]>(), reading.cast::<[f32; 3]>());
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (model, truth, place) = unsafe { (look(model), read(truth), Place::at(reading)) };
     status((|| {
         let (model, truth, place) = (model?.in_core()?, truth?, place?);
@@ -160,7 +160,7 @@ pub unsafe extern "C" fn tumble_error_model_decompose(
     model: *const ErrorModel,
     decomposition: *mut Decomposition,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (model, place) = unsafe { (look(model), Place::at(decomposition)) };
     status((|| {
         let (model, place) = (model?.in_core()?, place?);
@@ -187,7 +187,7 @@ impl Decomposition {
 }
 
 impl Sample {
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(&self) -> CoreSample<f32> {
         CoreSample {
             time: self.time,
@@ -206,7 +206,7 @@ impl Sample {
 }
 
 impl ErrorModel {
-    /// As the core has it, if all of it are numbers.
+    /// Converts it to the core's type, if all of it are numbers.
     pub fn in_core(&self) -> StatusResult<Model<f32>> {
         let mut numbers = self.matrix.as_flattened().iter().chain(&self.bias);
         if !numbers.all(|x| x.is_finite()) {
@@ -220,7 +220,7 @@ impl ErrorModel {
 }
 
 impl Correction {
-    /// What undoes a calibration, if it can be undone.
+    /// Computes the correction of a calibration, if its error model can be inverted.
     pub fn of(calibration: &Calibration) -> StatusResult<Self> {
         Ok(Self {
             accelerometer: inverse(&calibration.accelerometer)?,

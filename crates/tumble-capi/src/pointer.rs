@@ -6,9 +6,9 @@ use crate::status::{Status, StatusResult};
 
 /// Storage that the caller owns, and in which a state lives.
 pub trait Storage {
-    /// What lives in it.
+    /// State that lives in it.
     type State;
-    /// Tells storage in which the state lives from any other.
+    /// Marks storage in which the state lives.
     const MARK: u32;
 }
 
@@ -42,7 +42,7 @@ pub unsafe fn read<T: Copy>(pointer: *const T) -> StatusResult<T> {
 /// Looks at what the caller points to.
 ///
 /// # Safety
-/// As of [`read`], and nobody changes it meanwhile.
+/// The same as for [`read`]; besides, nobody changes the value meanwhile.
 pub unsafe fn look<'a, T>(pointer: *const T) -> StatusResult<&'a T> {
     check(pointer)?;
     // SAFETY: checked, and the caller's word for the rest.
@@ -62,10 +62,10 @@ impl<T> Place<T> {
         Ok(Self(pointer))
     }
 
-    /// The same, where the caller may say that nobody wants the result.
+    /// The same, where null stands for a result that is not wanted.
     ///
     /// # Safety
-    /// As of [`Place::at`].
+    /// The same as for [`Place::at`].
     pub unsafe fn if_wanted(pointer: *mut T) -> StatusResult<Option<Self>> {
         if pointer.is_null() {
             return Ok(None);
@@ -92,7 +92,7 @@ pub fn answer<T>(place: StatusResult<Place<T>>, found: StatusResult<T>) -> Statu
     }
 }
 
-/// Puts a state into storage, of which the caller believes that it has `size` bytes. The mark is not looked at: memory that
+/// Puts a state into storage, for which the caller states `size` bytes. The mark is not looked at: memory that
 /// outlasted a reset in the middle of a call would be refused for ever.
 ///
 /// # Safety
@@ -149,7 +149,7 @@ pub unsafe fn change<S: Storage, R>(
     // That the mark is volatile does not order it among accesses that are not: work might be done before it is set or after
     // it is restored, where an interrupt takes storage for idle whose state is half changed.
     compiler_fence(Ordering::SeqCst);
-    // SAFETY: the mark says that the state was put there, and that nobody else is at it.
+    // SAFETY: the mark proves that the state was put there, and that no other call is using it.
     let outcome = work(unsafe { &mut (*slot).state });
     compiler_fence(Ordering::SeqCst);
     // SAFETY: the same place again.
@@ -161,14 +161,14 @@ pub unsafe fn change<S: Storage, R>(
 /// nobody changes the state meanwhile.
 ///
 /// # Safety
-/// As of [`change`], and nobody changes it until this returns.
+/// The same as for [`change`]; besides, nobody changes the state until this returns.
 pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State) -> R) -> StatusResult<R> {
     check(storage)?;
     let slot = storage.cast::<Slot<S::State>>();
     // SAFETY: a slot fits into the storage, and any four bytes are a u32.
     check_mark::<S>(unsafe { (&raw const (*slot).mark).read_volatile() })?;
-    // SAFETY: the mark says that the state was put there, and that nobody was changing it; that nobody begins to is the
-    // caller's word.
+    // SAFETY: the mark proves that the state was put there, and that no call was changing it; the caller ensures that
+    // none begins to.
     Ok(work(unsafe { &(*slot).state }))
 }
 

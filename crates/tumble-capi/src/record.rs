@@ -29,7 +29,7 @@ pub enum Sensor {
     Gyroscope,
 }
 
-/// How much a fit found; each includes those before.
+/// Models that a fit may estimate; each includes those before.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rung {
@@ -48,11 +48,11 @@ pub enum Rung {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Record {
-    /// Of the unit.
+    /// Identity of the unit.
     pub identity: u64,
     /// Which sensor of it.
     pub sensor: MaybeUninit<Sensor>,
-    /// What was fitted.
+    /// Model that was fitted.
     pub rung: MaybeUninit<Rung>,
     /// M, row by row: from the primary's case frame to the axes of the secondary, mounting included; no unit.
     pub matrix: [[f32; 3]; 3],
@@ -66,14 +66,15 @@ pub struct Record {
     pub lever_arm: [f32; 3],
     /// 1-sigma of it, m; zero where it was given, infinite where motion did not show it.
     pub lever_arm_sigma: [f32; 3],
-    /// Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+    /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s.
     pub residual: f32,
     /// The same with the error stored before.
     pub residual_before: f32,
-    /// How far its calibrations together have followed the primary without proof that it was right: what they made differ of
-    /// a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the settings allow.
+    /// Shift by which its calibrations together have followed the primary without proof that it was right: the change
+    /// they made to a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the
+    /// settings allow.
     pub followed: [f32; 3],
-    /// Of the unit while it was calibrated, degC; NaN where nobody knows.
+    /// Temperature of the unit while it was calibrated, degC; NaN where it is not known.
     pub temperature: f32,
     /// Pairs it was fitted to.
     pub pairs: u32,
@@ -83,7 +84,8 @@ pub struct Record {
     pub directions: u8,
 }
 
-/// Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
+/// Writes a record as bytes. The first `length` of the `size` bytes at `buffer`, which the caller owns, then hold the
+/// record.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
 #[cfg(feature = "records")]
@@ -94,7 +96,7 @@ pub unsafe extern "C" fn tumble_record_encode(
     size: usize,
     length: *mut usize,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (record, place) = unsafe { (read(record), Place::at(length)) };
     status((|| {
         let (record, place) = (record?.in_store()?, place?);
@@ -124,7 +126,7 @@ pub unsafe extern "C" fn tumble_record_decode(
     length: usize,
     record: *mut Record,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(record) };
     status((|| {
         let place = place?;
@@ -141,7 +143,7 @@ pub unsafe extern "C" fn tumble_record_decode(
     })())
 }
 
-/// Computes what undoes the errors that two records of one unit tell of, as tumble_correction_init() does of a calibration.
+/// Computes the correction of the errors in two records of one unit, like tumble_correction_init() of a calibration.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE if they are not of an accelerometer and a gyroscope, in this order;
 /// ::TUMBLE_ERROR_NO_SUCH_UNIT if they are of different units; ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
@@ -151,7 +153,7 @@ pub unsafe extern "C" fn tumble_correction_from_records(
     accelerometer: *const Record,
     gyroscope: *const Record,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, accelerometer, gyroscope) =
         unsafe { (Place::at(correction), look(accelerometer), look(gyroscope)) };
     status((|| {
@@ -179,7 +181,7 @@ unsafe impl Code for Rung {
 }
 
 impl Sensor {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(sensor: CoreSensor) -> Self {
         match sensor {
             CoreSensor::Accelerometer => Self::Accelerometer,
@@ -187,7 +189,7 @@ impl Sensor {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreSensor {
         match self {
             Self::Accelerometer => CoreSensor::Accelerometer,
@@ -197,7 +199,7 @@ impl Sensor {
 }
 
 impl Rung {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(rung: CoreRung) -> Self {
         match rung {
             CoreRung::Offset => Self::Offset,
@@ -207,7 +209,7 @@ impl Rung {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreRung {
         match self {
             Self::Offset => CoreRung::Offset,
@@ -230,7 +232,7 @@ impl Record {
         })
     }
 
-    /// As C has it; temperature in degC.
+    /// Converts the core's type; temperature in degC.
     pub fn of(record: &Core<f32>, temperature: Option<f32>) -> Self {
         Self {
             identity: record.identity,
@@ -257,7 +259,7 @@ impl Record {
         Self::of(&stored.record, stored.temperature)
     }
 
-    /// As the store has it.
+    /// Converts it to the store's type.
     pub fn in_store(&self) -> StatusResult<StoredRecord> {
         let record = Core {
             identity: self.identity,

@@ -1,7 +1,7 @@
-//! How a call went, and what that is in words.
+//! Outcomes of a call, and their description in words.
 
-/// How a call went: ::TUMBLE_OK, or why nothing was done. Where a function says nothing else, what it was to write was
-/// not written then, and no state has changed.
+/// Outcome of a call: ::TUMBLE_OK, or the reason why nothing was done. Unless a function states otherwise, its outputs
+/// were not written then, and no state has changed.
 ///
 /// cbindgen:rename-all=ScreamingSnakeCase
 #[repr(u32)]
@@ -30,7 +30,7 @@ pub enum Status {
     TumbleErrorNotFinite,
     /// A setting is not positive or out of its range.
     TumbleErrorSetting,
-    /// Settings contradict each other; tumble_redundancy_check() says which.
+    /// Settings contradict each other; tumble_redundancy_check() names them.
     TumbleErrorContradiction,
     /// A matrix has no inverse: two axes coincide, or one is zero.
     TumbleErrorSingular,
@@ -44,7 +44,7 @@ pub enum Status {
     TumbleErrorSameIdentity,
     /// The primary's own calibration is taken before the first sample only.
     TumbleErrorBegun,
-    /// The spin shows nothing that could be solved for; the failure says why.
+    /// The spin shows nothing that could be solved for; the failure gives the reason.
     TumbleErrorSpin,
     /// The buffer is too small; #TUMBLE_RECORD_BYTES are always enough.
     TumbleErrorNoRoom,
@@ -68,7 +68,7 @@ pub enum Status {
     TumbleErrorFlash,
     /// The flash holds something else than was written to it: it is worn, or not erased.
     TumbleErrorNotAsWritten,
-    /// Flash would wear out; the call says how long to wait.
+    /// Flash would wear out; the call returns the time to wait.
     TumbleErrorTooSoon,
     /// There are too many units for the range of flash.
     TumbleErrorFull,
@@ -76,7 +76,7 @@ pub enum Status {
     TumbleErrorNothingStored,
 }
 
-/// Of a fallible step.
+/// Result of a fallible step.
 pub type StatusResult<T = ()> = Result<T, Status>;
 
 /// The outcome as C has it.

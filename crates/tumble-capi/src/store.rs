@@ -30,13 +30,13 @@ impl Storage for Store {
     const MARK: u32 = u32::from_le_bytes(*b"TSto");
 }
 
-/// How much wear of the flash is allowed.
+/// Limit on the wear of flash.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct WriteLimit {
     /// Time between two writes in the long run, microseconds; 0 sets no limit. 600 000 000 where none is given.
     pub shortest_between: u64,
-    /// How many may follow each other at once; 0 counts as 1. 16 where none is given.
+    /// Writes that may follow each other at once; 0 counts as 1. 16 where none is given.
     pub at_once: u32,
 }
 
@@ -69,7 +69,7 @@ pub unsafe extern "C" fn tumble_store_init(
     limit: *const WriteLimit,
 ) -> Status {
     let given = (!limit.is_null()).then_some(limit);
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let limit = given.map(|limit| unsafe { read(limit) });
     // SAFETY: the same.
     let flash = unsafe { read(flash) };
@@ -86,13 +86,13 @@ pub unsafe extern "C" fn tumble_store_init(
     status(unsafe { begin(store, size, state) })
 }
 
-/// Says how many records there is room for: three of each sensor of each unit stay, and its drift, and the more room there is beside
-/// them, the less often flash is erased.
+/// Returns the number of records there is room for: three of each sensor of each unit stay, and its drift, and the more
+/// room there is beside them, the less often flash is erased.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_store_get_entries(store: *const Store, entries: *mut u32) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, found) = unsafe { (Place::at(entries), view(store, RecordStore::entries)) };
     answer(place, found)
 }
@@ -110,7 +110,7 @@ pub unsafe extern "C" fn tumble_store_load(
     which: MaybeUninit<Which>,
     record: *mut Record,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(record) };
     let work = |store: &mut RecordStore<Driver>| {
         let (place, sensor) = (place?, code(sensor)?.in_core());
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn tumble_store_save(
     record: *const Record,
     wait: *mut u64,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     unsafe { keep(store, record, wait, |store, record| store.save(now, record)) }
 }
 
@@ -152,7 +152,7 @@ pub unsafe extern "C" fn tumble_store_save_factory(
     record: *const Record,
     wait: *mut u64,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     unsafe {
         keep(store, record, wait, |store, record| {
             store.save_factory(now, record)
@@ -171,7 +171,7 @@ pub unsafe extern "C" fn tumble_store_load_drift(
     sensor: MaybeUninit<Sensor>,
     drift: *mut TemperatureDrift,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(drift) };
     let work = |store: &mut RecordStore<Driver>| {
         let (place, sensor) = (place?, code(sensor)?.in_core());
@@ -196,7 +196,7 @@ pub unsafe extern "C" fn tumble_store_save_drift(
     drift: *const DriftRecord,
     wait: *mut u64,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (drift, wait) = unsafe { (read(drift), Place::if_wanted(wait)) };
     let work = |store: &mut RecordStore<Driver>| {
         let (drift, wait) = (drift?.in_store()?, wait?);
@@ -220,7 +220,7 @@ pub unsafe extern "C" fn tumble_store_roll_back(
     record: *mut Record,
     wait: *mut u64,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, wait) = unsafe { (Place::if_wanted(record), Place::if_wanted(wait)) };
     let work = |store: &mut RecordStore<Driver>| {
         let (place, wait, sensor) = (place?, wait?, code(sensor)?.in_core());
@@ -240,7 +240,7 @@ pub unsafe extern "C" fn tumble_store_roll_back(
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_FLASH.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_store_erase(store: *mut Store) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     status(unsafe { change(store, |store| store.erase().map_err(|error| error_of(&error))) })
 }
 
@@ -280,7 +280,7 @@ fn open(flash: Flash, start: u32, length: u32, limit: CoreLimit) -> StatusResult
 /// Writes a record in one of the store's ways.
 ///
 /// # Safety
-/// Of the pointers, as the header asks.
+/// The pointers satisfy the header.
 unsafe fn keep(
     store: *mut Store,
     record: *const Record,

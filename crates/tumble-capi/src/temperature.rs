@@ -1,4 +1,4 @@
-//! What temperature does to a sensor, taken off its readings and kept over a reset.
+//! Effect of temperature on a sensor, corrected in its readings and kept over a reset.
 
 use core::mem::MaybeUninit;
 use core::slice;
@@ -17,8 +17,8 @@ pub const TUMBLE_DRIFT_BYTES: usize = 100;
 
 const _: () = assert!(TUMBLE_DRIFT_BYTES == DRIFT_ENCODED);
 
-/// What temperature T does to a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T less the reference.
-/// M and b hold at the reference; beyond the range the value at its edge is held.
+/// Effect of temperature T on a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T minus the
+/// reference. M and b hold at the reference; beyond the range the value at its edge is held.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct TemperatureDrift {
@@ -32,11 +32,11 @@ pub struct TemperatureDrift {
     pub scale: [[f32; 3]; 3],
 }
 
-/// What temperature does to one sensor of one unit, as it is stored.
+/// Temperature drift of one sensor of one unit, in its stored form.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct DriftRecord {
-    /// Of the unit.
+    /// Identity of the unit.
     pub identity: u64,
     /// Which sensor of it.
     pub sensor: MaybeUninit<Sensor>,
@@ -61,7 +61,7 @@ pub unsafe extern "C" fn tumble_temperature_drift_remove(
 ) -> Status {
     let (bias, reading) = (bias.cast::<[f32; 3]>(), reading.cast::<[f32; 3]>());
     let at_reference = at_reference.cast::<[f32; 3]>();
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (drift, bias, reading) = unsafe { (look(drift), read(bias), read(reading)) };
     // SAFETY: the same.
     let place = unsafe { Place::at(at_reference) };
@@ -83,7 +83,7 @@ pub unsafe extern "C" fn tumble_temperature_drift_remove(
 #[cfg(feature = "records")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_drift_encode(record: *const DriftRecord, bytes: *mut u8) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (record, place) = unsafe { (read(record), Place::at(bytes.cast::<[u8; DRIFT_ENCODED]>())) };
     status((|| {
         let (record, place) = (record?.in_store()?, place?);
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn tumble_drift_decode(
     length: usize,
     record: *mut DriftRecord,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(record) };
     status((|| {
         let place = place?;
@@ -131,7 +131,7 @@ impl TemperatureDrift {
         }
     }
 
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(drift: &CoreDrift<f32>) -> Self {
         Self {
             reference: drift.reference,
@@ -143,7 +143,7 @@ impl TemperatureDrift {
 }
 
 impl DriftRecord {
-    /// As C has it.
+    /// Converts the store's type.
     fn of(record: &StoredDrift) -> Self {
         Self {
             identity: record.identity,
@@ -152,7 +152,7 @@ impl DriftRecord {
         }
     }
 
-    /// As the store has it.
+    /// Converts it to the store's type.
     pub fn in_store(&self) -> StatusResult<StoredDrift> {
         Ok(StoredDrift {
             identity: self.identity,

@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 use crate::code::{Code, code};
 use crate::status::Status;
 
-/// Says in words what a status means. The text is constant, in ASCII, and the library's.
+/// Returns the meaning of a status in words. The text is constant, in ASCII, and the library's.
 #[unsafe(no_mangle)]
 pub extern "C" fn tumble_strerror(status: MaybeUninit<Status>) -> *const c_char {
     #[cfg(feature = "reach-a-panic")]

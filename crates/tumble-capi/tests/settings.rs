@@ -11,7 +11,7 @@ use tumble_core::redundancy::settings::RedundancySettings as CoreRedundancySetti
 use tumble_core::spin::settings::SpinSettings as CoreSpinSettings;
 
 #[test]
-fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
+fn default_spin_settings_are_the_cores_and_convert_back() {
     let mut settings = MaybeUninit::<SpinSettings>::uninit();
     assert_eq!(
         // SAFETY: it points to settings that may be written.
@@ -24,7 +24,7 @@ fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
 }
 
 #[test]
-fn defaults_for_a_spin_of_each_grade_are_those_of_the_core_and_consumer_where_none_is_stated() {
+fn default_spin_settings_of_each_grade_are_the_cores() {
     let grades = [
         (Grade::Consumer, CoreGrade::Consumer),
         (Grade::Industrial, CoreGrade::Industrial),
@@ -51,7 +51,7 @@ fn defaults_for_a_spin_of_each_grade_are_those_of_the_core_and_consumer_where_no
 }
 
 #[test]
-fn defaults_for_a_redundant_set_are_those_of_the_core_and_come_back_as_such() {
+fn default_redundancy_settings_are_the_cores_and_convert_back() {
     let mut settings = MaybeUninit::<RedundancySettings>::uninit();
     // SAFETY: it points to settings that may be written.
     let status = unsafe { tumble_redundancy_defaults(settings.as_mut_ptr()) };

@@ -15,19 +15,14 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
         ($($row:tt)+) => { setting!(SpinSettings<T>, $($row)+) };
     }
     vec![
-        row!(still, "s", Positive, "How long to stand still."),
+        row!(still, "s", Positive, "Time to stand still."),
         row!(
             still_timeout,
             "s",
             MoreThan("still"),
-            "How long to wait until the robot has stood still."
+            "Longest wait until the robot has stood still."
         ),
-        row!(
-            spin_timeout,
-            "s",
-            Positive,
-            "How long to wait for the turn to be made."
-        ),
+        row!(spin_timeout, "s", Positive, "Longest wait for the turn."),
         row!(longest_gap, "s", Positive, "Longest pause in the samples."),
         row!(
             block,
@@ -42,12 +37,7 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             "Shortest stop after the first rest that is counted as a rest."
         ),
         row!(gravity, "m/s^2", Positive, "Local gravity."),
-        row!(
-            turn,
-            "rad",
-            Positive,
-            "How far to turn, both directions together."
-        ),
+        row!(turn, "rad", Positive, "Angle to turn, both directions together."),
         row!(
             rate,
             "rad/s",
@@ -65,13 +55,13 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             specific_force_instability,
             "m/s^2",
             NotNegative,
-            "Bias instability of the accelerometer; that of a consumer grade where nobody says."
+            "Bias instability of the accelerometer; that of a consumer grade where none is stated."
         ),
         row!(
             angular_rate_instability,
             "rad/s",
             NotNegative,
-            "Bias instability of the gyroscope; that of a consumer grade where nobody says."
+            "Bias instability of the gyroscope; that of a consumer grade where none is stated."
         ),
         row!(
             specific_force_range,
@@ -139,7 +129,7 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             stillness.variance_ratio,
             "",
             Positive,
-            "How much larger than the noise floor the variance of a quiet block may be."
+            "Largest ratio of the variance of a quiet block to the noise floor."
         ),
         row!(
             stillness.smallest_specific_force_scatter,
@@ -157,19 +147,19 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             stillness.specific_force_drift,
             "m/s^2",
             NotNegative,
-            "How far the specific force of a block may stray from its rest besides noise."
+            "Largest deviation of the specific force of a block from its rest besides noise."
         ),
         row!(
             stillness.angular_rate_drift,
             "rad/s",
             NotNegative,
-            "How far the angular rate of a block may stray from its rest besides noise."
+            "Largest deviation of the angular rate of a block from its rest besides noise."
         ),
         row!(
             stillness.sigmas,
             "",
             NotNegative,
-            "How many sigma of the mean a block may stray besides."
+            "Further deviation of the mean of a block, in sigmas."
         ),
         row!(
             level_floor,
@@ -236,7 +226,7 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             evaluation.data,
             "",
             Any,
-            "Take deviations after stored errors were taken off, or from data as read, with thresholds to match."
+            "Take deviations from compensated data or from raw data, with thresholds to match."
         ),
         row!(
             evaluation.vector_check,
@@ -324,7 +314,7 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             fit.highest_rung,
             "",
             Any,
-            "Top of the ladder: the highest rung up to it that the motion shows is used."
+            "Largest model that may be fitted: the largest up to it that the motion shows is used."
         ),
         row!(
             fit.fit_rests,
@@ -417,13 +407,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             adoption.followed.specific_force as largest_followed_specific_force,
             "m/s^2",
             Positive,
-            "How far calibrations of an accelerometer together may follow the primary where no rest proves it right."
+            "Largest shift by which calibrations of an accelerometer may follow the primary where no rest proves it right."
         ),
         row!(
             adoption.followed.angular_rate as largest_followed_angular_rate,
             "rad/s",
             Positive,
-            "How far calibrations of a gyroscope together may follow the primary where no rest proves it right."
+            "Largest shift by which calibrations of a gyroscope may follow the primary where no rest proves it right."
         ),
     ];
     let health = vec![
@@ -474,7 +464,7 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             health.noise_ratio,
             "",
             AboveOne,
-            "Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy."
+            "Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy."
         ),
         row!(
             health.rest.specific_force as rest_specific_force,
@@ -543,7 +533,7 @@ mod tests {
     use super::*;
     use crate::setting::{Bound, SettingKind, Unfit, Value, stated};
 
-    /// What is learnt of every table, in both precisions.
+    /// Holds every table to a property, in both precisions.
     fn for_each_table(law: &dyn Fn(&dyn Table)) {
         law(&redundancy::<f32>());
         law(&redundancy::<f64>());
@@ -635,7 +625,7 @@ mod tests {
     }
 
     #[test]
-    fn every_field_of_the_core_is_a_setting_and_every_setting_a_field() {
+    fn fields_of_the_core_and_settings_correspond() {
         for_each_table(&|table| {
             let mut of_core = fields(&table.printed());
             let mut of_table: Vec<_> = table.rows().iter().map(|row| row.path.to_string()).collect();
@@ -655,7 +645,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_settings_share_a_name_and_each_changes_something_of_its_own() {
+    fn no_settings_share_a_name_and_each_changes_its_own_value() {
         for_each_table(&|table| {
             let rows = table.rows();
             for (i, row) in rows.iter().enumerate() {
@@ -726,7 +716,7 @@ mod tests {
     }
 
     #[test]
-    fn every_setting_belongs_to_a_group_and_says_what_it_means_in_sentences() {
+    fn every_setting_has_a_group_and_a_meaning_in_sentences() {
         for row in redundancy::<f64>() {
             assert!(
                 !row.group.is_empty() && row.meaning.ends_with('.'),

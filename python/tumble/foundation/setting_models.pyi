@@ -25,7 +25,7 @@ class MonitorSettings(Document):
     evaluate_every: float | None = 600.0
     """Calibrate what deviates at a rest once so much time has passed; `none`: on command only. In s."""
     data: Literal["compensated", "raw"] = "compensated"
-    """Take deviations after stored errors were taken off, or from data as read, with thresholds to match."""
+    """Take deviations from compensated data or from raw data, with thresholds to match."""
     vector_check: bool = True
     """Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."""
     secondary_accelerometer_threshold: str = "0.1"
@@ -53,7 +53,7 @@ class MonitorSettings(Document):
     fewest_pairs: int = 200
     """Fewest pairs with which a fit is tried when time is up."""
     highest_rung: Literal["offset", "gain", "affine", "affine and lever arm"] = "affine and lever arm"
-    """Top of the ladder: the highest rung up to it that the motion shows is used."""
+    """Largest model that may be fitted: the largest up to it that the motion shows is used."""
     fit_rests: bool = True
     """Fit to means at rests at which the primary is valid as well as to pairs in motion."""
     excitation_specific_force: float = 0.5
@@ -88,11 +88,11 @@ class MonitorSettings(Document):
     largest_angular_rate_residual: float = 0.05
     """Largest residual of a gyroscope on held-out pairs, root mean square. In rad/s."""
     largest_followed_specific_force: float = 0.15
-    """How far calibrations of an accelerometer together may follow the primary where no rest proves it right.
-    In m/s^2."""
+    """Largest shift by which calibrations of an accelerometer may follow the primary where no rest proves it
+    right. In m/s^2."""
     largest_followed_angular_rate: float = 0.015
-    """How far calibrations of a gyroscope together may follow the primary where no rest proves it right. In
-    rad/s."""
+    """Largest shift by which calibrations of a gyroscope may follow the primary where no rest proves it
+    right. In rad/s."""
     late: float = 0.1
     """Time without a sample after which a unit is late. In s."""
     frozen: float = 0.1
@@ -112,7 +112,7 @@ class MonitorSettings(Document):
     """Drift of angular rate that is within specification: a difference of two units that is none. In
     rad/s."""
     noise_ratio: float = 9.0
-    """Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy."""
+    """Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy."""
     rest_specific_force: float = 1.5
     """Deviation of specific force from gravity at rest that no error of a working unit explains. In m/s^2."""
     rest_angular_rate: float = 0.2
@@ -130,11 +130,11 @@ class SpinSettings(Document):
     """How to spin and how to judge it."""
 
     still: float = 5.0
-    """How long to stand still. In s."""
+    """Time to stand still. In s."""
     still_timeout: float = 60.0
-    """How long to wait until the robot has stood still. In s."""
+    """Longest wait until the robot has stood still. In s."""
     spin_timeout: float = 120.0
-    """How long to wait for the turn to be made. In s."""
+    """Longest wait for the turn. In s."""
     longest_gap: float = 0.25
     """Longest pause in the samples. In s."""
     block: float = 0.2
@@ -144,7 +144,7 @@ class SpinSettings(Document):
     gravity: float = 9.80665
     """Local gravity. In m/s^2."""
     turn: float = 12.566370614359172
-    """How far to turn, both directions together. In rad."""
+    """Angle to turn, both directions together. In rad."""
     rate: float = 1.0
     """Speed to turn at. It is not judged: it is what a robot may be asked for. In rad/s."""
     largest_floor_tilt: float = 0.17453292519943295
@@ -152,9 +152,9 @@ class SpinSettings(Document):
     scale_sigma: float = 0.01
     """1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it."""
     specific_force_instability: float = 0.0005314597566568179
-    """Bias instability of the accelerometer; that of a consumer grade where nobody says. In m/s^2."""
+    """Bias instability of the accelerometer; that of a consumer grade where none is stated. In m/s^2."""
     angular_rate_instability: float = 3.3572208103041835e-05
-    """Bias instability of the gyroscope; that of a consumer grade where nobody says. In rad/s."""
+    """Bias instability of the gyroscope; that of a consumer grade where none is stated. In rad/s."""
     specific_force_range: float | None = None
     """End of the accelerometer's range; `none`: not known. In m/s^2."""
     angular_rate_range: float | None = None
@@ -177,16 +177,16 @@ class SpinSettings(Document):
     largest_angular_rate_scatter: float = 0.2
     """Largest scatter of angular rate at which a robot may stand still. In rad/s."""
     variance_ratio: float = 4.0
-    """How much larger than the noise floor the variance of a quiet block may be."""
+    """Largest ratio of the variance of a quiet block to the noise floor."""
     smallest_specific_force_scatter: float = 0.005
     """Scatter of specific force below which a block is quiet whatever the floor. In m/s^2."""
     smallest_angular_rate_scatter: float = 0.0003
     """Scatter of angular rate below which a block is quiet whatever the floor. In rad/s."""
     specific_force_drift: float = 0.005
-    """How far the specific force of a block may stray from its rest besides noise. In m/s^2."""
+    """Largest deviation of the specific force of a block from its rest besides noise. In m/s^2."""
     angular_rate_drift: float = 0.0005
-    """How far the angular rate of a block may stray from its rest besides noise. In rad/s."""
+    """Largest deviation of the angular rate of a block from its rest besides noise. In rad/s."""
     sigmas: float = 6.0
-    """How many sigma of the mean a block may stray besides."""
+    """Further deviation of the mean of a block, in sigmas."""
     level_floor: bool = False
     """Take the floor for level, as the published estimator does."""

@@ -1,4 +1,4 @@
-//! What may be chosen in the settings of a redundant set.
+//! Choices in the settings of a redundant set.
 
 use core::mem::MaybeUninit;
 
@@ -10,7 +10,7 @@ use tumble_core::redundancy::settings::{
 use crate::code::{Code, code};
 use crate::status::{Status, StatusResult};
 
-/// How a threshold is set.
+/// Ways to set a threshold.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThresholdKind {
@@ -22,7 +22,7 @@ pub enum ThresholdKind {
     ByRatio,
     /// The error from the factory and a margin upon it; the number is m/s^2 or rad/s, above 0.
     FactoryByMargin,
-    /// Of a unit: as the settings have it; the number does not count. Not for settings.
+    /// Threshold of a unit that follows the settings; the number does not count. Not for settings.
     OfSettings,
 }
 
@@ -30,9 +30,9 @@ pub enum ThresholdKind {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Threshold {
-    /// How it is set.
+    /// Way in which it is set.
     pub kind: MaybeUninit<ThresholdKind>,
-    /// As the kind says.
+    /// Number with the meaning given by the kind.
     pub number: f32,
 }
 
@@ -40,13 +40,13 @@ pub struct Threshold {
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Data {
-    /// As read: thresholds have to allow for the error that is known.
+    /// Raw readings: thresholds have to allow for the error that is known.
     Raw,
     /// After the stored error, and the primary's own calibration, were taken off.
     Compensated,
 }
 
-/// Whose deviations let a calibration be triggered.
+/// Sensors whose deviations let a calibration be triggered.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gate {
@@ -58,7 +58,7 @@ pub enum Gate {
     SensorBySensor,
 }
 
-/// What a trigger has calibrated.
+/// Sensors that a trigger has calibrated.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
@@ -104,7 +104,7 @@ unsafe impl Code for Scope {
 }
 
 impl Threshold {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(threshold: CoreThreshold<f32>) -> Self {
         let (kind, number) = match threshold {
             CoreThreshold::Fixed(number) => (ThresholdKind::Fixed, number),
@@ -126,12 +126,12 @@ impl Threshold {
         }
     }
 
-    /// As the core has it, in settings.
+    /// Converts it to the core's type, for settings.
     pub fn in_core(self) -> StatusResult<CoreThreshold<f32>> {
         self.of_unit()?.ok_or(Status::TumbleErrorCode)
     }
 
-    /// As the core has it, of a unit.
+    /// Converts it to the core's type, for a unit.
     pub fn of_unit(self) -> StatusResult<Option<CoreThreshold<f32>>> {
         Ok(match code(self.kind)? {
             ThresholdKind::Fixed => Some(CoreThreshold::Fixed(self.number)),
@@ -144,7 +144,7 @@ impl Threshold {
 }
 
 impl Data {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(data: CoreData) -> Self {
         match data {
             CoreData::Raw => Self::Raw,
@@ -152,7 +152,7 @@ impl Data {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreData {
         match self {
             Self::Raw => CoreData::Raw,
@@ -162,7 +162,7 @@ impl Data {
 }
 
 impl Gate {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(gate: CoreGate) -> Self {
         match gate {
             CoreGate::SecondaryAlone => Self::SecondaryAlone,
@@ -171,7 +171,7 @@ impl Gate {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreGate {
         match self {
             Self::SecondaryAlone => CoreGate::SecondaryAlone,
@@ -182,7 +182,7 @@ impl Gate {
 }
 
 impl Scope {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(scope: CoreScope) -> Self {
         match scope {
             CoreScope::AllSensors => Self::AllSensors,
@@ -190,7 +190,7 @@ impl Scope {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreScope {
         match self {
             Self::AllSensors => CoreScope::AllSensors,
@@ -200,7 +200,7 @@ impl Scope {
 }
 
 impl Adoption {
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(adoption: CoreAdoption) -> Self {
         match adoption {
             CoreAdoption::IfBetter => Self::IfBetter,
@@ -208,7 +208,7 @@ impl Adoption {
         }
     }
 
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> CoreAdoption {
         match self {
             Self::IfBetter => CoreAdoption::IfBetter,

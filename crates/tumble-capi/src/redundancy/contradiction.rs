@@ -8,9 +8,9 @@ use crate::pointer::look;
 use crate::redundancy::settings::RedundancySettings;
 use crate::status::{Status, status};
 
-/// Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
-/// which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
-/// begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
+/// Checks settings for contradictions, with each other or in themselves, and describes the first in words: in the
+/// `size` bytes at `text`, which the caller owns, ending in a zero byte and cut off where there is no room. Without a
+/// contradiction they begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
 #[unsafe(no_mangle)]
@@ -19,7 +19,7 @@ pub unsafe extern "C" fn tumble_redundancy_check(
     text: *mut c_char,
     size: usize,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let settings = unsafe { look(settings) };
     let mut text = Text {
         // Where nobody wants words there is no room for any.

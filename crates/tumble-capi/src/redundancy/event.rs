@@ -1,4 +1,4 @@
-//! What the monitor tells.
+//! Events that the monitor reports.
 
 use core::ffi::c_void;
 use core::ptr::{from_ref, null};
@@ -11,7 +11,7 @@ use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use crate::record::{Record, Rung};
 use crate::redundancy::reason::Reason;
 
-/// What happened.
+/// Kinds of events.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
@@ -32,11 +32,11 @@ pub enum EventKind {
     Fitted,
     /// It replaces what was stored: `record`, to be kept by whoever keeps records.
     Adopted,
-    /// It does not: `reason`; `value` and `limit` of what that says, or `pairs` and `limit`.
+    /// A calibration was refused: `reason`; `value` and `limit` in the unit of the reason, or `pairs` and `limit`.
     Refused,
     /// Calibration mode ended without a fit: `reason`.
     Abandoned,
-    /// A unit failed: `reason`; `channel`, `value` and `limit` as that says.
+    /// A unit failed: `reason`; `channel`, `value` and `limit` with the meaning given by the reason.
     Unhealthy,
     /// A unit is in health again.
     Healthy,
@@ -45,10 +45,10 @@ pub enum EventKind {
     Disagree,
     /// It agrees with that unit again: `units`.
     Agree,
-    /// What a witness from outside said was left out: `reason`; told once for each.
+    /// An aiding measurement was left out: `reason`; reported once for each.
     WitnessLeftOut,
-    /// A witness contradicts all units, and decides nothing until it fits again: mean square misfit `value` with the one that
-    /// fits best, in sigmas, above `limit`.
+    /// An aiding measurement contradicts all units, and decides nothing until it fits again: mean square misfit `value`
+    /// with the unit that fits best, in sigmas, above `limit`.
     WitnessDistrusted,
     /// It fits again.
     WitnessTrusted,
@@ -64,7 +64,7 @@ pub enum EventKind {
     TimeJumped,
 }
 
-/// How a deviation was taken.
+/// Ways in which a deviation is taken.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
@@ -76,26 +76,26 @@ pub enum Check {
     Vector,
 }
 
-/// One event. What its kind does not speak of is zero, false or null.
+/// One event. Fields that do not belong to its kind are zero, false or null.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Event {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// How far the clock jumped, microseconds.
+    /// Jump of the clock, microseconds.
     pub by: i64,
-    /// The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, as nobody
-    /// told the monitor: fill it in before it is saved, if it is known.
+    /// The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, since the
+    /// monitor does not know it: fill it in before it is saved, if it is known.
     pub record: *const Record,
-    /// What happened.
+    /// Kind of the event.
     pub kind: EventKind,
     /// Why.
     pub reason: Reason,
     /// The unit it concerns; 0, the primary, also where it concerns all.
     pub unit: u32,
-    /// How a deviation was taken.
+    /// Way in which a deviation was taken.
     pub check: Check,
-    /// What was fitted.
+    /// Model that was fitted.
     pub rung: Rung,
     /// Pairs fitted to and held out together.
     pub pairs: u32,
@@ -103,7 +103,7 @@ pub struct Event {
     pub sequence: u32,
     /// A figure.
     pub value: f32,
-    /// What it is compared with.
+    /// Limit for the value.
     pub limit: f32,
     /// Time over which a contradiction between units shows, s.
     pub scale: f32,
@@ -114,27 +114,27 @@ pub struct Event {
     /// Other units, a bit each, the primary's the lowest: of ::TUMBLE_REASON_OUT_OF_FAMILY those that agree with each other,
     /// of ::TUMBLE_EVENT_KIND_DISAGREE and ::TUMBLE_EVENT_KIND_AGREE the other one.
     pub units: u8,
-    /// Whether it concerns the accelerometer.
+    /// True if the event concerns the accelerometer.
     pub accelerometer: bool,
-    /// Whether it concerns the gyroscope.
+    /// True if the event concerns the gyroscope.
     pub gyroscope: bool,
 }
 
-/// Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
+/// Receives an event, from within the call that made it happen, with the `context` given there. It may use other
 /// storage, but none that this call works with, which is answered by ::TUMBLE_ERROR_BUSY: not the monitor, nor, of
 /// tumble_redundancy_restore_from(), the store. It has to return, neither by `longjmp` nor by an exception.
 pub type OnEvent = Option<unsafe extern "C" fn(context: *mut c_void, event: *const Event)>;
 
-/// Who is told of events.
+/// Receiver of events.
 pub struct Listener {
     /// If anybody.
     pub on_event: OnEvent,
-    /// What goes with it.
+    /// Pointer that is passed to the callback.
     pub context: *mut c_void,
 }
 
 impl Listener {
-    /// Tells of an event.
+    /// Reports an event.
     pub fn tell(&self, event: &Core<f32>) {
         let Some(on_event) = self.on_event else { return };
         let record = match &event.kind {

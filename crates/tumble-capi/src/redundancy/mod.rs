@@ -49,10 +49,11 @@ pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 /// Words of 8 bytes in the storage of a monitor.
 pub const TUMBLE_REDUNDANCY_WORDS: usize = 498 + 180 * UNITS + 4 * UNITS * UNITS;
 
-/// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
+/// Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
 
-/// Flag of an output: its source is known to be wrong, or says nothing of an axis of the primary, and nobody is there in its place.
+/// Flag of an output: its source is known to be wrong, or does not measure an axis of the primary, and no other unit
+/// can replace it.
 pub const TUMBLE_OUTPUT_DEGRADED: u32 = 1;
 
 /// Storage of a monitor. The caller owns it and may put it anywhere; what is in it is the library's.
@@ -73,7 +74,7 @@ impl Storage for Redundancy {
     const MARK: u32 = u32::from_le_bytes(*b"TRed");
 }
 
-/// What somebody may ask a monitor for.
+/// Commands to a monitor.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -83,27 +84,29 @@ pub enum Command {
     ReturnToPrimary,
 }
 
-/// What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+/// Output of the set, from whichever source: at the primary's place, in its case frame, with its own calibration
+/// applied.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Output {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// m/s^2; not a number along axes of which the source says nothing.
+    /// Specific force, m/s^2; not a number along axes that the source does not measure.
     pub specific_force: [f32; 3],
-    /// rad/s; not a number about axes of which the source says nothing.
+    /// Angular rate, rad/s; not a number about axes that the source does not measure.
     pub angular_rate: [f32; 3],
     /// The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
     pub source: u32,
-    /// What is to be known of it: 0, or #TUMBLE_OUTPUT_DEGRADED.
+    /// Flags of the output: 0, or #TUMBLE_OUTPUT_DEGRADED.
     pub flags: u32,
 }
 
-/// What a monitor knows of one sensor of a unit. Of the primary it is its own calibration, against the truth.
+/// Stored error of one sensor of a unit. For the primary it is its own calibration, against the truth.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Knowledge {
-    /// M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. Of the primary as given.
+    /// M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. For the primary it is as
+    /// given.
     pub matrix: [[f32; 3]; 3],
     /// b, m/s^2 or rad/s.
     pub bias: [f32; 3],
@@ -111,16 +114,16 @@ pub struct Knowledge {
     pub lever_arm: [f32; 3],
     /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
     pub residual: f32,
-    /// Of the first calibration there was, or of the record from the factory: the error that thresholds of the kind
-    /// ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted from, m/s^2 or rad/s; zero before.
+    /// Error of the first calibration, or of the record from the factory, from which thresholds of the kind
+    /// ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted, m/s^2 or rad/s; zero before.
     pub factory: f32,
     /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: f32,
     /// Counts the calibrations; zero before the first, and of the primary.
     pub sequence: u32,
-    /// Whether there was any.
+    /// True if a calibration is stored.
     pub calibrated: bool,
-    /// Whether that difference was within the threshold.
+    /// True if that difference was within the threshold.
     pub agrees: bool,
 }
 
@@ -148,14 +151,14 @@ pub unsafe extern "C" fn tumble_redundancy_init(
         return Status::TumbleErrorUnits;
     }
     let given = (!calibration.is_null()).then_some(calibration);
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let calibration = given.map(|calibration| unsafe { look(calibration) });
     // SAFETY: the same.
     let (settings, first) = unsafe { (look(settings), look(units)) };
     let state = || {
         let (settings, calibration) = (settings?, calibration.transpose()?);
         first?;
-        // SAFETY: the same, and there are as many as the caller says.
+        // SAFETY: the same, and there are as many as the caller states.
         let units = unsafe { slice::from_raw_parts(units, UNITS) };
         Ok(Watched {
             platform: platform(settings, calibration, units)?,
@@ -181,7 +184,7 @@ pub unsafe extern "C" fn tumble_redundancy_push(
     context: *mut c_void,
     output: *mut Output,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (sample, place) = unsafe { (read(sample), Place::if_wanted(output)) };
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
@@ -203,9 +206,10 @@ pub unsafe extern "C" fn tumble_redundancy_push(
     status(unsafe { change(redundancy, work) })
 }
 
-/// Takes in what something else on board says of the motion of the set at `time`, microseconds of the common clock: of the time at
-/// which it was so, up to a second ago, not of that at which it came. It settles which of two units is wrong that disagree.
-/// What cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT says why. `on_event` may be null.
+/// Takes in an aiding measurement of the motion of the set at `time`, microseconds of the common clock: the time at
+/// which it was measured, up to a second ago, not that at which it came. It settles which of two units is wrong that
+/// disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT gives the reason.
+/// `on_event` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
@@ -217,7 +221,7 @@ pub unsafe extern "C" fn tumble_redundancy_witness(
     on_event: OnEvent,
     context: *mut c_void,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let witness = unsafe { read(witness) };
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
@@ -246,11 +250,11 @@ pub unsafe extern "C" fn tumble_redundancy_command(
         });
         Ok(())
     };
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     status(unsafe { change(redundancy, work) })
 }
 
-/// Says which unit the output comes from; #TUMBLE_NO_SOURCE if from none.
+/// Returns the unit from which the output comes; #TUMBLE_NO_SOURCE if from none.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -258,7 +262,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_source(
     redundancy: *const Redundancy,
     unit: *mut u32,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, found) = unsafe {
         (
             Place::at(unit),
@@ -268,7 +272,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_source(
     answer(place, found)
 }
 
-/// Says what is known of a sensor of a unit, the primary or a secondary.
+/// Returns the stored error of a sensor of a unit, the primary or a secondary.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
 /// ::TUMBLE_ERROR_CODE.
@@ -279,7 +283,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_stored(
     sensor: MaybeUninit<Sensor>,
     stored: *mut Knowledge,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, found) = unsafe {
         (
             Place::at(stored),
@@ -289,10 +293,10 @@ pub unsafe extern "C" fn tumble_redundancy_get_stored(
     answer(place, found.flatten())
 }
 
-/// Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
-/// tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the primary,
-/// which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the first sample
-/// only. `on_event` may be null.
+/// Takes a stored record; an event reports whether it was accepted. After a reset, give it before the first sample.
+/// After tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the
+/// primary, which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the
+/// first sample only. `on_event` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_BEGUN.
@@ -303,7 +307,7 @@ pub unsafe extern "C" fn tumble_redundancy_restore(
     on_event: OnEvent,
     context: *mut c_void,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let record = unsafe { read(record) };
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
@@ -414,7 +418,7 @@ impl Knowledge {
     }
 }
 
-/// How many units the environment asks for; three where it does not.
+/// Number of units that the environment asks for; three where it does not.
 const fn units(asked: Option<&str>) -> usize {
     let Some(text) = asked else { return 3 };
     let digits = text.as_bytes();

@@ -34,8 +34,8 @@ pub enum Reason {
     RecordReplaced,
     /// Record rejected: no secondary has its identity, or the secondary has no such sensor.
     OfAnotherUnit,
-    /// Record rejected, witness left out: not all of it are numbers. Unhealthy: nor are too many readings, the last on
-    /// `channel`.
+    /// Record rejected, aiding measurement left out: not all of it are numbers. Unhealthy: nor are too many readings,
+    /// the last on `channel`.
     NotFinite,
     /// Record rejected: it lies outside what the settings allow a calibration to be.
     Implausible,
@@ -57,23 +57,23 @@ pub enum Reason {
     Drifting,
     /// Refused: at the rest before, the two related otherwise, m/s^2 or rad/s.
     DisagreesWithRest,
-    /// Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+    /// Refused: the stored calibration explains the held-out pairs as well, or better, m/s^2 or rad/s.
     NotBetter,
-    /// Witness left out: a sigma is not above zero, or no axis is measured.
+    /// Aiding measurement left out: a sigma is not above zero, or no axis is measured.
     NoSigma,
-    /// Witness left out: a score below zero.
+    /// Aiding measurement left out: a score below zero.
     NegativeScore,
-    /// Witness left out: there is no unit of that number.
+    /// Aiding measurement left out: there is no unit of that number.
     NoSuchUnit,
-    /// Witness left out: it is of a time that has yet to come.
+    /// Aiding measurement left out: its time is yet to come.
     Early,
-    /// Unhealthy: no sample came for `value` s. Witness left out: it is of a time that is not kept any more.
+    /// Unhealthy: no sample came for `value` s. Aiding measurement left out: its time is not kept any more.
     Late,
     /// Unhealthy: all axes of a sensor repeated their readings for `value` s.
     Frozen,
     /// Unhealthy: `channel` repeats its reading `value`, m/s^2 or rad/s, while the others of its sensor move.
     Stuck,
-    /// Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
+    /// Unhealthy: `channel` is at the end of its range too often; `value`: its last reading, m/s^2 or rad/s.
     Saturated,
     /// Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
     Spikes,
@@ -84,16 +84,17 @@ pub enum Reason {
     /// Unhealthy: of two units that disagree, a sensor of this one stepped from one sample to the next; `value`: by this share of
     /// what they are apart.
     OwnStep,
-    /// Unhealthy: of two units that disagree, this one left at rest what it said in health by `value`, m/s^2 or rad/s.
+    /// Unhealthy: two units disagree, and the readings of this one at rest differ from those in health by `value`,
+    /// m/s^2 or rad/s.
     Rest,
     /// Unhealthy: of two units that disagree, gravity as its own gyroscope carries it is not where its accelerometer finds it;
     /// `value`: logarithm of the ratio of likelihoods.
     OwnGyroscope,
-    /// Unhealthy: a witness from outside contradicts it; `value`: logarithm of the ratio of likelihoods.
+    /// Unhealthy: an aiding measurement contradicts it; `value`: logarithm of the ratio of likelihoods.
     Witness,
     /// Unhealthy: it is `value` from a valid primary at rest, more than any error that calibration can find, m/s^2 or rad/s.
     Refuted,
-    /// Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
+    /// Unhealthy: at rest a sensor deviates from physics by `value`, m/s^2 or rad/s.
     ImplausibleAtRest,
     /// Unhealthy: its clock left that of the other units.
     ClockJumped,
@@ -121,7 +122,7 @@ pub enum Reason {
 /// The twin of a core's reason, which has a variant of the same name.
 macro_rules! twin {
     ($name:ident, $core:ident: $($variant:ident)+) => {
-        /// As C knows it.
+        /// Converts the core's type.
         pub fn $name(why: $core) -> Self {
             match why {
                 $($core::$variant => Self::$variant),+
@@ -132,7 +133,7 @@ macro_rules! twin {
 
 #[rustfmt::skip]
 impl Reason {
-    /// As C knows it.
+    /// Converts the core's type.
     pub fn of_ground(ground: Ground) -> Self {
         match ground {
             Ground::Step => Self::OwnStep,
@@ -142,7 +143,7 @@ impl Reason {
         }
     }
 
-    /// As C knows it.
+    /// Converts the core's type.
     pub fn of_fault(fault: &HealthFault<f32>) -> Self {
         match *fault {
             HealthFault::Late { .. } => Self::Late,

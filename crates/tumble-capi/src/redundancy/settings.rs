@@ -1,4 +1,4 @@
-//! Settings as C has them. Made by scripts/write_settings.py from crates/tumble-lab/src/setting_table.rs and the
+//! Settings for C. Made by scripts/write_settings.py from crates/tumble-lab/src/setting_table.rs and the
 //! defaults of the core; edit those instead.
 
 use core::mem::MaybeUninit;
@@ -11,9 +11,9 @@ use crate::record::Rung;
 use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold};
 use crate::status::{Status, StatusResult};
 
-/// How a redundant set watches, calibrates and replaces its units. Fill it with
-/// tumble_redundancy_defaults(), then change what is to be different; names are those of the settings
-/// file that `tumble redundancy` reads on a workstation.
+/// Settings of the monitor of a redundant set. Fill it with tumble_redundancy_defaults(), then change
+/// what is to be different; names are those of the settings file that `tumble redundancy` reads on a
+/// workstation.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct RedundancySettings {
@@ -103,11 +103,11 @@ pub struct RedundancySettings {
     pub largest_specific_force_residual: f32,
     /// Largest residual of a gyroscope on held-out pairs, root mean square. Default: 0.05 rad/s.
     pub largest_angular_rate_residual: f32,
-    /// How far calibrations of an accelerometer together may follow the primary where no rest proves it
+    /// Largest shift by which calibrations of an accelerometer may follow the primary where no rest proves it
     /// right. Default: 0.15 m/s^2.
     pub largest_followed_specific_force: f32,
-    /// How far calibrations of a gyroscope together may follow the primary where no rest proves it right.
-    /// Default: 0.015 rad/s.
+    /// Largest shift by which calibrations of a gyroscope may follow the primary where no rest proves it
+    /// right. Default: 0.015 rad/s.
     pub largest_followed_angular_rate: f32,
     /// Specific force that leaves by more, and is back with the next sample, is a spike. Default: 40 m/s^2.
     pub spike_specific_force: f32,
@@ -119,8 +119,8 @@ pub struct RedundancySettings {
     /// Drift of angular rate that is within specification: a difference of two units that is none. Default:
     /// 0.0075 rad/s.
     pub tolerated_angular_rate: f32,
-    /// Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy.
-    /// Default: 9.
+    /// Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy. Default:
+    /// 9.
     pub noise_ratio: f32,
     /// Deviation of specific force from gravity at rest that no error of a working unit explains. Default:
     /// 1.5 m/s^2.
@@ -129,8 +129,8 @@ pub struct RedundancySettings {
     pub rest_angular_rate: f32,
     /// Fewest pairs with which a fit is tried when time is up. Default: 200.
     pub fewest_pairs: u32,
-    /// Take deviations after stored errors were taken off, or from data as read, with thresholds to match.
-    /// Default: ::TUMBLE_DATA_COMPENSATED.
+    /// Take deviations from compensated data or from raw data, with thresholds to match. Default:
+    /// ::TUMBLE_DATA_COMPENSATED.
     pub data: MaybeUninit<Data>,
     /// Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind.
     /// Default: ::TUMBLE_GATE_WHOLE_PRIMARY.
@@ -138,7 +138,7 @@ pub struct RedundancySettings {
     /// Calibrate both sensors of a secondary, or only the one that deviates. Default:
     /// ::TUMBLE_SCOPE_ALL_SENSORS.
     pub scope: MaybeUninit<Scope>,
-    /// Top of the ladder: the highest rung up to it that the motion shows is used. Default:
+    /// Largest model that may be fitted: the largest up to it that the motion shows is used. Default:
     /// ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
     pub highest_rung: MaybeUninit<Rung>,
     /// Replace what is stored where the fit is plausible and better, or by each calibration. Default:
@@ -160,7 +160,7 @@ pub struct RedundancySettings {
 /// Errors: ::TUMBLE_ERROR_NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySettings) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(settings) };
     answer(place, Ok(RedundancySettings::of(&Core::default())))
 }
@@ -227,7 +227,7 @@ impl RedundancySettings {
         }
     }
 
-    /// As the core has them; whether they contradict each other the core finds out.
+    /// Converts them to the core's type; the core checks them for contradictions.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         self.put_into(Core::default())
     }

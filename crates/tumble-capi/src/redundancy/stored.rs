@@ -1,4 +1,4 @@
-//! What a redundant set takes from a store.
+//! Records that a redundant set takes from a store.
 
 use core::ffi::c_void;
 
@@ -38,7 +38,7 @@ pub unsafe extern "C" fn tumble_redundancy_restore_from(
                 .map_err(|error| error_of(&error));
             primary.and(secondaries)
         };
-        // SAFETY: as the header asks of all pointers.
+        // SAFETY: the header requires it of all pointers.
         unsafe { change(store, restore) }
     };
     // SAFETY: the same.

@@ -18,7 +18,7 @@ pub const TUMBLE_AXES_ALL: u8 = 0x3F;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Unit {
-    /// Serial number, or whatever tells it from others for life: records carry it.
+    /// Serial number, or another number that distinguishes it from other units for life: records carry it.
     pub identity: u64,
     /// Added to the time of its samples, which makes it that of the common clock, microseconds; 0.
     pub time_offset: i64,
@@ -34,9 +34,9 @@ pub struct Unit {
     pub accelerometer_threshold: Threshold,
     /// Its own threshold of the gyroscope's deviation, rad/s; ::TUMBLE_THRESHOLD_KIND_OF_SETTINGS, the default.
     pub gyroscope_threshold: Threshold,
-    /// Whether the lever arm is given; else it is found, the default.
+    /// True if the lever arm is given; else it is estimated, the default.
     pub lever_arm_known: MaybeUninit<bool>,
-    /// Which axes it has, a bit each; #TUMBLE_AXES_ALL. What a sample says on others is passed over.
+    /// Which axes it has, a bit each; #TUMBLE_AXES_ALL. Readings of other axes in a sample are ignored.
     pub axes: u8,
 }
 
@@ -45,7 +45,7 @@ pub struct Unit {
 /// Errors: ::TUMBLE_ERROR_NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_unit_defaults(unit: *mut Unit, identity: u64) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(unit) };
     answer(place, Ok(Unit::of(&Core::new(identity))))
 }
@@ -70,7 +70,7 @@ impl Unit {
         }
     }
 
-    /// As the core has it; whether its mounting is one the core finds out.
+    /// Converts it to the core's type; the core checks the mounting.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         let ranges = [self.specific_force_range, self.angular_rate_range];
         let mounting = self.sensor_from_primary.as_flattened();

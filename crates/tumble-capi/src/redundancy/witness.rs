@@ -1,4 +1,4 @@
-//! What something else on board says of the motion of the set.
+//! Aiding measurements of the motion of the set.
 
 use core::mem::MaybeUninit;
 
@@ -8,26 +8,27 @@ use crate::code::{Code, code};
 use crate::redundancy::number;
 use crate::status::StatusResult;
 
-/// What a witness speaks of.
+/// Quantities that an aiding measurement gives.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WitnessKind {
-    /// Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y horizontal,
-    /// z up. Of a receiver, an estimator without these units, or, with `sigma` of x and y infinite, a climb rate.
+    /// Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y
+    /// horizontal, z up. Its origin is a receiver, an estimator without these units, or, with `sigma` of x and y
+    /// infinite, a climb rate.
     Velocity,
     /// Velocity of the primary's place in the primary's axes, as of wheels.
     BodyVelocity,
     /// Heading of the primary, as of a magnetometer: `heading`, of which the first of `sigma` is the standard deviation.
     Heading,
-    /// How badly an estimator that runs on `unit` fits its other sensors: `score`.
+    /// Misfit of an estimator that runs on `unit` with its other sensors: `score`.
     Score,
 }
 
-/// What a witness says.
+/// Aiding measurement.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Witness {
-    /// What it speaks of; nothing else counts than what that says.
+    /// Quantity that is measured; only its own fields count.
     pub kind: MaybeUninit<WitnessKind>,
     /// The unit of a score.
     pub unit: u32,
@@ -50,7 +51,7 @@ unsafe impl Code for WitnessKind {
 const _: () = assert!(CoreKind::ALL.len() == WitnessKind::COUNT as usize);
 
 impl Witness {
-    /// As the core has it.
+    /// Converts it to the core's type.
     pub fn in_core(self) -> StatusResult<Core<f32>> {
         let (value, sigma) = (self.velocity.into(), self.sigma.into());
         Ok(match code(self.kind)? {

@@ -1,4 +1,4 @@
-//! What a spin shows.
+//! Estimates of a spin.
 
 use core::mem::MaybeUninit;
 
@@ -21,7 +21,7 @@ pub struct SpinValue {
     pub value: f32,
     /// 1-sigma of it.
     pub sigma: f32,
-    /// Whether the spin shows it; if not, the numbers mean nothing.
+    /// True if the spin shows it; if not, the numbers mean nothing.
     pub observed: MaybeUninit<bool>,
 }
 
@@ -33,7 +33,7 @@ pub struct SpinVector {
     pub value: [f32; 3],
     /// 1-sigma of each.
     pub sigma: [f32; 3],
-    /// Whether the spin shows them; if not, the numbers mean nothing.
+    /// True if the spin shows them; if not, the numbers mean nothing.
     pub observed: MaybeUninit<bool>,
 }
 
@@ -63,7 +63,7 @@ pub struct SpinEstimate {
     pub level_free: SpinVector,
     /// Accelerometer bias if the floor is level, m/s^2.
     pub published: SpinVector,
-    /// Whether the level-free bias is the one of choice.
+    /// True if the level-free bias is the one to use.
     pub level_free_is_default: MaybeUninit<bool>,
     /// Turning axis, upwards, unit length.
     pub up: [f32; 3],
@@ -81,7 +81,7 @@ pub struct SpinEstimate {
     pub scale: SpinValue,
     /// Rate about the axis while the robot seemed to stand still, rad/s.
     pub slow_turn: SpinValue,
-    /// Whether that rate is none of chance's, and was taken off the gyroscope bias.
+    /// That rate is significant, and was subtracted from the gyroscope bias.
     pub turned_while_still: MaybeUninit<bool>,
     /// Angle turned clockwise, rad, positive.
     pub clockwise: f32,
@@ -102,7 +102,8 @@ pub struct SpinEstimate {
 /// this call, which takes long and much of the stack (docs/how-to/c.md).
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
-/// ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.
+/// ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where nothing is observable, and `failure` gives the
+/// reason.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_solve(
     spin: *const Spin,
@@ -111,7 +112,7 @@ pub unsafe extern "C" fn tumble_spin_solve(
     failure: *mut SpinFailure,
 ) -> Status {
     let told = (!true_angle.is_null()).then_some(true_angle);
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let true_angle = told.map(|told| unsafe { look(told) }.and_then(SpinTrueAngle::in_core));
     // SAFETY: the same.
     let (place, why) = unsafe { (Place::at(estimate), Place::if_wanted(failure)) };
@@ -145,7 +146,7 @@ pub unsafe extern "C" fn tumble_record_from_spin(
     sensor: MaybeUninit<Sensor>,
     estimate: *const SpinEstimate,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, estimate) = unsafe { (Place::at(record), look(estimate)) };
     status((|| {
         let (place, estimate, sensor) = (place?, estimate?, code(sensor)?.in_core());

@@ -35,11 +35,11 @@ impl Storage for Spin {
     const MARK: u32 = u32::from_le_bytes(*b"TSpn");
 }
 
-/// What the wheels are known to do.
+/// State of the wheels.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wheels {
-    /// Nobody says.
+    /// The state is not known.
     Unknown,
     /// They stand still, and so does the robot.
     Stopped,
@@ -65,11 +65,11 @@ pub enum SpinPhase {
     Failed,
 }
 
-/// What happened with a sample.
+/// Events of a spin.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpinEvent {
-    /// Nothing worth telling.
+    /// Nothing to report.
     None,
     /// The robot has come to stand.
     StillBegan,
@@ -81,7 +81,7 @@ pub enum SpinEvent {
     TurnBegan,
     /// It turned far enough and the result is there.
     Done,
-    /// The state says why.
+    /// The spin failed; its state gives the reason.
     Failed,
 }
 
@@ -103,7 +103,7 @@ pub enum SpinFault {
     NotOneAxis,
     /// It was lifted or dropped; `value`: change of the force along the axis, `limit`: largest allowed, m/s^2.
     Lifted,
-    /// A sensor was at the end of its range; `channel`, and `value`: what it said, m/s^2 or rad/s.
+    /// A sensor was at the end of its range; `channel`, and `value`: its reading, m/s^2 or rad/s.
     Saturated,
     /// The floor tilts too much; `value`: its tilt, `limit`: largest allowed, rad.
     FloorTooSteep,
@@ -127,9 +127,9 @@ pub struct SpinFailure {
     pub channel: u32,
     /// When, microseconds; 0 where that is not known.
     pub time: u64,
-    /// As ::tumble_spin_fault says; else 0.
+    /// Value with the meaning given by ::tumble_spin_fault; else 0.
     pub value: f32,
-    /// As ::tumble_spin_fault says; else 0.
+    /// Limit with the meaning given by ::tumble_spin_fault; else 0.
     pub limit: f32,
 }
 
@@ -143,7 +143,7 @@ pub struct SpinState {
     pub failure: SpinFailure,
 }
 
-/// How far a spin is.
+/// Progress of a spin.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SpinProgress {
@@ -153,7 +153,7 @@ pub struct SpinProgress {
     pub turned: f32,
     /// Rate about the vertical over the block before, rad/s, counter-clockwise.
     pub rate: f32,
-    /// Whether the robot stood still over the block before.
+    /// True if the robot stood still over the block before.
     pub at_rest: bool,
 }
 
@@ -166,7 +166,7 @@ pub unsafe extern "C" fn tumble_spin_defaults_for_grade(
     settings: *mut SpinSettings,
     grade: MaybeUninit<Grade>,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(settings) };
     answer(
         place,
@@ -183,7 +183,7 @@ pub unsafe extern "C" fn tumble_spin_init(
     size: usize,
     settings: *const SpinSettings,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let settings = unsafe { look(settings) };
     let machine = || Ok(SpinMachine::new(&settings?.in_core()?));
     // SAFETY: the same.
@@ -195,7 +195,7 @@ pub unsafe extern "C" fn tumble_spin_init(
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_start(spin: *mut Spin) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     status(unsafe {
         change(spin, |machine| {
             machine.start();
@@ -217,7 +217,7 @@ pub unsafe extern "C" fn tumble_spin_push(
     wheels: MaybeUninit<Wheels>,
     event: *mut SpinEvent,
 ) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (sample, place) = unsafe { (read(sample), Place::if_wanted(event)) };
     let work = |machine: &mut SpinMachine<f32>| {
         let (sample, place) = (sample?.in_core(), place?);
@@ -235,13 +235,12 @@ pub unsafe extern "C" fn tumble_spin_push(
     status(unsafe { change(spin, work) })
 }
 
-/// Says that it is `now`, microseconds of the unit's clock, so that a spin notices that no samples come. `event` may be
-/// null.
+/// Advances a spin to `now`, microseconds of the unit's clock, so that it notices missing samples. `event` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_tick(spin: *mut Spin, now: u64, event: *mut SpinEvent) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::if_wanted(event) };
     let work = |machine: &mut SpinMachine<f32>| {
         let place = place?;
@@ -261,7 +260,7 @@ pub unsafe extern "C" fn tumble_spin_tick(spin: *mut Spin, now: u64, event: *mut
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_work(spin: *mut Spin, event: *mut SpinEvent) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::if_wanted(event) };
     let work = |machine: &mut SpinMachine<f32>| {
         let place = place?;
@@ -275,12 +274,12 @@ pub unsafe extern "C" fn tumble_spin_work(spin: *mut Spin, event: *mut SpinEvent
     status(unsafe { change(spin, work) })
 }
 
-/// Says where a spin is, and why it failed if it did.
+/// Returns the state of a spin, and the reason if it failed.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_get_state(spin: *const Spin, state: *mut SpinState) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, found) = unsafe {
         (
             Place::at(state),
@@ -290,12 +289,12 @@ pub unsafe extern "C" fn tumble_spin_get_state(spin: *const Spin, state: *mut Sp
     answer(place, found)
 }
 
-/// Says how far a spin is.
+/// Returns the progress of a spin.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_get_progress(spin: *const Spin, progress: *mut SpinProgress) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let (place, found) = unsafe { (Place::at(progress), view(spin, SpinMachine::progress)) };
     let found = found.map(|found| SpinProgress {
         still: found.still,
@@ -373,7 +372,7 @@ impl SpinFailure {
         Self { time, ..self }
     }
 
-    /// As C has it.
+    /// Converts the core's type.
     pub fn of(failure: &CoreFailure<f32>) -> Self {
         let new = Self::new;
         match *failure {

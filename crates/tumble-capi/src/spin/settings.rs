@@ -1,4 +1,4 @@
-//! Settings as C has them. Made by scripts/write_settings.py from crates/tumble-lab/src/setting_table.rs and the
+//! Settings for C. Made by scripts/write_settings.py from crates/tumble-lab/src/setting_table.rs and the
 //! defaults of the core; edit those instead.
 
 use core::mem::MaybeUninit;
@@ -9,18 +9,16 @@ use crate::code::{truth, unless_zero};
 use crate::pointer::{Place, answer};
 use crate::status::{Status, StatusResult};
 
-/// How to spin, and how to judge it. Fill it with tumble_spin_defaults(), or with
-/// tumble_spin_defaults_for_grade() for a unit of another grade than consumer, then change what is to be
-/// different.
+/// Settings of a spin. Fill it with tumble_spin_defaults(), or with tumble_spin_defaults_for_grade() for
+/// a unit of another grade than consumer, then change what is to be different.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SpinSettings {
-    /// How long to stand still. Default: 5 000 000 microseconds.
+    /// Time to stand still. Default: 5 000 000 microseconds.
     pub still: u64,
-    /// How long to wait until the robot has stood still. Longer than `still`. Default: 60 000 000
-    /// microseconds.
+    /// Longest wait until the robot has stood still. Longer than `still`. Default: 60 000 000 microseconds.
     pub still_timeout: u64,
-    /// How long to wait for the turn to be made. Default: 120 000 000 microseconds.
+    /// Longest wait for the turn. Default: 120 000 000 microseconds.
     pub spin_timeout: u64,
     /// Longest pause in the samples. Default: 250 000 microseconds.
     pub longest_gap: u64,
@@ -30,7 +28,7 @@ pub struct SpinSettings {
     pub shortest_stop: u64,
     /// Local gravity. Default: 9.80665 m/s^2.
     pub gravity: f32,
-    /// How far to turn, both directions together. Default: 12.56637 rad.
+    /// Angle to turn, both directions together. Default: 12.56637 rad.
     pub turn: f32,
     /// Speed to turn at. It is not judged: it is what a robot may be asked for. Default: 1 rad/s.
     pub rate: f32,
@@ -39,11 +37,11 @@ pub struct SpinSettings {
     /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
     /// Default: 0.01.
     pub scale_sigma: f32,
-    /// Bias instability of the accelerometer; that of a consumer grade where nobody says. Default:
+    /// Bias instability of the accelerometer; that of a consumer grade where none is stated. Default:
     /// 0.0005314598 m/s^2.
     pub specific_force_instability: f32,
-    /// Bias instability of the gyroscope; that of a consumer grade where nobody says. Default: 3.357221e-05
-    /// rad/s.
+    /// Bias instability of the gyroscope; that of a consumer grade where none is stated. Default:
+    /// 3.357221e-05 rad/s.
     pub angular_rate_instability: f32,
     /// End of the accelerometer's range. Default: 0 m/s^2, not known.
     pub specific_force_range: f32,
@@ -66,17 +64,17 @@ pub struct SpinSettings {
     pub largest_specific_force_scatter: f32,
     /// Largest scatter of angular rate at which a robot may stand still. Default: 0.2 rad/s.
     pub largest_angular_rate_scatter: f32,
-    /// How much larger than the noise floor the variance of a quiet block may be. Default: 4.
+    /// Largest ratio of the variance of a quiet block to the noise floor. Default: 4.
     pub variance_ratio: f32,
     /// Scatter of specific force below which a block is quiet whatever the floor. Default: 0.005 m/s^2.
     pub smallest_specific_force_scatter: f32,
     /// Scatter of angular rate below which a block is quiet whatever the floor. Default: 0.0003 rad/s.
     pub smallest_angular_rate_scatter: f32,
-    /// How far the specific force of a block may stray from its rest besides noise. Default: 0.005 m/s^2.
+    /// Largest deviation of the specific force of a block from its rest besides noise. Default: 0.005 m/s^2.
     pub specific_force_drift: f32,
-    /// How far the angular rate of a block may stray from its rest besides noise. Default: 0.0005 rad/s.
+    /// Largest deviation of the angular rate of a block from its rest besides noise. Default: 0.0005 rad/s.
     pub angular_rate_drift: f32,
-    /// How many sigma of the mean a block may stray besides. Default: 6.
+    /// Further deviation of the mean of a block, in sigmas. Default: 6.
     pub sigmas: f32,
     /// Take the floor for level, as the published estimator does. Default: false.
     pub level_floor: MaybeUninit<bool>,
@@ -87,7 +85,7 @@ pub struct SpinSettings {
 /// Errors: ::TUMBLE_ERROR_NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_defaults(settings: *mut SpinSettings) -> Status {
-    // SAFETY: as the header asks of all pointers.
+    // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(settings) };
     answer(place, Ok(SpinSettings::of(&Core::default())))
 }
@@ -128,7 +126,7 @@ impl SpinSettings {
         }
     }
 
-    /// As the core has them, if they can be meant.
+    /// Converts them to the core's type, if they are within their bounds.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         self.check()?;
         self.put_into(Core::default())

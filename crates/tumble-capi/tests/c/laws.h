@@ -1,4 +1,4 @@
-/* What all tests share: laws, and checks that count. Written in what C99 and C++17 have in common. */
+/* Shared parts of all tests: laws, and checks that count. Written in what C99 and C++17 have in common. */
 
 #ifndef LAWS_H
 #define LAWS_H
@@ -17,7 +17,7 @@ typedef struct law {
 /* Checks that failed so far. */
 extern int failures;
 
-/* Counts a check that fails, and says where it stands. */
+/* Counts a check that fails, and prints its place. */
 #define CHECK(holds) \
     do { \
         if (!(holds)) { \
@@ -26,7 +26,7 @@ extern int failures;
         } \
     } while (0)
 
-/* Counts an answer other than the one expected, and says both. */
+/* Counts an answer other than the one expected, and prints both. */
 #define ANSWERS(expected, call) \
     do { \
         const tumble_status answered = (call); \

@@ -14,7 +14,7 @@ void *new_storage(size_t size)
         fputs("no memory\n", stderr);
         exit(2);
     }
-    /* As a stack leaves it, not as a loader clears it. */
+    /* Storage holds remains like a stack, not zeros like loaded memory. */
     memset(storage, 0xA5, size);
     return storage;
 }

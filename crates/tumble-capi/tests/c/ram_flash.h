@@ -15,7 +15,7 @@ typedef struct ram_flash {
     /* Bytes to be written, and pages to be erased, before power is cut; negative: it is not. */
     long cut_after_bytes;
     long cut_after_pages;
-    /* What an erasure that is cut leaves: 0 nothing done, 1 half of the page, 2 all bits cleared, 3 all erased. */
+    /* State after a cut erasure: 0 nothing done, 1 half of the page, 2 all bits cleared, 3 all erased. */
     int remains;
     int off;
 } ram_flash;

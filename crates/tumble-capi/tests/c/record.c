@@ -109,7 +109,7 @@ static void every_single_bit_flip_is_refused(void)
     }
 }
 
-/* What is refused leaves buffer and length as they were. */
+/* A refusal leaves buffer and length as they were. */
 static void refuses_to_encode(tumble_status answer, const tumble_record *record, size_t room)
 {
     uint8_t bytes[TUMBLE_RECORD_BYTES];

@@ -11,7 +11,7 @@ tumble_record example_record(void);
 /* The same, the so-manieth calibration of a sensor. */
 tumble_record record_of(tumble_sensor sensor, uint32_t sequence);
 
-/* Whether two records are the same, bit for bit. */
+/* Checks that two records are the same, bit for bit. */
 bool same_record(const tumble_record *a, const tumble_record *b);
 
 #endif

@@ -1,4 +1,4 @@
-/* A primary and its secondaries. Units beyond the two of the vectors never say anything. */
+/* A primary and its secondaries. Units beyond the two of the vectors never send a sample. */
 
 #include <math.h>
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "records.h"
 #include "vectors.h"
 
-/* What a mission told. */
+/* Events of a mission. */
 typedef struct mission {
     /* Kinds of events in the order in which each came first, without evaluations. */
     tumble_event_kind order[32];
@@ -305,7 +305,7 @@ static void a_dead_primary_is_replaced(void)
     free(told.monitor);
 }
 
-/* Counts what a witness said that was left out, by reason. */
+/* Counts aiding measurements that were left out, by reason. */
 static void on_left_out(void *context, const tumble_event *event)
 {
     int *told = (int *)context;
@@ -344,7 +344,7 @@ static void a_witness_that_cannot_be_used_is_told_of_once(void)
     free(monitor);
 }
 
-/* What is wrong with the primary by itself, as records have it: y = M u + b. */
+/* Error of the primary by itself, in the form of a record: y = M u + b. */
 static tumble_record record_of_primary(tumble_sensor sensor)
 {
     tumble_record record = record_of(sensor, 3);
@@ -408,7 +408,7 @@ static void the_primary_is_calibrated_from_flash(void)
         CHECK(known.calibrated && known.residual == record.residual);
         CHECK(memcmp(known.matrix, record.matrix, sizeof known.matrix) == 0);
         CHECK(memcmp(known.bias, record.bias, sizeof known.bias) == 0);
-        /* Of data as compensated, what a calibration left counts, over three axes. */
+        /* Compensated data count from the residual of the calibration, over three axes. */
         CHECK(fabsf(known.factory - 1.7320508F * record.residual) < 1e-6F);
     }
     ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
@@ -419,7 +419,7 @@ static void the_primary_is_calibrated_from_flash(void)
         CHECK(told.output.specific_force[i] == truth.specific_force[i]);
         CHECK(told.output.angular_rate[i] == truth.angular_rate[i]);
     }
-    /* What has begun is not calibrated otherwise. */
+    /* A monitor that has begun accepts no other calibration of the primary. */
     const tumble_record late = record_of_primary(TUMBLE_SENSOR_GYROSCOPE);
     ANSWERS(TUMBLE_ERROR_BEGUN, tumble_redundancy_restore(told.monitor, &late, on_event, &told));
     free(told.monitor);

@@ -1,4 +1,4 @@
-/* What no caller may do, and what it is told. */
+/* Calls that no caller may make, and their answers. */
 
 #include <math.h>
 #include <string.h>

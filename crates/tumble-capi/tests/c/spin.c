@@ -20,7 +20,7 @@ static tumble_spin_phase phase_of(const tumble_spin *spin)
     return state.phase;
 }
 
-/* What the wheels of the recording did at a time, microseconds. */
+/* State of the wheels in the recording at a time, microseconds. */
 static tumble_wheels wheels_at(const cJSON *cases, uint64_t time)
 {
     const double seconds = (double)time * 1e-6;
@@ -99,7 +99,7 @@ static void agrees(const cJSON *file, const char *quantity, const char *sigma, c
     }
 }
 
-/* Of one bias: the record of it, kept and read back, says nothing of all else. */
+/* Record of one bias, saved and loaded; all else in it is unknown. */
 static tumble_record record_of_bias(const tumble_spin_estimate *estimate, tumble_sensor sensor)
 {
     const tumble_spin_vector *const bias =
@@ -123,7 +123,7 @@ static tumble_record record_of_bias(const tumble_spin_estimate *estimate, tumble
     return record;
 }
 
-/* What a spin showed is taken off readings, also where it went through flash. */
+/* Biases of a spin are subtracted from readings, also by way of flash. */
 static void corrects_by_records(const tumble_spin_estimate *estimate)
 {
     const tumble_record accelerometer = record_of_bias(estimate, TUMBLE_SENSOR_ACCELEROMETER);

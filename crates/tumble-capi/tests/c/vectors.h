@@ -1,4 +1,4 @@
-/* The conformance vectors, read by cJSON. What is not there ends the program: no check may pass for want of a number. */
+/* The conformance vectors, read by cJSON. A missing value ends the program: no check may pass for want of a number. */
 
 #ifndef VECTORS_H
 #define VECTORS_H
@@ -28,7 +28,7 @@ void vector(const cJSON *object, const char *name, float numbers[3]);
 /* Nine numbers of an object, row by row. */
 void matrix(const cJSON *object, const char *name, float numbers[3][3]);
 
-/* How far a quantity of a file may be from what is expected, in single precision. */
+/* Tolerance of a quantity of a file in single precision. */
 double tolerance(const cJSON *file, const char *quantity);
 
 /* A sample of counts, six in a row, in the steps that `cases` gives. */

@@ -120,7 +120,7 @@ struct Mission {
     {
         auto &mission = *static_cast<Mission *>(context);
         if (event->unit > 1) {
-            return; // The vectors have two units; whatever more there are never say anything.
+            return; // The vectors have two units; any others never send a sample.
         }
         if (event->kind == TUMBLE_EVENT_KIND_ADOPTED) {
             mission.records.push_back(*event->record);

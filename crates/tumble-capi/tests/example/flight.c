@@ -6,7 +6,7 @@
 #include "laws.h"
 #include "ram_flash.h"
 
-/* Of the example. */
+/* Calls of the example. */
 tumble_status begin(const tumble_flash *flash);
 tumble_status take(uint32_t unit, const tumble_sample *sample, tumble_output *output);
 tumble_status save(uint64_t now);
@@ -40,7 +40,7 @@ static float noise(void)
     return sum;
 }
 
-/* What a unit says: two of the three are right. */
+/* Readings of a unit: two of the three are right. */
 static tumble_sample said_by(uint32_t unit, uint64_t time)
 {
     const float moving = time < REST || time > REST + MOTION ? 0.0F : 1.0F;
@@ -97,7 +97,7 @@ int main(void)
     ANSWERS(TUMBLE_OK, save(3 * REST + MOTION));
     is_stored(&flash, TUMBLE_SENSOR_ACCELEROMETER, force_bias, 0.005F);
     is_stored(&flash, TUMBLE_SENSOR_GYROSCOPE, rate_bias, 0.0005F);
-    /* What is saved is not saved again. */
+    /* A saved record is not saved again. */
     const long written = flash.written;
     ANSWERS(TUMBLE_OK, save(4 * REST + MOTION));
     CHECK(written > 0 && flash.written == written);

@@ -10,7 +10,7 @@ from tumble import _core
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriadGrade:
-    """How good three accelerometers or three gyroscopes are. `unit` below is m/s^2 or rad/s."""
+    """Grade of three accelerometers or three gyroscopes. `unit` below is m/s^2 or rad/s."""
 
     noise_density: float
     """White noise `N` of IEEE Std 952, unit / sqrt(Hz): a sample at rate `r` scatters by `N sqrt(r)`."""
@@ -37,7 +37,7 @@ class TriadGrade:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grade:
-    """How good an inertial measurement unit is."""
+    """Grade of an inertial measurement unit."""
 
     name: str
     """One of `grade_names()`, or one's own for a grade made with `dataclasses.replace`."""
