@@ -109,7 +109,7 @@ package: $(VENV)/.native  ## Build what is released, and use it as a newcomer wo
 	scripts/package_c.sh out/package
 	scripts/build_image.sh
 
-lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and documents
+lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers, language and documents
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
@@ -118,6 +118,8 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/python scripts/check_layers.py
+	$(BIN)/python scripts/check_language.py
+	$(BIN)/codespell
 	$(BIN)/python scripts/check_commands.py
 	$(BIN)/python -m benchmarks.report --check
 	$(BIN)/python scripts/write_schemas.py --check
