@@ -1,7 +1,7 @@
 //! The turning axis and the bias of the gyroscope: `y = b + w n`, a straight line in the space of angular rates.
 //!
-//! At rest the line shows its point `b`; while the robot turns, however unevenly, its direction `n`. What the rate was
-//! nobody needs to know beforehand (docs/theory/spin.md, eq. 4 to 6).
+//! At rest the line shows its point `b`; while the robot turns, however unevenly, its direction `n`. The rate itself
+//! need not be known beforehand (docs/theory/spin.md, eq. 4 to 6).
 
 use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
@@ -103,8 +103,8 @@ const ROUNDS: u32 = 4;
 pub struct TurningRates<T: Real> {
     /// Rates less `counted_bias`, rad/s, in `frame`.
     pub moments: RateMoments<T>,
-    /// Columns in the case frame; the third is close to the turning axis, so that rounding of the rate about it does not
-    /// spoil what is seen across.
+    /// Columns in the case frame; the third is close to the turning axis, so that rounding of the rate about it does
+    /// not disturb the components across.
     pub frame: Matrix3<T>,
     /// rad/s, case frame.
     pub counted_bias: Vector3<T>,
@@ -170,8 +170,8 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     }
 }
 
-/// Of `[bias forward, left, up; tilt forward, left]`: a pair of bias and tilt for each direction across the axis, and the
-/// bias along it, which rest alone shows.
+/// Covariance of `[bias forward, left, up; tilt forward, left]`: a pair of bias and tilt for each direction across the
+/// axis, and the bias along it, which rest alone shows.
 fn joint_covariance<T: Real>(across: [&Matrix2<T>; 2], along: T) -> SMatrix<T, 5, 5> {
     let mut covariance = [[T::zero(); 5]; 5];
     for i in 0..2 {

@@ -24,7 +24,7 @@ pub struct Block<T: Real> {
     pub moments: UnitMoments<T>,
     /// Mean heading, rad, counter-clockwise, never folded.
     pub heading: T,
-    /// What was added to the heading before its cosine and sine were taken, rad.
+    /// Correction that was added to the heading before its cosine and sine were taken, rad.
     pub correction: T,
     /// Mean cosine of the corrected heading.
     pub cosine: T,
@@ -36,8 +36,8 @@ pub struct Block<T: Real> {
     pub rate_squared: T,
     /// Heading gained over the block, rad.
     pub gained: T,
-    /// Of the specific force, cosine, sine and squared rate: mean of the quantity times the time since the middle of the
-    /// block, s.
+    /// Levers of the specific force, cosine, sine and squared rate: mean of the quantity times the time since the
+    /// middle of the block, s.
     pub levers: [T; LEVERS],
 }
 
@@ -63,7 +63,7 @@ impl<T: Real> Block<T> {
     }
 }
 
-/// How samples are gathered and heading is counted.
+/// Reference for gathering samples and counting heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadingReference<T: Real> {
     /// Origin of time, microseconds.

@@ -24,7 +24,7 @@ pub struct Collector<T: Real> {
 /// Samples at the end of the range that are not yet a failure: a single one may be a spike.
 const SPIKES: u32 = 3;
 
-/// Heading is corrected after every sixth of a turn, before its errors are more than a first derivative tells.
+/// Heading is corrected after every sixth of a turn, while a first derivative still describes its errors.
 const CORRECTED_EVERY: f64 = core::f64::consts::FRAC_PI_3;
 
 impl<T: Real> Collector<T> {
@@ -50,19 +50,19 @@ impl<T: Real> Collector<T> {
         self.saturated = 0;
     }
 
-    /// What is kept so far.
+    /// Sums kept so far.
     pub fn estimator(&self) -> &SpinEstimator<T> {
         &self.estimator
     }
 
-    /// As of [`SpinEstimator::know_bias_instability`].
+    /// The same as [`SpinEstimator::know_bias_instability`].
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.estimator.know_bias_instability(specific_force, angular_rate);
         self.solver.stop();
     }
 
     /// Takes in a sample; gives back the block it completes, to be given to [`Self::take`] when it is known whether the
-    /// robot stood still over it. What is not finite, or not later than the sample before, is passed over.
+    /// robot stood still over it. A sample that is not finite, or not later than the one before, is skipped.
     ///
     /// # Errors
     /// [`SpinFailure::Saturated`]; while turning also [`SpinFailure::SamplesMissing`] and [`SpinFailure::SampleRateTooLow`].
@@ -88,7 +88,7 @@ impl<T: Real> Collector<T> {
     /// Takes in a block, and whether the robot stood still over it.
     ///
     /// # Errors
-    /// As of [`SpinEstimator::push`].
+    /// Those of [`SpinEstimator::push`].
     pub fn take(&mut self, block: &Block<T>, resting: bool) -> Result<(), SpinFailure<T>> {
         self.estimator.push(block, resting)?;
         self.follow();
@@ -104,7 +104,7 @@ impl<T: Real> Collector<T> {
     /// Solves for everything seen so far, at once; also gives the fit, for those who draw it.
     ///
     /// # Errors
-    /// As of [`SpinSolver::step`].
+    /// Those of [`SpinSolver::step`].
     pub fn solve(
         &self,
         true_angle: Option<&TrueAngle<T>>,
@@ -120,12 +120,12 @@ impl<T: Real> Collector<T> {
     /// Does a slice of what [`Self::begin_to_solve`] began.
     ///
     /// # Errors
-    /// As of [`SpinSolver::step`].
+    /// Those of [`SpinSolver::step`].
     pub fn go_on(&mut self) -> Result<Solving<T>, SpinFailure<T>> {
         self.solver.step(&self.estimator)
     }
 
-    /// What slices have led to; `None` before the last.
+    /// Result of the slices; `None` before the last.
     pub fn solved(&self) -> Option<SpinEstimate<T>> {
         self.solver.estimate(&self.estimator)
     }

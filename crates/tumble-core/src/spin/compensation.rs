@@ -25,7 +25,7 @@ impl<T: Real> Compensation<T> {
         }
     }
 
-    /// What a spin showed, in place of `before`: a bias that it did not show stays as it was.
+    /// Compensation by the estimates of a spin, in place of `before`: a bias that it did not show stays as it was.
     pub fn updated(before: &Self, spin: &SpinEstimate<T>) -> Self {
         let accelerometer = spin.accelerometer_bias();
         Self {

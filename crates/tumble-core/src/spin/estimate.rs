@@ -22,7 +22,7 @@ impl<T: Real> ScalarEstimate<T> {
         }
     }
 
-    /// Whether anything is known of it.
+    /// Tests whether it has a finite sigma.
     pub fn is_known(&self) -> bool {
         self.sigma < T::max_value().unwrap_or(T::zero())
     }
@@ -46,14 +46,14 @@ pub struct VectorEstimate<T: Real> {
     pub value: Vector3<T>,
     /// 1-sigma.
     pub sigma: Vector3<T>,
-    /// Whether the data show it.
+    /// True if the data show it.
     pub observed: bool,
 }
 
 /// Everything a spin shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinEstimate<T: Real> {
-    /// How far the robot turned.
+    /// Angles through which the robot turned.
     pub turned: TurnTotals<T>,
     /// Time at rest, s.
     pub resting_time: T,
@@ -67,8 +67,8 @@ pub struct SpinEstimate<T: Real> {
     pub level_free: VectorEstimate<T>,
     /// Accelerometer bias if the floor is level, m/s^2.
     pub level_floor: VectorEstimate<T>,
-    /// Whether the level-free bias is the result: at least one full turn, or a part that shows it well enough, and nobody
-    /// said that the floor is level.
+    /// True if the level-free bias is the result: at least one full turn, or a part that shows it well enough, and the
+    /// floor is not stated to be level.
     pub level_free_is_default: bool,
     /// Covariance of `[accelerometer bias, gyroscope bias]` of that result.
     pub covariance: SMatrix<T, 6, 6>,
@@ -92,13 +92,13 @@ pub struct SpinEstimate<T: Real> {
     pub scale_counter_clockwise: ScalarEstimate<T>,
     /// Rate about the axis while the robot seemed to stand still, as the harmonics have it, rad/s.
     pub slow_turn: ScalarEstimate<T>,
-    /// Whether that rate is none of chance's, and was taken off the gyroscope bias.
+    /// True if that rate is significant, and was subtracted from the gyroscope bias.
     pub turned_while_still: bool,
     /// Sum of squared normalised residuals of the model against the free harmonics.
     pub chi_square: T,
     /// Its degrees of freedom.
     pub degrees_of_freedom: u32,
-    /// How many times wider all sigmas are than noise explains, since the model does not explain the rest; else one.
+    /// Factor by which all sigmas are wider than noise explains, since the model does not explain the rest; else one.
     pub widening: T,
 }
 

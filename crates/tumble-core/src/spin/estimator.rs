@@ -21,11 +21,11 @@ use crate::spin::settings::SpinSettings;
 pub struct Direction<T: Real> {
     /// Angle as the gyroscope has it, rad, positive.
     pub angle: T,
-    /// How long, s.
+    /// Duration, s.
     pub duration: T,
 }
 
-/// How far the robot turned.
+/// Angles through which the robot turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnTotals<T: Real> {
     /// Clockwise, seen from above.
@@ -174,7 +174,7 @@ impl<T: Real> SpinEstimator<T> {
         self.middle = None;
     }
 
-    /// How heading is to be counted from now on; `None` before the first rest has ended.
+    /// Reference for counting heading from now on; `None` before the first rest has ended.
     pub fn heading_reference(&self) -> Option<&HeadingReference<T>> {
         self.reference.as_ref()
     }
@@ -222,7 +222,7 @@ impl<T: Real> SpinEstimator<T> {
         resting.saturating_add(self.turning_samples)
     }
 
-    /// How far the robot turned.
+    /// Angles through which the robot turned.
     pub fn turned(&self) -> &TurnTotals<T> {
         &self.turned
     }
@@ -267,7 +267,7 @@ impl<T: Real> SpinEstimator<T> {
         self.settings.angular_rate_instability = angular_rate;
     }
 
-    /// How it is set.
+    /// Settings of the spin.
     pub fn settings(&self) -> &SpinSettings<T> {
         &self.settings
     }
@@ -298,7 +298,7 @@ impl<T: Real> SpinEstimator<T> {
         Ok(())
     }
 
-    /// Counts the stop at hand among the rests, if it is one; the first one says how heading is counted.
+    /// Counts the stop at hand among the rests, if it is one; the first one sets the reference of heading.
     pub fn end_stop(&mut self) {
         let Some(stop) = self.stop.take() else { return };
         match self.rests.as_mut() {
@@ -391,7 +391,7 @@ impl<T: Real> SpinEstimator<T> {
         self.turning.push(&own);
     }
 
-    /// Whether the robot has stayed on its wheels.
+    /// Checks that the robot has stayed on its wheels.
     fn check(&self, block: &Block<T>, reference: &HeadingReference<T>) -> Result<(), SpinFailure<T>> {
         let rests = self.rests.as_ref().ok_or(SpinFailure::NoRest)?;
         let within = self.scatter_within(block);
@@ -421,8 +421,8 @@ impl<T: Real> SpinEstimator<T> {
         Ok(())
     }
 
-    /// A robot that turns shakes more than one that stands: by how much, the scatter within its blocks tells. Of the
-    /// block at hand it tells only at first, since what is looked for here scatters too.
+    /// A robot that turns vibrates more than one that stands: the scatter within its blocks shows by how much. The
+    /// block at hand contributes only at first, since the fault in question scatters too.
     fn scatter_within(&self, block: &Block<T>) -> [T; CHANNELS] {
         if self.noise.samples() < BLOCKS_TO_KNOW_SHAKING {
             block.moments.variance()

@@ -3,19 +3,19 @@
 use crate::real::Real;
 
 crate::vocabulary! {
-    /// What went wrong.
+    /// Reasons why a spin fails.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum SpinFailure<T: Real> {
         /// The robot never stood still long enough.
         NeverStill {
-            /// How long was waited, s.
+            /// Time waited, s.
             waited: T,
         } = "never still",
         /// There is no rest to take the bias from.
         NoRest = "no rest",
         /// The robot did not turn.
         NoTurn {
-            /// How far it turned all the same, rad.
+            /// Angle turned nevertheless, rad.
             turned: T,
         } = "no turn",
         /// It turned less than asked before time ran out.
@@ -49,7 +49,7 @@ crate::vocabulary! {
             time: u64,
             /// 0 to 2 accelerometer, 3 to 5 gyroscope.
             channel: usize,
-            /// What it said, m/s^2 or rad/s.
+            /// Reading, m/s^2 or rad/s.
             value: T,
         } = "saturated",
         /// The floor tilts more than is allowed.
@@ -75,7 +75,7 @@ crate::vocabulary! {
         } = "samples missing",
         /// No more samples came.
         StreamStopped {
-            /// Of the last sample, microseconds.
+            /// Time of the last sample, microseconds.
             time: u64,
             /// For how long, s.
             gap: T,

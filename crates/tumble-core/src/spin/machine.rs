@@ -1,7 +1,7 @@
 //! The procedure on a device: `Idle -> Still -> Spin -> Done | Failed(why)`.
 //!
-//! It asks the robot for nothing but tells it what it waits for. Standing still is judged by scatter and by the
-//! specific force staying where it was, never by the level of the rate: a bias may be as large as it likes. A slow
+//! It does not command the robot but reports the state that it waits for. Standing still is judged by scatter and by
+//! the specific force staying where it was, never by the level of the rate: a bias may be as large as it likes. A slow
 //! constant turn looks like rest to these; the wheels' state, where given with a sample, decides instead, and where it
 //! is not given the harmonics show it afterwards.
 
@@ -16,10 +16,10 @@ use crate::spin::settings::SpinSettings;
 use crate::spin::solve::Solving;
 use crate::stillness::{Scatter, Stillness};
 
-/// What the wheels are known to do.
+/// State of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wheels {
-    /// Nobody says.
+    /// The state is not known.
     Unknown,
     /// They stand still, and so does the robot.
     Stopped,
@@ -47,7 +47,7 @@ crate::vocabulary! {
 }
 
 crate::vocabulary! {
-    /// What happened with a sample.
+    /// Events of a spin.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum SpinEvent {
         /// The robot has come to stand.
@@ -60,12 +60,12 @@ crate::vocabulary! {
         SpinBegan = "spin began",
         /// It turned far enough and the result is there.
         Done = "done",
-        /// [`SpinState::Failed`] says why.
+        /// [`SpinState::Failed`] gives the reason.
         Failed = "failed",
     }
 }
 
-/// How far the procedure is.
+/// Progress of the procedure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinProgress<T: Real> {
     /// Time stood still, s.
@@ -74,7 +74,7 @@ pub struct SpinProgress<T: Real> {
     pub turned: T,
     /// Rate about the vertical over the block before, rad/s.
     pub rate: T,
-    /// Whether the robot stood still over the block before.
+    /// True if the robot stood still over the block before.
     pub at_rest: bool,
 }
 
@@ -136,7 +136,7 @@ impl<T: Real> SpinMachine<T> {
         &self.state
     }
 
-    /// How far it is.
+    /// Progress of the spin.
     pub fn progress(&self) -> SpinProgress<T> {
         let estimator = self.collector.estimator();
         let still = match self.state {
@@ -154,8 +154,8 @@ impl<T: Real> SpinMachine<T> {
         }
     }
 
-    /// What the spin showed so far; useful when [`SpinState::Done`], and of a spin that failed, to those who want to know.
-    /// When done, and without a true angle, it is solved already; else it takes as long as all slices together.
+    /// Estimates of the spin so far; valid when [`SpinState::Done`], and of a spin that failed, for diagnosis. When
+    /// done, and without a true angle, it is solved already; else it takes as long as all slices together.
     ///
     /// # Errors
     /// [`SpinFailure`] where there is nothing to be had.
@@ -210,7 +210,7 @@ impl<T: Real> SpinMachine<T> {
         event.or_else(|| self.check_time(since))
     }
 
-    /// Says that time, microseconds, has passed without samples.
+    /// Advances the time, microseconds, without samples.
     pub fn tick(&mut self, now: u64) -> Option<SpinEvent> {
         let begun = matches!(self.state, SpinState::Still | SpinState::Spin) && self.since.is_some();
         let pause = now.saturating_sub(self.last);
@@ -222,8 +222,8 @@ impl<T: Real> SpinMachine<T> {
         })
     }
 
-    /// Tells the bias instability, m/s^2 and rad/s, where it is known only when the spin is done; [`Self::solve`] then
-    /// counts it. What is being solved begins anew.
+    /// Sets the bias instability, m/s^2 and rad/s, where it is known only when the spin is done; [`Self::solve`] then
+    /// uses it. A solution under way begins anew.
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.collector.know_bias_instability(specific_force, angular_rate);
         if matches!(self.state, SpinState::Solving) {
@@ -231,7 +231,7 @@ impl<T: Real> SpinMachine<T> {
         }
     }
 
-    /// How it is set.
+    /// Settings of the spin.
     pub fn settings(&self) -> &SpinSettings<T> {
         self.collector.estimator().settings()
     }
@@ -347,7 +347,7 @@ impl<T: Real> SpinMachine<T> {
     }
 }
 
-/// Of two states of the wheels within one block, the one that says less of rest.
+/// Chooses, from two states of the wheels within one block, the one that is weaker evidence of rest.
 fn worse(a: Wheels, b: Wheels) -> Wheels {
     match (a, b) {
         (Wheels::Turning, _) | (_, Wheels::Turning) => Wheels::Turning,

@@ -4,15 +4,16 @@
 //!
 //! 1. [`block`]: samples become blocks, and rate becomes heading;
 //! 2. [`rests`]: what standing still shows; [`axis`]: the turning axis and the bias of the gyroscope;
-//! 3. [`harmonics`]: what the accelerometer says over heading;
+//! 3. [`harmonics`]: the accelerometer over heading;
 //! 4. [`level_floor`]: the published estimator, for level floors; [`level_free`]: that for any floor;
 //! 5. [`estimator`] keeps what is needed, in constant memory, and [`solve`] makes an [`estimate`] of it (`scale` and
 //!    `outputs` are parts of that);
-//! 6. [`collector`] takes samples to the estimator, and [`machine`] is the procedure on a device, which tells the robot what it
-//!    waits for;
+//! 6. [`collector`] takes samples to the estimator, and [`machine`] is the procedure on a device, which reports to the
+//!    robot the state that it waits for;
 //! 7. [`compensation`]: what the result is for.
 //!
-//! [`settings`] says how to spin, [`failure`] why a spin cannot be used. Derivations: docs/theory/spin.md.
+//! [`settings`] are those of the spin, [`failure`] lists the reasons why a spin cannot be used. Derivations:
+//! docs/theory/spin.md.
 
 pub mod axis;
 pub mod block;

@@ -20,7 +20,7 @@ const LARGEST_USEFUL_SIGMA: f64 = 0.5;
 /// to be level to 0.1 deg.
 const TRUSTED_SIGMA: f64 = 0.02;
 
-/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 18).
+/// Converts a fit into the quantities that users ask for (docs/theory/spin.md, eq. 18).
 pub(super) fn from_fit<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
@@ -101,7 +101,7 @@ struct AccelerometerBias<T: Real> {
     level_free: VectorEstimate<T>,
     level_floor: VectorEstimate<T>,
     level_free_is_default: bool,
-    /// Of the result and the gyroscope bias.
+    /// Covariance of the result and the gyroscope bias.
     covariance: SMatrix<T, 6, 6>,
 }
 
@@ -141,7 +141,7 @@ fn gyroscope_bias<T: Real>(
     }
 }
 
-/// How the IMU sits on the floor.
+/// Attitude of the IMU on the floor.
 struct FloorAttitude<T: Real> {
     roll: ScalarEstimate<T>,
     pitch: ScalarEstimate<T>,
@@ -201,7 +201,7 @@ fn sigma<T: Real>(joint: &SMatrix<T, 6, 6>, first: usize) -> Vector3<T> {
     Vector3::new(variance(0), variance(1), variance(2)).map(Real::square_root)
 }
 
-/// Of the covariances of two triads and that between them.
+/// Joins the covariances of two triads and that between them.
 fn joint<T: Real>(first: &Matrix3<T>, between: &Matrix3<T>, second: &Matrix3<T>) -> SMatrix<T, 6, 6> {
     let (first, between, second) = (&first.data.0, &between.data.0, &second.data.0);
     let mut joint = [[T::zero(); 6]; 6];
@@ -224,7 +224,7 @@ fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
     }
 }
 
-/// What the estimator for level floors says, and its covariance with the gyroscope bias; unknown if the robot did not turn.
+/// Estimate for level floors, and its covariance with the gyroscope bias; unknown if the robot did not turn.
 fn level_floor<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
@@ -264,7 +264,7 @@ fn level_floor_inputs<T: Real>(
     }
 }
 
-/// What gravity has along the floor, m/s^2, forward and left, with its size and the direction it points in.
+/// Component of gravity along the floor, m/s^2, forward and left, with its size and its direction.
 struct Pull<T: Real> {
     vector: Vector2<T>,
     size: T,

@@ -21,7 +21,7 @@ pub struct Resolution<T: Real> {
 
 /// Share of the step below which a change is a smaller step.
 const SMALLER: f64 = 0.75;
-/// Largest multiple that is told from what lies between: roundings of single precision add up.
+/// Largest multiple that is distinguished from values between: roundings of single precision add up.
 const LARGEST_MULTIPLE: f64 = 8.5;
 /// Largest distance from a multiple, steps.
 const OFF_GRID: f64 = 0.15;

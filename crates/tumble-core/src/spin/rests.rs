@@ -1,4 +1,4 @@
-//! What the robot showed while it stood still: bias, noise, and specific force at each heading it stood at.
+//! Sums at rest: bias, noise, and specific force at each heading.
 
 use nalgebra::{SVector, Vector3};
 
@@ -49,7 +49,7 @@ impl<T: Real> Stop<T> {
         self.functions += HarmonicRow::of_block(block).functions;
     }
 
-    /// How long it lasts, microseconds.
+    /// Duration, microseconds.
     pub fn duration(&self) -> u64 {
         self.end.saturating_sub(self.start)
     }
@@ -84,7 +84,7 @@ impl<T: Real> Stop<T> {
     }
 }
 
-/// Whether a block has less than half the samples that `blocks` of `samples` in all have.
+/// Tests whether a block has less than half the mean number of samples of `blocks` with `samples` in all.
 fn is_short<T: Real>(block: &Block<T>, samples: u32, blocks: u32) -> bool {
     u64::from(block.moments.samples()) * u64::from(blocks) * 2 < u64::from(samples)
 }
@@ -106,7 +106,7 @@ pub struct Rests<T: Real> {
     harmonics: Harmonics<T>,
 }
 
-/// Degrees of freedom below which blocks say nothing of noise that samples do not.
+/// Degrees of freedom below which blocks add nothing to the noise of samples.
 const FEWEST: u32 = 6;
 
 impl<T: Real> Rests<T> {
@@ -130,7 +130,7 @@ impl<T: Real> Rests<T> {
         rests
     }
 
-    /// Whether a block is shorter than half of those at rest.
+    /// Tests whether a block is shorter than half of those at rest.
     pub fn is_short(&self, block: &Block<T>) -> bool {
         is_short(block, self.samples, self.blocks)
     }
@@ -155,8 +155,8 @@ impl<T: Real> Rests<T> {
         self.harmonics.push(&stop.row(&self.first_force));
     }
 
-    /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes, given the
-    /// variance that rounding leaves on each of both.
+    /// Tests whether a stop shows the same rate as the stops before, to five sigma and the drift of a bias within
+    /// minutes, given the variance that rounding leaves on each of both.
     pub fn agrees(&self, stop: &Stop<T>, rounding: &Vector3<T>) -> bool {
         const DRIFT: f64 = 5e-4;
         let variance = total(&self.block_variance(3));
@@ -208,8 +208,8 @@ impl<T: Real> Rests<T> {
 
     /// Variance of the mean over a block, for the three channels from `first` on.
     ///
-    /// Each axis has the scatter of its own samples; how much more or less means over blocks scatter than white noise
-    /// would, the three axes tell together.
+    /// Each axis has the scatter of its own samples; the ratio by which means over blocks scatter more or less than
+    /// white noise comes from the three axes together.
     pub fn block_variance(&self, first: usize) -> Vector3<T> {
         let samples_a_block = count::<T>(self.samples.max(1)) / count(self.blocks.max(1));
         let white = self.sample_variance(first) / samples_a_block;

@@ -1,4 +1,4 @@
-//! How to spin, and how to judge it.
+//! Settings of a spin.
 
 use crate::grade::{BiasInstability, Grade};
 use crate::gravity;
@@ -10,11 +10,11 @@ use crate::stillness::StillnessSettings;
 pub struct SpinSettings<T: Real> {
     /// Gravity, m/s^2.
     pub gravity: T,
-    /// How long to stand still.
+    /// Time to stand still.
     pub still: u64,
-    /// How far to turn, both directions together, rad.
+    /// Angle to turn, both directions together, rad.
     pub turn: T,
-    /// Speed asked for, rad/s: what the user is told, not what is judged.
+    /// Speed asked for, rad/s: reported to the user, not checked.
     pub rate: T,
     /// Take the floor for level, as the published estimator does.
     pub level_floor: bool,
@@ -30,9 +30,9 @@ pub struct SpinSettings<T: Real> {
     pub specific_force_range: Option<T>,
     /// End of the gyroscope's range, rad/s, where known.
     pub angular_rate_range: Option<T>,
-    /// How long to wait for the robot to stand still.
+    /// Longest wait for the robot to stand still.
     pub still_timeout: u64,
-    /// How long to wait for the turn to be made.
+    /// Longest wait for the turn.
     pub spin_timeout: u64,
     /// Longest pause in the samples.
     pub longest_gap: u64,
@@ -57,7 +57,7 @@ pub struct SpinSettings<T: Real> {
     pub largest_specific_force_scatter: T,
     /// Largest scatter of angular rate, rad/s, at which a robot may stand still.
     pub largest_angular_rate_scatter: T,
-    /// What counts as standing still.
+    /// Criteria of standing still.
     pub stillness: StillnessSettings<T>,
 }
 

@@ -26,28 +26,28 @@ const ROW_OF_BLOCK: f64 = 5.0 / 12.0;
 /// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
 const WALK_SHARE: f64 = 1.2;
 
-/// What a spin is solved for.
+/// Purposes for which a spin is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolvedFor {
-    /// How heading should be counted from here on. Before a full turn was made the bias is that of the rest: harmonics of a
+    /// Correction of heading from here on. Before a full turn was made the bias is that of the rest: harmonics of a
     /// part of a turn can be bent to many shapes.
     Heading,
     /// Everything.
     Estimate,
 }
 
-/// What a slice led to.
+/// Outcome of a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solving<T: Real> {
     /// There is more to do, or nothing was begun.
     GoesOn,
-    /// What is to be added to a heading counted from here on, rad a rad and rad a second.
+    /// Correction of a heading counted from here on, rad a rad and rad a second.
     Heading(T, T),
     /// [`SpinSolver::estimate`] and [`SpinSolver::fit`] have the result.
     Solved,
 }
 
-/// What the next slice does.
+/// Work of the next slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Slice {
     /// Nothing.
@@ -62,13 +62,13 @@ enum Slice {
     Choose,
     /// The last round of the believing fit once more.
     BelieveAgain,
-    /// What that says.
+    /// Computes the estimates of that fit.
     Conclude,
-    /// Whether the floor is one to turn on.
+    /// Checks that the floor is within the limit of tilt.
     Check,
 }
 
-/// What the fits of one spin have in common.
+/// Parts that the fits of one spin share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Prepared<T: Real> {
     priors: SpinPriors<T>,
@@ -122,7 +122,7 @@ impl<T: Real> SpinSolver<T> {
         self.solved = false;
     }
 
-    /// Whether there is something to do.
+    /// Tests whether there is work left.
     pub fn is_busy(&self) -> bool {
         self.next != Slice::Nothing
     }
@@ -255,7 +255,7 @@ impl<T: Real> Default for SpinSolver<T> {
 /// Solves for everything at once.
 ///
 /// # Errors
-/// As of [`SpinSolver::step`].
+/// Those of [`SpinSolver::step`].
 // The memory of a solver is on its stack.
 #[inline(never)]
 pub fn solve<T: Real>(
