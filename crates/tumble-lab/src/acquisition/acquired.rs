@@ -1,4 +1,4 @@
-//! What one unit showed: its rests, the turns between them, and what goes with both.
+//! Acquired data of one unit: its rests, the turns between them, and data that belong to both.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use tumble_core::noise::{Interval, Noise};
@@ -57,7 +57,7 @@ pub struct Restlessness {
     pub end_from_mean: UnitQuaternion<f64>,
 }
 
-/// What one unit showed.
+/// Acquired data of one unit.
 #[derive(Clone, Debug)]
 pub struct Acquired {
     /// Time of the first sample, s of the recording's own clock; all other times count from it.
@@ -88,7 +88,7 @@ pub struct Acquired {
     pub soft_turns: bool,
     /// The recording at a glance.
     pub trace: Trace,
-    /// What is wrong with channels.
+    /// Faults of its channels.
     pub faults: Vec<ChannelFault>,
     /// Finite samples taken in.
     pub samples: u64,

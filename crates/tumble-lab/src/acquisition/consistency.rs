@@ -1,11 +1,11 @@
-//! Do accelerometer and gyroscope of one unit tell of the same turns? Wrong units and swapped axes show here.
+//! Test whether accelerometer and gyroscope of one unit measure the same turns. Wrong units and swapped axes show here.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::acquired::Acquired;
 use crate::distributions::median;
 
-/// What the gyroscope seems to be.
+/// Verdicts on a gyroscope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RateVerdict {
     /// It turns gravity as the accelerometer sees it turned.
@@ -23,11 +23,11 @@ pub enum RateVerdict {
 /// Misfit of gravity after a turn that scale errors and bias of a poor sensor explain, rad.
 const TOLERABLE: f64 = 0.26;
 
-/// So many turns more has another reading of the gyroscope to explain, to be preferred to the plain one. Turns by
-/// 180 deg end alike either way round, and one turn may be spoilt.
+/// So many turns more has another reading of the gyroscope to explain, to be preferred to the plain one. Turns by 180
+/// deg end alike either way round, and one turn may be corrupt.
 const CLEARLY_MORE: usize = 2;
 
-/// A turn: gravity before and after, and what the gyroscope said of it.
+/// A turn: gravity before and after, and the gyroscope's angle.
 struct GravityTurn {
     before: Vector3<f64>,
     after: Vector3<f64>,
@@ -41,7 +41,7 @@ impl GravityTurn {
         (self.start_from_end.inverse() * self.before).angle(&self.after)
     }
 
-    /// The same for a turn about one axis, had the gyroscope said `m angle`.
+    /// The same for a turn about one axis, if the gyroscope's angle is multiplied by `m`.
     fn misfit_with(&self, m: &Matrix3<f64>) -> f64 {
         let end_from_start = UnitQuaternion::from_scaled_axis(m * self.angle).inverse();
         (end_from_start * self.before).angle(&self.after)

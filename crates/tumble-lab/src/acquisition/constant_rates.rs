@@ -1,4 +1,4 @@
-//! What looking for constant rates takes while a recording is read, and what it changes at its end.
+//! State of the search for constant rates while a recording is read, and its effect at the end.
 
 use nalgebra::Vector3;
 use tumble_core::noise::{AllanLadder, Interval};
@@ -15,9 +15,9 @@ use super::vibration::soften;
 /// Noise as the blocks, and the windows with soft edges, of rests show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RestLadders {
-    /// Of blocks.
+    /// Ladder of blocks.
     pub flat: AllanLadder<f64>,
-    /// Of windows.
+    /// Ladder of windows.
     pub soft: AllanLadder<f64>,
 }
 
@@ -83,7 +83,7 @@ impl RateFinder {
         let noise = self.motion.noise().max(LEAST_NOISE * LEAST_NOISE);
         found.plateaus = find_plateaus(&self.motion, noise);
         label_plateaus(&mut found.plateaus, noise, self.gate);
-        // A target whose own rests nothing shows keeps them: which are used is said by the reference.
+        // A target without evidence on its own rests keeps them all: the reference determines those that are used.
         let known = self.gate == RateGate::Reference || found.knows_rests();
         let turning: Vec<Interval<f64>> = found
             .constant_rates()
@@ -110,8 +110,8 @@ fn is_within(rest: &Interval<f64>, spans: &[Interval<f64>]) -> bool {
     spans.iter().any(|span| common(span) > 0.5 * rest.duration())
 }
 
-/// What a target showed, given when the reference turned at constant rates, s since the origin of the target: what it took
-/// for rests then are none. `None` where it took nothing for a rest.
+/// Data of a target without the times at which the reference turned at constant rates, s since the origin of the
+/// target: apparent rests in them are none. `None` where there was none.
 pub fn without_turning(unit: &Acquired, turning: &[Interval<f64>]) -> Option<Acquired> {
     let mut found = unit.clone();
     let fewer = take_out_turning(&mut found, turning);
@@ -130,7 +130,7 @@ pub fn without_turning(unit: &Acquired, turning: &[Interval<f64>]) -> Option<Acq
     Some(found)
 }
 
-/// Takes out the rests that lie within spans of turning; says whether there were any.
+/// Removes the rests that lie within spans of turning; returns whether there were any.
 fn take_out_turning(found: &mut Acquired, turning: &[Interval<f64>]) -> bool {
     let before = found.rests.len();
     let mut i = 0;

@@ -1,8 +1,9 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 //!
-//! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; `rejection` takes out what only looked like
-//! a rest, [`plateaus`] finds constant rates in the [`motion`], which are then no rests, [`channels`] watches the channels, [`trace`] keeps a picture. What shakes a rest is averaged out in `vibration`. [`consistency`] holds the gyroscope against the
-//! accelerometer.
+//! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; `rejection` takes out what only looked
+//! like a rest, [`plateaus`] finds constant rates in the [`motion`], which are then no rests, [`channels`] watches the
+//! channels, [`trace`] keeps a picture. Vibration of a rest is averaged out in `vibration`. [`consistency`] holds the
+//! gyroscope against the accelerometer.
 
 use tumble_core::sample::CHANNELS;
 

@@ -1,9 +1,9 @@
 //! Segments of constant angular rate, and which of them are rests.
 //!
-//! A rate table turns for a minute at one rate. With its axis vertical gravity stands still, so that only the rate tells a
-//! turn from a rest; and no rate by itself does, since a gyroscope has a bias. What tells is that a bias is the same
-//! whichever way the unit lies, while the axis of a table that turns has one line of gravity: up at one rate is down at the
-//! opposite one (docs/theory/turntable.md, section 10).
+//! A rate table turns for a minute at one rate. With its axis vertical gravity stands still, so that only the rate
+//! distinguishes a turn from a rest; and no rate by itself does, since a gyroscope has a bias. The distinction is that
+//! a bias is the same whichever way the unit lies, while the axis of a table that turns has one line of gravity: up at
+//! one rate is down at the opposite one (docs/theory/turntable.md, section 10).
 
 use nalgebra::Vector3;
 use tumble_core::gravity::EARTH_RATE;
@@ -222,7 +222,7 @@ fn plateau(run: &[Group]) -> Option<Plateau> {
     })
 }
 
-/// Says of each plateau whether it is a rest, given the variance of a sample, (rad/s)^2.
+/// Labels each plateau as a rest or a turn, given the variance of a sample, (rad/s)^2.
 pub fn label_plateaus(plateaus: &mut [Plateau], noise: f64, gate: RateGate) {
     let everything = vec![true; plateaus.len()];
     let coarse = level(plateaus, &everything, noise, gate.apart());

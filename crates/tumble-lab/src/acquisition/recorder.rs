@@ -117,7 +117,7 @@ impl Acquisition {
         }
     }
 
-    /// What all times of the part at hand count from, s of its own clock; its first sample, at `first`, begins it.
+    /// Origin of all times of the part at hand, s of its own clock; its first sample, at `first`, begins it.
     fn origin_of_part(&mut self, first: f64) -> f64 {
         if self.origin.is_none() {
             self.origin = Some(first);
@@ -205,7 +205,7 @@ impl Acquisition {
             self.keep(segment);
             self.look();
         }
-        // What came after the last rest leads nowhere.
+        // Motion after the last rest is no turn.
         self.found
             .turns
             .truncate(self.found.rests.len().saturating_sub(1));
@@ -254,7 +254,7 @@ impl Acquisition {
                 self.found.edges.extend(self.recent.rise(&rest));
                 self.found.rests.push(rest);
             }
-            // What came before the first rest leads from nowhere.
+            // Motion before the first rest is no turn.
             FinishedSegment::Turn(turn) if self.found.rests.is_empty() => self.begin_rest(turn.end),
             FinishedSegment::Turn(mut turn) => {
                 turn.complete &= !self.leading;

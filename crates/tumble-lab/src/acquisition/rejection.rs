@@ -63,7 +63,7 @@ const LARGEST_SLOPE: f64 = 0.004;
 /// Angular rate by which rests may differ from each other, rad/s: a bias does not jump that far in a session.
 const LARGEST_RATE_JUMP: f64 = 0.005;
 
-/// How much a gyroscope may feel specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
+/// Largest response of a gyroscope to specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
 const WORST_G_SENSITIVITY: f64 = 5e-4;
 
 /// Drift of specific force, m/s^2, and angular rate, rad/s, within a rest that is not vibration: a bias that warms up, or
@@ -102,7 +102,7 @@ fn disturbed(
 }
 
 /// A rest whose rate differs from both its neighbours', while these agree, is a slow turn. A turn that never ends
-/// cannot be told from bias by rate alone; that one the drift of gravity shows, unless it is about the vertical.
+/// cannot be separated from bias by rate alone; that one the drift of gravity shows, unless it is about the vertical.
 fn is_turning(found: &Acquired, i: usize) -> bool {
     let n = found.rests.len();
     if n < 3 {

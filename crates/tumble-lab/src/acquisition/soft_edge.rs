@@ -28,7 +28,7 @@ const OLDEST: u64 = 5_000_000;
 pub struct SoftEdge {
     /// Where turn and rest meet, microseconds.
     pub at: u64,
-    /// Of the six channels, m/s and rad.
+    /// Integrals of the six channels, m/s and rad.
     pub integral: [f64; CHANNELS],
     /// Integral of the weight, s.
     pub length: f64,

@@ -17,7 +17,7 @@ const CLEARLY_SHAKEN: f64 = 4.0;
 /// The same for one axis, of which fewer means speak.
 const SHAKEN_AXIS: f64 = 3.0;
 
-/// Windows below which their scatter says too little.
+/// Number of windows below which their scatter is too uncertain.
 const FEWEST_PAIRS: u32 = 12;
 
 /// Takes specific force and angular rate at rest from means with soft edges, and their noise from how they scatter, where
@@ -71,13 +71,13 @@ fn soften_triad(found: &mut Acquired, ladder: &AllanLadder<f64>, first: usize) {
     }
 }
 
-/// Pairs of the lowest rung there is.
+/// Number of pairs at the lowest level.
 fn pairs_of(ladder: &AllanLadder<f64>) -> u32 {
     ladder.variances(0).next().map_or(0, |(_, _, pairs)| pairs)
 }
 
-/// Noise as the windows show it; as longer averages of them do, where these say clearly less: broad shaking fades
-/// towards low frequencies.
+/// Noise by the windows, or by longer averages of them where these are clearly quieter: broad vibration fades towards
+/// low frequencies.
 fn slowest(ladder: &AllanLadder<f64>, first: usize, windows: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
     let mut noise = level(ladder, first, windows);
     for lowest in 1.. {
@@ -93,8 +93,8 @@ fn slowest(ladder: &AllanLadder<f64>, first: usize, windows: [Noise<f64>; 3]) ->
     noise
 }
 
-/// White noise as all rungs show it, with the flicker that was found: few rungs do not tell one from the other, and what
-/// is flicker then counts as white.
+/// White noise by all levels, with the flicker that was found: few levels do not separate one from the other, and
+/// flicker then counts as white.
 fn level(ladder: &AllanLadder<f64>, first: usize, found: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
     core::array::from_fn(|axis| {
         let density =

@@ -22,7 +22,7 @@ pub const PLACES: [usize; UNKNOWNS] = [0, 3, 4, 6, 7, 8, 9, 10, 11];
 /// Rounds in which weights settle.
 const ROUNDS: u32 = 6;
 
-/// What was measured at a rest.
+/// Measurement at a rest.
 #[derive(Clone, Copy, Debug)]
 pub struct RestForce {
     /// Mean reading, m/s^2.
@@ -101,11 +101,11 @@ impl NormResidual {
 pub struct ForcesFit {
     /// M, lower triangular, and b.
     pub model: ErrorModel<f64>,
-    /// Of the unknowns, from noise alone.
+    /// Covariance of the unknowns, from noise alone.
     pub covariance: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
-    /// Of each rest.
+    /// Residual of each rest.
     pub residuals: Vec<NormResidual>,
-    /// Of each rest in the robust loss; one where nothing stands out.
+    /// Weight of each rest in the robust loss; one where none stands out.
     pub weights: Vec<f64>,
     /// Direction each rest shows, numbered.
     pub groups: Vec<usize>,
@@ -143,7 +143,7 @@ fn whitened_rows(residuals: &[NormResidual], factor: &DMatrix<f64>) -> DMatrix<f
     rows
 }
 
-/// What an unknown may be: a scale of one, a bias of g.
+/// Typical size of each unknown: a scale of one, a bias of g.
 pub fn sizes(gravity: f64) -> SVector<f64, UNKNOWNS> {
     SVector::from_fn(|i, _| if i < 6 { 1.0 } else { gravity })
 }
@@ -197,7 +197,7 @@ pub fn fit_forces(
     refuse_too_few(rests, start)?;
     let mut weights = vec![1.0; rests.len()];
     let mut x = unknowns_of(start);
-    // What is open from the start leads a fit astray.
+    // A direction that is not observable from the start leads a fit astray.
     finish(&x, data, gravity, weights.clone())?;
     for _ in 0..ROUNDS {
         let sigmas = residuals_at(&x, rests, gravity)?;

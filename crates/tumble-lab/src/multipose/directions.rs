@@ -1,4 +1,4 @@
-//! How many directions rests point in.
+//! Grouping of rests by the direction of gravity.
 
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ pub fn grouped(directions: &[Vector3<f64>]) -> Vec<usize> {
         .collect()
 }
 
-/// How many there are.
+/// Number of groups.
 pub(super) fn count(groups: &[usize]) -> usize {
     groups.iter().max().map_or(0, |last| last + 1)
 }

@@ -17,9 +17,9 @@ tumble_core::vocabulary! {
             /// Rests in them.
             rests: usize,
         } = "too few directions",
-        /// Of six faces some were not laid down.
+        /// Some of six faces were not laid down.
         FacesMissing {
-            /// Whether each is missing, in the order of [`super::SectionLabel::FACES`].
+            /// True for each missing face, in the order of [`super::SectionLabel::FACES`].
             missing: [bool; 6],
         } = "faces missing",
         /// The directions leave a combination of the accelerometer's unknowns open.

@@ -12,7 +12,7 @@ use super::error::MultiposeError;
 use super::sections::{Section, SectionLabel};
 use crate::acquisition::Acquired;
 
-/// How far a face may be off its axis, rad, for a rest to be taken for it.
+/// Largest angle between a face and its axis, rad, at which a rest is assigned to it.
 const FACE_REACH: f64 = 0.35;
 
 /// Angle that a turn about the vertical has at least, rad, to be taken for a full one.
@@ -45,7 +45,7 @@ pub struct FaceRest {
 pub struct FacesFit {
     /// M and b.
     pub model: ErrorModel<f64>,
-    /// Of `[M row by row, b]`.
+    /// Covariance of `[M row by row, b]`.
     pub covariance: Covariance<f64>,
     /// By how much faces are off level about either axis, rad, as the residuals show it.
     pub tilt: f64,
@@ -57,7 +57,7 @@ pub struct FacesFit {
     pub residuals: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-/// What a box that is tilted by chance does to truth and its covariance: twice along, once across.
+/// Effect of a random tilt of the box on the truth and its covariance: twice along, once across.
 struct Tilted<'a> {
     rests: &'a [FaceRest],
     noise: [Noise<f64>; 3],
@@ -98,7 +98,7 @@ pub fn fit_faces(
 /// The same with the tilt known.
 ///
 /// # Errors
-/// As [`fit_faces`], but that faces may be missing.
+/// Does the same as [`fit_faces`], but faces may be missing.
 pub(super) fn fit_tilted(
     rests: &[FaceRest],
     noise: &[Noise<f64>; 3],

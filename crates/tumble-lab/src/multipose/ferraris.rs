@@ -22,12 +22,12 @@ pub struct FerrarisTriad {
     pub bias: Vector3<f64>,
 }
 
-/// What the formulas make of a session, in the units of its readings.
+/// Results of the classical formulas for a session, in the units of its readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ferraris {
-    /// Of the six faces.
+    /// Result of the six faces.
     pub accelerometer: FerrarisTriad,
-    /// Of the full turns; `None` where one of the three is missing.
+    /// Result of the full turns; `None` where one of the three is missing.
     pub gyroscope: Option<FerrarisTriad>,
     /// Response of the gyroscope to specific force.
     pub g_sensitivity: Matrix3<f64>,

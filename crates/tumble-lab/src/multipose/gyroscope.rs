@@ -19,11 +19,11 @@ use crate::distributions::median;
 /// Nine elements of M and three biases; with g-sensitivity nine more.
 const UNKNOWNS: (usize, usize) = (12, 21);
 
-/// Scales tried to begin with, as a share of what readings say, from a twelfth to twelve times: each differs from the last by a
-/// 25th. A wrong sample rate is as wrong a scale.
+/// Initial scales, as multiples of the one that readings suggest, from a twelfth to twelve times: each differs from the
+/// last by a 25th. A wrong sample rate is as wrong a scale.
 const SCALES: (i32, f64) = (63, 1.04);
 
-/// Turns that tell one scale from another.
+/// Number of turns that separate one scale from another.
 const ENOUGH_TURNS: usize = 16;
 
 /// Change of weights, and of variances as a share of them, below which a round changes nothing.
@@ -51,7 +51,7 @@ const G_SENSITIVITY: f64 = 0.01;
 pub struct RestDirection {
     /// True specific force, m/s^2.
     pub force: Vector3<f64>,
-    /// Of the direction of gravity from noise, rad^2.
+    /// Covariance of the direction of gravity from noise, rad^2.
     pub covariance: Matrix3<f64>,
     /// Derivative of the direction by `[M row by row, b]` of the accelerometer.
     pub by_accelerometer: SMatrix<f64, 3, PARAMETERS>,
@@ -59,7 +59,7 @@ pub struct RestDirection {
     pub rate: Vector3<f64>,
     /// Variance of that mean, (rad/s)^2.
     pub rate_variance: Vector3<f64>,
-    /// What is known of the Earth's rotation there, rad/s.
+    /// Known rotation of the Earth there, rad/s.
     pub earth_rate: Vector3<f64>,
     /// Case at the first sample of the rest, and at the first after it, from the case as it stood in the mean, where it trembled.
     pub ends: [UnitQuaternion<f64>; 2],
@@ -89,7 +89,7 @@ pub struct Turn {
     pub before: usize,
     /// Index of the rest after.
     pub after: usize,
-    /// What was read.
+    /// Readings of the turn.
     pub samples: TurnSamples,
     /// Variance of the angle about any axis from the gyroscope's noise, rad^2.
     pub variance: f64,
@@ -98,7 +98,7 @@ pub struct Turn {
 /// A turn about the vertical that ended where it began.
 #[derive(Clone, Copy, Debug)]
 pub struct FullTurn {
-    /// Up in the case, in which nobody says which way it turned.
+    /// Up in the case, for a turn in unknown direction.
     pub axis: Vector3<f64>,
     /// Integral of the readings, rad.
     pub angle: Vector3<f64>,
@@ -111,7 +111,7 @@ pub struct FullTurn {
 }
 
 impl FullTurn {
-    /// True angle as a gyroscope with these errors tells it, by its correction.
+    /// True angle as integrated by a gyroscope with these errors, after its correction.
     fn turned(&self, errors: &RateModel, case_from_sensor: &Matrix3<f64>) -> Vector3<f64> {
         let felt = errors.g_sensitivity * self.velocity;
         case_from_sensor * (self.angle - errors.model.bias * self.duration - felt) // eq. 25
@@ -148,13 +148,13 @@ pub struct Rotations {
     pub turns: Vec<Turn>,
     /// Turns known to be full.
     pub full_turns: Vec<FullTurn>,
-    /// Of `[M row by row, b]` of the accelerometer.
+    /// Covariance of `[M row by row, b]` of the accelerometer.
     pub accelerometer_covariance: Covariance<f64>,
     /// Noise of the three axes.
     pub noise: [Noise<f64>; 3],
     /// Covariance of flicker of B = 1 among the rests (docs/theory/noise.md, eq. 4).
     pub remembered: DMatrix<f64>,
-    /// Whether the response to specific force is fitted.
+    /// True if the response to specific force is fitted.
     pub g_sensitivity: bool,
     /// Latitude, rad, where the upward part of the Earth's rotation is known.
     pub latitude: Option<f64>,
@@ -170,9 +170,9 @@ struct Factors {
 /// Scale, non-orthogonality, mounting against the accelerometer, and bias of a gyroscope.
 #[derive(Clone, Debug)]
 pub struct RatesFit {
-    /// What it does to the truth.
+    /// Errors of the gyroscope.
     pub errors: RateModel,
-    /// Of the unknowns from noise alone: `[M row by row, b]`, then G row by row.
+    /// Covariance of the unknowns from noise alone: `[M row by row, b]`, then G row by row.
     pub covariance: DMatrix<f64>,
     /// Direction of gravity as turned less as found, of each turn, rad.
     pub turned_less_found: Vec<Vector3<f64>>,
@@ -180,9 +180,9 @@ pub struct RatesFit {
     pub turn_variance: Vec<f64>,
     /// The same angle, rad, without any calibration of the gyroscope but its bias at rest.
     pub angle_before: Vec<f64>,
-    /// Of each turn in the robust loss.
+    /// Weight of each turn in the robust loss.
     pub weights: Vec<f64>,
-    /// What noise does not explain, and the sigmas include.
+    /// Scatter that noise does not explain, and the sigmas include.
     pub excess: Excess,
     /// Weighted squares over their expected size.
     pub chi_square: f64,
@@ -229,7 +229,7 @@ pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
     data.finish(&x, &turned, weights, angle_before, excess)
 }
 
-/// What turns and rests scatter besides noise.
+/// Scatter of turns and rests besides noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess {
     /// Variance of the angle of a turn about any axis, rad^2.
@@ -365,7 +365,7 @@ impl Rotations {
         })
     }
 
-    /// What residuals are whitened with.
+    /// Factors by which residuals are whitened.
     fn factors(&self, x: &DVector<f64>, turned: &[UnitQuaternion<f64>], weights: &[f64]) -> Option<Factors> {
         let turned: Vec<_> = turned
             .iter()
@@ -568,7 +568,7 @@ impl Rotations {
         })
     }
 
-    /// What each unknown may be.
+    /// Typical size of each unknown.
     pub fn sizes(&self) -> DVector<f64> {
         DVector::from_fn(self.unknowns(), |i, _| match i {
             0..9 => 1.0,

@@ -1,11 +1,11 @@
-//! How much the result leans on each pose, and how well it foretells poses that it has not seen.
+//! Influence of each pose on the result, and error of the prediction of unseen poses.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::accelerometer::ForcesFit;
 use super::settings::FEWEST_DIRECTIONS;
 
-/// What the fit would be without a rest, to first order.
+/// Change of the fit without a rest, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Influence {
     /// Share of the rest's own residual that the fit takes up: one where nothing else shows what it shows.
@@ -21,13 +21,13 @@ const DECISIVE: f64 = 1.0 - 1e-6;
 struct Answer<'a> {
     fit: &'a ForcesFit,
     rows: DMatrix<f64>,
-    /// Of the unknowns to whitened residuals.
+    /// Gains from unknowns to whitened residuals.
     gains: DMatrix<f64>,
     /// Whitened residuals that no fit takes up.
     left: DVector<f64>,
 }
 
-/// Of each rest (Cook 1977; docs/theory/multipose.md, eq. 7 and 8).
+/// Influence of each rest (Cook 1977; docs/theory/multipose.md, eq. 7 and 8).
 pub fn influence(fit: &ForcesFit) -> Vec<Influence> {
     let answer = Answer::of(fit);
     let sigmas = fit.covariance.diagonal().map(f64::sqrt);
@@ -89,7 +89,7 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// What readings of these rests alone are, whitened, and how much of them the fit leaves.
+    /// Readings of these rests alone, whitened, and the share that the fit leaves of them.
     fn alone(&self, rests: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
         let mut own = DMatrix::zeros(self.rows.nrows(), rests.len());
         for (column, rest) in rests.iter().enumerate() {

@@ -19,7 +19,7 @@ pub struct Linearised {
 pub struct Minimum {
     /// (n).
     pub x: DVector<f64>,
-    /// What remains there.
+    /// Linearisation there.
     pub at: Linearised,
 }
 

@@ -1,9 +1,10 @@
 //! Calibration without equipment: rests in many orientations, turned by hand in between (docs/theory/multipose.md).
 //!
-//! [`multipose()`] takes the samples of one unit. [`accelerometer`] fits the length of gravity at the rests, [`gyroscope`]
-//! how gravity turned between them, each with [`levenberg_marquardt`]. [`influence`], [`next_orientation`] and [`next_turn`] say how far
-//! the poses carry the result, `nominal_scale` what counts of an unknown unit are. [`sections`] are stretches that somebody
-//! labelled; six [`faces`] of a box are a case of their own, beside which stand the formulas of [`ferraris`].
+//! [`multipose()`] takes the samples of one unit. [`accelerometer`] fits the length of gravity at the rests,
+//! [`gyroscope`] how gravity turned between them, each with [`levenberg_marquardt`]. [`influence`],
+//! [`next_orientation`] and [`next_turn`] report how well the poses determine the result, `nominal_scale` guesses the
+//! scale of an unknown unit's counts. [`sections`] are stretches that somebody labelled; six [`faces`] of a box are a
+//! case of their own, beside which stand the formulas of [`ferraris`].
 
 pub mod accelerometer;
 mod directions;

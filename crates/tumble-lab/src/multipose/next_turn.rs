@@ -20,7 +20,7 @@ const SAMPLES: u32 = 20;
 pub struct NextTurn {
     /// Axis to turn about by half a turn, a unit vector in the case frame.
     pub axis: Vector3<f64>,
-    /// What is to be up at its start, across the axis, in the case frame.
+    /// Direction that is up at its start, across the axis, in the case frame.
     pub up: Vector3<f64>,
     /// Largest sigma as it is, in units of scale or of what bias and g-sensitivity may be.
     pub before: f64,

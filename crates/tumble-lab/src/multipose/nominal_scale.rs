@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Vector3, Vector4};
 use tumble_core::model::ErrorModel;
 
-/// What counts are taken for.
+/// Nominal scale of counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalScale {
     /// m/s^2 of one count of the accelerometer.
@@ -55,7 +55,7 @@ pub(super) fn start(readings: &[Vector3<f64>], gravity: f64) -> ErrorModel<f64> 
     model
 }
 
-/// What quiet windows show of counts: zero and size of both triads.
+/// Statistics of counts in quiet windows: zero and size of both triads.
 pub(super) struct Counts {
     /// Zero of the accelerometer, counts.
     pub force_zero: Vector3<f64>,

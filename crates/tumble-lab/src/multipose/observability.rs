@@ -1,4 +1,4 @@
-//! What residuals say of unknowns: their covariance, or the combination that is left open.
+//! Covariance of unknowns by their residuals, or the combination that is not observable.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 

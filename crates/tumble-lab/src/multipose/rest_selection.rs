@@ -7,10 +7,10 @@ use crate::acquisition::{Acquired, Acquisition};
 /// Tolerances tried, as factors on the usual limits of scatter and drift: a table, a lap, a hand.
 pub(super) const TOLERANCES: [f64; 4] = [1.0, 2.0, 4.0, BY_HAND];
 
-/// Of a unit that is held, not laid down.
+/// Tolerance for a unit that is held, not laid down.
 pub const BY_HAND: f64 = 8.0;
 
-/// How to cut samples into rests and turns with limits this much wider than usual; `shortest_rest` in microseconds.
+/// Settings of the segmenter with limits wider than usual by this factor; `shortest_rest` in microseconds.
 pub fn rest_settings(shortest_rest: u64, tolerance: f64) -> SegmenterSettings<f64> {
     let mut settings = SegmenterSettings {
         shortest_rest,

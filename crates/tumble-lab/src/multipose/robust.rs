@@ -1,4 +1,4 @@
-//! A loss that a few spoilt rests or turns do not rule (Huber 1964).
+//! Loss function in which a few corrupt rests or turns do not dominate (Huber 1964).
 
 use crate::distributions::median;
 

@@ -17,24 +17,24 @@ pub struct RateModel {
 }
 
 impl RateModel {
-    /// What the gyroscope reads where rate and specific force truly are these.
+    /// Reading of the gyroscope at this true rate and specific force.
     pub fn modelled(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
         self.model.measure(rate) + self.g_sensitivity * force // eq. 10
     }
 }
 
-/// What was read between two rests, from the end of the first to the start of the second.
+/// Readings between two rests, from the end of the first to the start of the second.
 #[derive(Clone, Debug)]
 pub struct TurnSamples {
     /// s.
     pub time: Vec<f64>,
-    /// rad/s, as read.
+    /// Raw angular rate, rad/s.
     pub rate: Vec<Vector3<f64>>,
     /// True specific force, m/s^2.
     pub force: Vec<Vector3<f64>>,
 }
 
-/// A turn as a gyroscope with these errors tells it.
+/// A turn as integrated by a gyroscope with these errors.
 #[derive(Clone, Debug)]
 pub struct IntegratedTurn {
     /// Case at the end from case at the start.
@@ -96,7 +96,7 @@ struct Step {
 }
 
 impl Step {
-    /// What the second order of coning is multiplied by, s^2.
+    /// Factor of the second order of coning, s^2.
     fn coning(&self) -> f64 {
         self.duration * self.duration / 12.0
     }
@@ -120,7 +120,7 @@ fn true_rate(
 /// A turn while it is integrated.
 struct Turning {
     end_from_start: UnitQuaternion<f64>,
-    /// What an error of the true rate adds, seen from the case at the start, for each element of the regressor.
+    /// Effect of an error of the true rate, seen from the case at the start, for each element of the regressor.
     response: Vec<Matrix3<f64>>,
     /// The regressor of the last sample, and what the steps to it and from it multiply it by.
     regressor: [f64; REGRESSORS],

@@ -13,7 +13,7 @@ use crate::acquisition::{Acquired, leave_out_saturated, microseconds};
 use crate::distributions::median;
 
 tumble_core::vocabulary! {
-    /// What a stretch of a log shows, by the names that section lists of six-face sessions bear.
+    /// Content of a stretch of a log, by the names that section lists of six-face sessions bear.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum SectionLabel {
         /// At rest, axis x up.
@@ -70,7 +70,7 @@ impl SectionLabel {
 /// A labelled stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Section {
-    /// What it shows.
+    /// Content of the section.
     pub label: SectionLabel,
     /// Index of its first sample.
     pub first: usize,

@@ -73,7 +73,7 @@ fn wandering(ups: &[Vector3<f64>], error: f64) -> RestForces {
 }
 
 #[test]
-fn from_scales_a_quarter_off_the_errors_of_the_accelerometer_are_found() {
+fn errors_are_found_from_scales_a_quarter_wrong() {
     let found = fit_forces(&rests(&ups(15), 0.0), GRAVITY, &ErrorModel::identity()).expect("solvable");
     assert!(
         (found.model.matrix - truth().matrix).amax() < 1e-9,
@@ -229,7 +229,7 @@ fn a_turn_about_one_axis_comes_out_as_its_angle() {
 
 proptest! {
     #[test]
-    fn the_derivative_of_the_length_of_gravity_is_that_of_differences(
+    fn the_derivative_of_gravitys_length_agrees_with_differences(
         x in prop::array::uniform9(-0.1_f64..0.1), up in prop::array::uniform3(-1.0_f64..1.0)
     ) {
         let up = Vector3::from(up);
@@ -284,7 +284,7 @@ proptest! {
 }
 
 #[test]
-fn errors_are_as_large_as_their_covariance_where_rests_share_bias_instability() {
+fn errors_match_the_covariance_where_rests_share_flicker() {
     const SESSIONS: u32 = 300;
     let mut random = stream(5, 0, Purpose::AccelerometerFlicker);
     let quiet = wandering(&ups(18), 0.0);

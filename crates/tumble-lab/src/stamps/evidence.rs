@@ -1,4 +1,4 @@
-//! Whether a sensor samples evenly: its signal shows it, its stamps do not.
+//! Test of even sampling: the signal of a sensor shows it, its stamps do not.
 //!
 //! Equations: docs/theory/clocks.md.
 //!
@@ -31,7 +31,7 @@ tumble_core::vocabulary! {
     pub enum Sampling {
         /// Evenly: stamps come late.
         Even = "even",
-        /// When the stamps say.
+        /// Samples are taken at the times of their stamps.
         Stamped = "stamped",
         /// Neither.
         Between = "between",
@@ -44,7 +44,7 @@ tumble_core::vocabulary! {
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     row: usize,
-    /// Of the last samples: row, how far the stamp is behind the fitted time, s, and the channels.
+    /// Last samples: row, delay of the stamp behind the fitted time, s, and the channels.
     tail: Vec<(usize, f64, [f64; 6])>,
     blocks: Vec<(f64, f64)>,
 }
@@ -127,7 +127,7 @@ impl Evidence {
         }
         let beta = product / power;
         let scatter: f64 = self.blocks.iter().map(|(y, z)| (y - beta * z).powi(2)).sum();
-        // Where blocks are few, noise alone says more than their scatter.
+        // Where blocks are few, noise alone is a better measure than their scatter.
         let sigma = (scatter.max(POWER * power)).sqrt() / power;
         Some((beta, sigma))
     }

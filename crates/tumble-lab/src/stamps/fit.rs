@@ -28,7 +28,7 @@ struct Stretch {
 pub struct SampleTimes {
     /// Sampling period and scatter of stamps.
     pub period: Period,
-    /// What the times follow.
+    /// Source of the times.
     pub follows: Follows,
     /// Samples that were lost on the way.
     pub lost: u64,

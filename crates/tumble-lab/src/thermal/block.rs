@@ -1,4 +1,4 @@
-//! What a thermal log is made into: means over successive stretches at rest (docs/theory/thermal.md).
+//! Blocks of a thermal log: means over successive stretches at rest (docs/theory/thermal.md).
 
 use nalgebra::Vector3;
 use tumble_core::noise::Interval;
@@ -13,7 +13,7 @@ use crate::distributions::median;
 const BLOCKS: f64 = 150.0;
 /// Usual times between spans from which on samples are missing.
 const PAUSE: f64 = 1.5;
-/// Blocks of a pose below which it says nothing but its own constant.
+/// Blocks of a pose below which it determines nothing but its own constant.
 const FEWEST_OF_A_POSE: usize = 2;
 /// Cosine of the angle between two orientations of a fixture: 10 degrees.
 const SAME_ORIENTATION: f64 = 0.985;
@@ -31,7 +31,7 @@ pub struct Block {
     pub temperature: f64,
     /// Its change, K/s.
     pub slope: f64,
-    /// Whether it warms (1), cools (-1) or does neither (0); between these where it turned.
+    /// Direction of temperature: warming (1), cooling (-1) or neither (0); between these where it turned.
     pub leg: f64,
 }
 
@@ -72,7 +72,7 @@ pub fn blocks(spans: &[Span], step: f64, fixture: bool) -> ThermalBlocks {
 }
 
 impl ThermalBlocks {
-    /// What was read of one channel, in the order of the blocks.
+    /// Readings of one channel, in the order of the blocks.
     pub fn channel(&self, channel: usize) -> Vec<f64> {
         self.means.iter().map(|means| means[channel]).collect()
     }
@@ -98,7 +98,7 @@ impl ThermalBlocks {
         self.close(&stretches, fixture);
     }
 
-    /// Numbers the poses of a session, and keeps the stretches of those that say something.
+    /// Numbers the poses of a session, and keeps the stretches of those that are informative.
     fn close(&mut self, stretches: &[Stretch], fixture: bool) {
         let mut poses: Vec<Pose> = Vec::new();
         let numbers: Vec<usize> = stretches

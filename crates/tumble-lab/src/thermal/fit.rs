@@ -44,13 +44,13 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// How many.
+    /// Number of terms.
     pub fn count(&self) -> usize {
         self.bias + self.scale + self.hysteresis
     }
 }
 
-/// What of blocks an axis is fitted to: temperatures, legs and poses, and their noise.
+/// Regressors of an axis at the blocks: temperatures, legs and poses, and their noise.
 #[derive(Clone, Debug)]
 pub struct Design<'a> {
     whitening: &'a Whitening,
@@ -64,17 +64,17 @@ pub struct Design<'a> {
     shared: [f64; 2],
 }
 
-/// What was found of one axis.
+/// Fit of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisFit {
     /// Which terms.
     pub terms: Terms,
-    /// What the axis reads at the reference temperature in each pose, in its unit.
+    /// Reading of the axis at the reference temperature in each pose, in its unit.
     pub constants: Vec<f64>,
     /// Coefficients of `t`, `t^2` ... of the bias, then those of the scale factor, then by how much more is read while
     /// warming than while cooling, at one temperature or several.
     pub coefficients: DVector<f64>,
-    /// Of the coefficients.
+    /// Covariance of the coefficients.
     pub covariance: DMatrix<f64>,
     /// Temperatures less the reference, K, between which warming and cooling are compared.
     pub shared: [f64; 2],
@@ -108,7 +108,7 @@ impl AxisFit {
         Some([*value, self.covariance[(place, place)].sqrt()])
     }
 
-    /// Whether its highest powers are far from what chance makes of none.
+    /// Tests whether its highest powers are significant.
     pub fn is_certain(&self) -> bool {
         let is_clear = |count: usize, last: usize| {
             let of_last = last.checked_sub(1).and_then(|place| self.coefficient(place));
@@ -118,7 +118,7 @@ impl AxisFit {
         is_clear(bias, bias) && is_clear(scale, bias + scale)
     }
 
-    /// What the axis reads in a pose `t` K above the reference, on a leg.
+    /// Reading of the axis in a pose `t` K above the reference, on a leg.
     pub fn reading(&self, pose: usize, t: f64, leg: f64) -> f64 {
         let hysteresis: f64 = self
             .hysteresis()
@@ -152,13 +152,13 @@ impl<'a> Design<'a> {
         }
     }
 
-    /// Fits the terms to the means of one axis, in the order of the blocks; None where there are too few, or
-    /// the terms cannot be told apart.
+    /// Fits the terms to the means of one axis, in the order of the blocks; None where there are too few, or the terms
+    /// cannot be separated.
     pub fn fit(&self, means: &[f64], terms: &Terms) -> Option<AxisFit> {
         let y = self.whitened(means);
         let mut constants = self.pose_means(means);
         let mut found = None;
-        // What a pose reads at the reference is known well from the first round on.
+        // The reading of a pose at the reference is known well from the first round on.
         for _ in 0..if terms.scale > 0 { ROUNDS } else { 1 } {
             let rows = self.whitening.apply(&self.rows(terms, &constants));
             let fit = self.averaged(&y, &rows, terms)?;
@@ -272,7 +272,7 @@ impl<'a> Design<'a> {
             .then(|| r.try_inverse())
             .flatten()?;
         let x = &inverse * q.tr_mul(&y);
-        // What has no noise at all is as likely as can be, but not infinitely so.
+        // Data without any noise are as likely as possible, but not infinitely so.
         let squares = (&y - &weighted * &x).norm_squared().max(f64::MIN_POSITIVE);
         let white = squares / freedom; // eq. 5
         let covariance = &inverse * inverse.transpose() * white;

@@ -10,7 +10,7 @@ use crate::distributions::{INTERVAL, chi_square_tail, median, student_quantile};
 const UNLIKELY: f64 = 0.01;
 /// Chance below which there is a difference: that of four sigmas.
 const CLEAR: f64 = 6e-5;
-/// Median sigmas beyond which a knot says too little to be called the largest.
+/// Median sigmas beyond which a knot is too uncertain to be called the largest.
 const FAR_FROM_DATA: f64 = 3.0;
 /// Share beyond one end of a 95 % interval.
 const BEYOND: f64 = 0.025;
@@ -29,7 +29,7 @@ pub struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// Of a fit with a constant or a curve; None where it has neither.
+    /// Hysteresis of a fit with a constant or a curve; None where it has neither.
     pub fn of(fit: &AxisFit) -> Option<Self> {
         let first = fit.terms.bias + fit.terms.scale;
         let count = fit.terms.hysteresis;

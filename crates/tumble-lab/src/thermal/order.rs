@@ -1,6 +1,6 @@
-//! Which terms the data bear: those that foretell best what was left out (docs/theory/thermal.md, Order).
+//! Choice of the terms that the data bear: those that best predict held-out data (docs/theory/thermal.md, Order).
 //!
-//! Stretches of time are left out, not single means: neighbours share their errors, so that one foretells the other
+//! Stretches of time are held out, not single means: neighbours share their errors, so that one predicts the other
 //! whatever the polynomial.
 
 use super::block::Block;
@@ -13,12 +13,12 @@ const STRETCHES: usize = 10;
 /// nine degrees of freedom exceeds once in forty times. With one, one axis in ten is given a power that it has not.
 const CLEARLY: f64 = 2.262;
 
-/// How well each of several sets of terms foretells.
+/// Error of prediction of each of several sets of terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Which of them: the first that is not clearly worse than the best.
     pub chosen: usize,
-    /// Root mean square of what was not foretold, for each, in the unit of the axis.
+    /// Root mean square error of prediction of each, in the unit of the axis.
     pub left: Vec<f64>,
 }
 
@@ -35,12 +35,12 @@ struct Fold {
     /// Those that were kept, with their poses numbered anew.
     blocks: Vec<Block>,
     whitening: Whitening,
-    /// What was left out, with the new number of its pose: of poses that were held in no other stretch, nothing is.
+    /// Held-out blocks, with the new number of their pose: poses that were held in no other stretch have none.
     out: Vec<(usize, usize)>,
 }
 
 impl Folds {
-    /// Of blocks in order of time.
+    /// Stretches of blocks in order of time.
     pub fn new(blocks: &[Block]) -> Self {
         let folds = (0..STRETCHES).filter_map(|stretch| Fold::new(blocks, stretch));
         Self {
@@ -108,7 +108,7 @@ impl Fold {
         })
     }
 
-    /// Mean squares of what is left of the stretch, for each candidate, when it is foretold from the others.
+    /// Mean squares of the errors of the stretch, for each candidate, when it is predicted from the others.
     fn foretold(
         &self,
         blocks: &[Block],
@@ -131,7 +131,7 @@ impl Fold {
     }
 }
 
-/// Whether one candidate is not clearly worse than the best, by the squares of each stretch.
+/// Tests whether one candidate is not clearly worse than the best, by the squares of each stretch.
 fn is_as_good(squares: &[Vec<f64>], candidate: usize, best: usize) -> bool {
     let worse = || squares.iter().map(|stretch| stretch[candidate] - stretch[best]);
     let average = mean(worse());

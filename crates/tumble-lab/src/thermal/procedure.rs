@@ -1,4 +1,4 @@
-//! What temperature does to both triads of a unit (docs/theory/thermal.md).
+//! Temperature drift of both triads of a unit (docs/theory/thermal.md).
 
 use tumble_core::sample::CHANNELS;
 use tumble_core::temperature::HIGHEST_ORDER;
@@ -19,11 +19,12 @@ const FEWEST_BLOCKS: usize = 30;
 const FEWEST_OF_A_LEG: usize = 4;
 /// Change of temperature, K, in one pose that a drift is to be seen in.
 pub const LEAST_RANGE: f64 = 5.0;
-/// m/s^2 between what an accelerometer axis feels in two poses, so that they tell its scale from its bias.
+/// Difference of specific force on an accelerometer axis between two poses, m/s^2, that separates its scale from its
+/// bias.
 const TURNED_OVER: f64 = 5.0;
 
 tumble_core::vocabulary! {
-    /// Why nothing can be said of temperature.
+    /// Reasons why no drift can be estimated.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum ThermalError {
         /// It did not change enough while the unit stayed where it was.
@@ -47,10 +48,10 @@ tumble_core::vocabulary! {
     }
 }
 
-/// What is known beforehand.
+/// Prior knowledge of the session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThermalSettings {
-    /// Whether the unit was turned by a fixture that returns to an orientation exactly.
+    /// True if the unit was turned by a fixture that returns to an orientation exactly.
     pub fixture: bool,
     /// Temperature at which nothing is to change, degC; the middle of the range where there is none.
     pub reference: Option<f64>,
@@ -58,12 +59,12 @@ pub struct ThermalSettings {
     pub channels: Vec<usize>,
 }
 
-/// What temperature does to one axis.
+/// Temperature drift of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisDrift {
     /// Which of the six channels.
     pub channel: usize,
-    /// Of the terms that the data bear, hysteresis last where both legs are known.
+    /// Fit of the terms that the data bear, hysteresis last where both legs are known.
     pub fit: AxisFit,
     /// Sets of terms among which was chosen.
     pub candidates: Vec<Terms>,
@@ -73,7 +74,7 @@ pub struct AxisDrift {
     pub hysteresis: Option<Hysteresis>,
     /// First power of the bias, per K, and its 1-sigma, chosen or not.
     pub slope: [f64; 2],
-    /// Change of the scale factor, 1/K, and its 1-sigma, chosen or not; None where no poses tell scale from bias.
+    /// Change of the scale factor, 1/K, and its 1-sigma, chosen or not; None where no poses separate scale from bias.
     pub scale: Option<[f64; 2]>,
 }
 
@@ -87,7 +88,7 @@ impl AxisDrift {
     }
 }
 
-/// What temperature does to a unit.
+/// Temperature drift of a unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThermalDrift {
     /// Temperature at which nothing changes, degC.
@@ -96,7 +97,7 @@ pub struct ThermalDrift {
     pub range: [f64; 2],
     /// Time constant of the thermometer, where the data show it.
     pub lag: Lagging,
-    /// What was fitted, temperatures those of the sensor.
+    /// Blocks that were fitted, temperatures those of the sensor.
     pub data: ThermalBlocks,
     /// One for each channel that was recorded.
     pub axes: Vec<AxisDrift>,
@@ -179,7 +180,7 @@ fn pose_range(data: &ThermalBlocks, pose: usize) -> f64 {
     high - low
 }
 
-/// Whether some pose was held both while it warmed and while it cooled.
+/// Tests whether some pose was held both while it warmed and while it cooled.
 fn both_legs(data: &ThermalBlocks) -> bool {
     let blocks_of = |pose: usize, leg: f64| {
         data.blocks

@@ -5,20 +5,20 @@ use tumble_core::sample::CHANNELS;
 
 /// Length of the first spans, s; they are joined two by two when there are too many.
 const FIRST_SPAN: f64 = 1.0;
-/// Samples in a span at least: fewer say too little of how much it scatters.
+/// Samples in a span at least: the scatter of fewer is too uncertain.
 const FEWEST_SAMPLES: u32 = 10;
 const MOST_SPANS: usize = 1 << 14;
 
-/// What is kept of successive samples.
+/// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     /// Which log, in the order in which they were taken in.
     pub session: usize,
     /// First and last sample, s of the log's clock.
     pub time: [f64; 2],
-    /// Mean of what the thermometer says, degC.
+    /// Mean reading of the thermometer, degC.
     pub temperature: f64,
-    /// Of the six channels, m/s^2, then rad/s.
+    /// Moments of the six channels, m/s^2, then rad/s.
     pub moments: Moments<f64, CHANNELS>,
 }
 
@@ -58,7 +58,7 @@ impl Span {
         self.time[1] = later.time[1];
     }
 
-    /// Whether a sample still belongs to it: it is not long yet, or of few samples.
+    /// Tests whether a sample still belongs to it: it is not long yet, or of few samples.
     fn holds(&self, time: f64, length: f64) -> bool {
         let slow = self.moments.samples() < FEWEST_SAMPLES && time - self.time[1] < length;
         slow || time - self.time[0] < length
@@ -103,8 +103,8 @@ impl ThermalRecorder {
         self.last_reading = f64::NAN;
     }
 
-    /// Takes in a sample: `time` s, increasing, `temperature` degC, and six channels in SI units. What is not finite is
-    /// left out.
+    /// Takes in a sample: `time` s, increasing, `temperature` degC, and six channels in SI units. A sample that is not
+    /// finite is left out.
     pub fn push(&mut self, time: f64, temperature: f64, sample: &[f64; CHANNELS]) {
         if !(time.is_finite() && temperature.is_finite() && sample.iter().all(|value| value.is_finite())) {
             return;

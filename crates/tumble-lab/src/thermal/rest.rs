@@ -19,7 +19,7 @@ const TURNED: f64 = 5e-3;
 const JUMPED: f64 = 0.05;
 /// Usual changes from span to span that drift stays below.
 const USUAL_CHANGES: f64 = 6.0;
-/// Spans over which drift is told from noise.
+/// Spans over which drift is separated from noise.
 const SLOWLY: usize = 30;
 /// Usual lengths of a span from which on the time between two is a pause.
 const PAUSE: f64 = 3.0;

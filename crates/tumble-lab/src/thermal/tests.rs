@@ -185,7 +185,8 @@ fn intervals_hold_the_truth_and_errors_are_near_the_bound() {
     let found = figures(150);
     let inside =
         found.normalised.iter().filter(|z| z.abs() < INTERVAL).count() as f64 / found.normalised.len() as f64;
-    // Of 300 intervals of 95 %, 99.9 % of such shares lie within; those of one run hang together hardly.
+    // Shares within these limits occur in 99.9 % of draws of 300 intervals of 95 %; those of one run are hardly
+    // correlated.
     assert!((0.90..=0.985).contains(&inside), "{inside}");
     for power in 0..2 {
         // The root mean square of 150 errors scatters by 6 %.
@@ -260,9 +261,9 @@ fn axes_whose_bias_does_not_depend_on_temperature_show_no_lag() {
 /// A session of one log as it is recorded: drift of all channels, alike in each pose.
 struct Log<'a> {
     temperature: &'a dyn Fn(f64) -> f64,
-    /// What the thermometer says.
+    /// Readings of the thermometer.
     thermometer: &'a dyn Fn(f64) -> f64,
-    /// What accelerometer z feels, m/s^2.
+    /// Specific force on accelerometer z, m/s^2.
     felt: &'a dyn Fn(f64) -> f64,
     missing: &'a [[f64; 2]],
     warming: &'a dyn Fn(f64) -> f64,

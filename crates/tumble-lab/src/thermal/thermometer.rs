@@ -1,7 +1,7 @@
 //! The temperature of the sensor, from a thermometer that has steps, noise, and a time constant of its own.
 //!
-//! Over a window that several steps fall into, a straight line through the readings is nearer to the temperature than any
-//! reading; its slope says whether the unit warms, and how far a slow thermometer is behind.
+//! Over a window that several steps fall into, a straight line through the readings is nearer to the temperature than
+//! any reading; its slope shows whether the unit warms, and the error of a slow thermometer.
 
 use super::recorder::Span;
 use crate::distributions::median;
@@ -16,7 +16,7 @@ const SLOPE: f64 = 0.02;
 /// Share of the usual slope below which it neither warms nor cools.
 const LEVEL: f64 = 0.02;
 
-/// Of one span.
+/// Smoothed temperature of one span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothTemperature {
     /// degC.

@@ -1,4 +1,4 @@
-//! What the noise of a sensor does to the means over blocks, made independent (docs/theory/thermal.md, Noise).
+//! Whitening of the noise of means over blocks (docs/theory/thermal.md, Noise).
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ pub struct Whitening {
 }
 
 impl Whitening {
-    /// Of blocks, session after session.
+    /// Whitening of blocks, session after session.
     pub fn new(blocks: &[Block]) -> Self {
         let mut sessions = Vec::new();
         let mut wandering = Vec::with_capacity(blocks.len());

@@ -1,7 +1,7 @@
 //! Rates that a table was commanded, as truth of gyroscopes (docs/theory/turntable.md, eq. 39 to 42).
 //!
-//! The table says at which rate the units turned, the reference about which axis. Specific force says it less well: a unit
-//! beside the axis is pulled outwards, and an axis off the vertical shows its own gravity.
+//! The table reports the rate at which the units turned, the reference measures the axis. Specific force is a poorer
+//! measure of it: a unit beside the axis is pulled outwards, and an axis off the vertical shows its own gravity.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use tumble_core::gravity::{EARTH_RATE, vertical_earth_rate};

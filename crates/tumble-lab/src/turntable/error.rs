@@ -81,7 +81,7 @@ impl TurntableError {
     }
 }
 
-/// Of the axes of an accelerometer.
+/// Errors in the axes of an accelerometer.
 impl From<ModelError> for TurntableError {
     fn from(error: ModelError) -> Self {
         match error {
@@ -124,9 +124,9 @@ tumble_core::vocabulary! {
             /// Rests of the target.
             rests: usize,
         } = "few meet",
-        /// The clocks are said to be shared, and then hardly any rest meets another.
+        /// The clocks are stated to be shared, and then hardly any rest meets another.
         ClocksApart {
-            /// What the turns show the offset to be, s.
+            /// Offset by the turns, s.
             offset: f64,
         } = "clocks apart",
     }

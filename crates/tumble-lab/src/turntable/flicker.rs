@@ -1,8 +1,8 @@
 //! Bias instability as the residuals of a fit show it.
 //!
-//! A rest of seconds hardly tells flicker from white noise, so the ladder of one short session gives B^2 poorly. What
-//! the fit leaves at rests minutes apart tells more: there flicker is larger and white noise smaller. Both are combined
-//! by their variances (docs/theory/noise.md, eq. 8 to 10).
+//! A rest of seconds hardly separates flicker from white noise, so the ladder of one short session gives B^2 poorly.
+//! The residuals of a fit at rests minutes apart are more informative: there flicker is larger and white noise smaller.
+//! Both are combined by their variances (docs/theory/noise.md, eq. 8 to 10).
 
 use nalgebra::{DMatrix, DVector};
 use tumble_core::noise::{Flicker, Interval, Noise};
@@ -21,7 +21,7 @@ struct Axis {
     freedom: f64,
     /// Sum of squared residuals less what white noise leaves.
     excess: f64,
-    /// What flicker of B = 1 adds to it, `tr R C`.
+    /// Contribution of flicker of B = 1, `tr R C`.
     signal: f64,
     /// `tr (R C)^2`.
     squares: f64,

@@ -407,8 +407,8 @@ fn passage_of(segment: &Segment<f64>) -> Passage {
     }
 }
 
-/// Variance of the angle of a turn because samples are missing in it, rad^2, besides what the noise of the rests, which
-/// lack some too, says of one as long (docs/theory/turntable.md, eq. 29 to 31).
+/// Variance of the angle of a turn because samples are missing in it, rad^2, besides the variance that the noise of the
+/// rests, which lack some too, gives one as long (docs/theory/turntable.md, eq. 29 to 31).
 fn angle_variance(unit: &Acquired, passage: &Passage) -> Vector3<f64> {
     let noise = unit.rate_noise();
     let duration = passage.interval.duration();

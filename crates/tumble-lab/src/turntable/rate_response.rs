@@ -133,7 +133,7 @@ fn line<const K: usize>(
     Some((covariance * vector, covariance))
 }
 
-/// What is left of a column without those before it, below which they are one, relative.
+/// Relative remainder of a column without those before it, below which they are one.
 const DISTINCT: f64 = 1e-3;
 
 fn response(axis: usize, points: &[Point]) -> Option<AxisResponse> {

@@ -1,4 +1,4 @@
-//! What the reference itself adds, fitted before any target is looked at: biases, attitudes, mounting.
+//! Errors of the reference itself, fitted before any target: biases, attitudes, mounting.
 
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 use tumble_core::gravity::vertical_earth_rate;
@@ -32,7 +32,7 @@ pub struct Reference {
     pub table: Option<TableTruth>,
     /// Uncertainty of its corrected readings.
     pub uncertainty: ReferenceUncertainty,
-    /// Whether that uncertainty explains by how much `|r - b|` misses g.
+    /// True if that uncertainty explains the deviation of `|r - b|` from g.
     pub norm_explained: bool,
     /// The reference, deviated along each principal direction of its uncertainty; empty where that is not stated.
     pub(super) deviated: Vec<DeviatedReference>,
@@ -92,7 +92,7 @@ pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
 /// Without a gyroscope, the rotation of the Earth is left at zero, and nothing is to be asked of it.
 ///
 /// # Errors
-/// [`TurntableError`] as it says.
+/// Those of [`TurntableError`].
 pub fn fit_reference(
     unit: &Acquired,
     ups: &Ups,

@@ -16,17 +16,17 @@ pub(super) const LARGEST_RATE_BIAS: f64 = 1.0;
 
 /// One target of a session.
 pub(super) struct TargetSession<'a> {
-    /// What the reference recorded.
+    /// Recording of the reference.
     pub reference_unit: &'a Acquired,
     /// The reference with its biases, attitudes and mounting.
     pub reference: &'a Reference,
-    /// What the target recorded.
+    /// Recording of the target.
     pub unit: &'a Acquired,
     /// Which rests belong together.
     pub pairing: &'a Pairing,
     /// Up of each rest of the reference in the table frame.
     pub ups: &'a Ups,
-    /// How to calibrate.
+    /// Settings of the calibration.
     pub settings: &'a TurntableSettings,
 }
 

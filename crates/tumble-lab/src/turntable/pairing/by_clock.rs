@@ -187,7 +187,7 @@ impl Common {
         })
     }
 
-    /// Whether the target rested on where the reference saw another rest.
+    /// Tests whether the target rested on where the reference saw another rest.
     fn shares(&self, next: &Self) -> bool {
         self.last >= next.first
     }

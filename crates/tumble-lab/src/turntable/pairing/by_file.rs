@@ -1,6 +1,6 @@
 //! Recordings that come as one file a pose: files of one name show one pose.
 //!
-//! Nobody can say how long it took from one file to the next, so no clock leads from the reference to the target.
+//! The time from one file to the next is unknown, so no clock leads from the reference to the target.
 
 use tumble_core::real::seconds;
 use tumble_core::turntable::clock::ClockFit;

@@ -16,7 +16,7 @@ pub use rests::{PairedRest, Pairing};
 /// Lays the target beside the reference.
 ///
 /// # Errors
-/// [`PairingError`] as it says.
+/// Those of [`PairingError`].
 pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<Pairing, PairingError> {
     match (in_files(reference), in_files(target)) {
         (true, true) => by_file::pair_by_file(reference, target),

@@ -23,13 +23,13 @@ pub struct PairedRest {
 pub struct Pairing {
     /// The clocks.
     pub clock: ClockFit<f64>,
-    /// Whether one clock stamped both.
+    /// True if one clock stamped both.
     pub shared: bool,
     /// Rests both saw, in order.
     pub pairs: Vec<PairedRest>,
     /// Rests of the reference that only go on with the one before, as the target shows.
     pub continued: Vec<usize>,
-    /// Offset the turns show although the clocks were said to be shared, s, with its sigma.
+    /// Offset by the turns although the clocks were stated to be shared, s, with its sigma.
     pub contradiction: Option<(f64, f64)>,
 }
 
