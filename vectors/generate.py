@@ -306,7 +306,7 @@ class Robot:
 
 
 def spin() -> dict[str, Any]:
-    """Biases from all samples at once, the true motion known; the rate along the axis contributes at rest only."""
+    """Biases from all samples at once, the true motion known; the rate along the axis counts at rest only."""
     rng = np.random.default_rng(8)
     robot = Robot()
     motion = robot.motion()
