@@ -27,7 +27,7 @@ demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are he
 	@$(BIN)/python examples/06_live_bench.py
 
 firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bit with the host's replay
-	@scripts/install_device_tools.sh qemu-system-arm
+	@scripts/install_test_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
 test: test-rust test-python test-commands  ## Run all tests: of Rust, of Python and devices, and the commands of the pages
@@ -37,7 +37,7 @@ test-rust:  ## Run the tests of Rust
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
 
 test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python, C and firmware
-	scripts/install_device_tools.sh
+	scripts/install_test_tools.sh
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
 
 test-commands: $(VENV)/.native $(VENV)/.requirements-test  ## Run the commands of README and how-tos
@@ -73,7 +73,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.readers
 	$(BIN)/python -m benchmarks.live
 	$(BIN)/python -m benchmarks.live_table
-	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
+	scripts/install_test_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
 
@@ -105,7 +105,7 @@ package: $(VENV)/.native  ## Build what is released, and use it as a newcomer wo
 	rustup target add aarch64-unknown-linux-gnu
 	$(BIN)/python scripts/build_packages.py out/package --target aarch64-unknown-linux-gnu
 	$(BIN)/python scripts/try_package.py out/package --extra all
-	scripts/install_device_tools.sh cmake
+	scripts/install_test_tools.sh cmake
 	scripts/package_c.sh out/package
 	scripts/build_image.sh
 

@@ -17,7 +17,7 @@ coverage="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4
 # Named, so that what builds crates is not watched too.
 options="--locked --quiet --profile fuzz --target $host --target-dir $folder"
 
-scripts/install_device_tools.sh g++
+scripts/install_test_tools.sh g++
 # Options are words apart.
 # shellcheck disable=SC2086
 RUSTFLAGS=$coverage cargo build $options --package tumble-fuzz --bin tumble-fuzz-guided --features guided

@@ -24,7 +24,7 @@ esac
 [ $# -ge 1 ] || fail "no image; say: run_in_qemu.sh IMAGE [OPTION OF QEMU...]"
 [ -f "$1" ] || fail "$1: there is no such image; build it first"
 for tool in timeout $emulator; do
-    command -v "$tool" >/dev/null || fail "there is no $tool; scripts/install_device_tools.sh installs it on Debian"
+    command -v "$tool" >/dev/null || fail "there is no $tool; scripts/install_test_tools.sh installs it on Debian"
 done
 image=$1
 shift

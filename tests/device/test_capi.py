@@ -57,7 +57,7 @@ def done(command: Sequence[str | Path], **environment: str) -> str:
 @pytest.fixture(scope="module", autouse=True)
 def tools() -> None:
     """Installs the compilers and checkers that are missing."""
-    done(["scripts/install_device_tools.sh"])
+    done(["scripts/install_test_tools.sh"])
 
 
 PARTS = ("spin", "redundancy", "records", "temperature")

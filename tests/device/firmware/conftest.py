@@ -12,7 +12,7 @@ from firmware_images import CORTEX_M4F, EMULATORS, ROOT, build, built_image, run
 def flyable(target):
     """The platform as it is flown on a processor."""
     if shutil.which(EMULATORS[target]) is None:
-        pytest.skip(f"there is no {EMULATORS[target]}; scripts/install_device_tools.sh installs it")
+        pytest.skip(f"there is no {EMULATORS[target]}; scripts/install_test_tools.sh installs it")
     built = build(target=target)
     if f"no Rust for {target}" in built.stderr:
         pytest.skip(built.stderr.strip().splitlines()[-1])

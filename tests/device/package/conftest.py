@@ -15,7 +15,7 @@ PACKAGES = ["kconfiglib==14.1.0", "scons==4.11.1", "platformio==6.2.0"]
 
 @pytest.fixture(scope="session", autouse=True)
 def _device_tools():
-    installed = try_to_run(ROOT / "scripts" / "install_device_tools.sh")
+    installed = try_to_run(ROOT / "scripts" / "install_test_tools.sh")
     if installed.returncode != 0:
         pytest.skip(installed.stderr.strip() or "tools for devices could not be installed")
 

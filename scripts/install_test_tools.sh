@@ -1,6 +1,7 @@
 #!/bin/sh
-# Installs what is missing of the tools for devices, all of them or those named by their Debian packages: emulators,
-# a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, pkg-config, and a JSON reader for tests in C.
+# Installs what is missing of the programs that tests run, all of them or those named by their Debian packages: emulators,
+# a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, pkg-config, a JSON reader for tests in C,
+# and a browser that prints pages with a reader of what it printed.
 set -eu
 
 has() {
@@ -10,12 +11,14 @@ has() {
     libnewlib-arm-none-eabi) echo '#include <stdlib.h>' | arm-none-eabi-gcc -E - ;;
     libcjson-dev) echo '#include <cjson/cJSON.h>' | "${CC:-cc}" -E - ;;
     g++) command -v g++ || command -v c++ ;;
+    poppler-utils) command -v pdftotext ;;
     *) command -v "$1" ;;
     esac >/dev/null 2>&1
 }
 
 [ $# -gt 0 ] ||
-    set -- qemu-system-arm qemu-system-misc gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config
+    set -- qemu-system-arm qemu-system-misc gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config \
+        chromium poppler-utils
 missing=
 for package in "$@"; do
     has "$package" || missing="$missing $package"
@@ -30,6 +33,6 @@ if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
     # shellcheck disable=SC2086
     apt-get install --yes --quiet --quiet --no-install-recommends $missing >/dev/null
 else
-    echo "make: tools for devices are missing; install, or let root run $0 for:$missing (names of Debian's packages)" >&2
+    echo "make: programs that tests run are missing; install, or let root run $0 for:$missing (names of Debian's packages)" >&2
     exit 1
 fi
