@@ -1,4 +1,4 @@
-//! What the accelerometer says over heading, as the triangle of a linear least-squares problem.
+//! Harmonics of the accelerometer over heading, as the triangle of a linear least-squares problem.
 //!
 //! While a robot turns on the spot its specific force is linear in a handful of known functions, and the triangle of
 //! these (with the right-hand sides of the three axes) is all that any later fit, however nonlinear in physical
@@ -23,7 +23,7 @@ pub struct HarmonicRow<T: Real> {
     pub specific_force: Vector3<T>,
 }
 
-/// How a block is weighted over its length.
+/// Weight of a block over its length.
 #[derive(Clone, Copy)]
 enum Weight {
     /// From nothing to one.
@@ -35,13 +35,13 @@ enum Weight {
 }
 
 impl<T: Real> HarmonicRow<T> {
-    /// Of one block; its neighbours are needed for the angular acceleration, which is left at zero.
+    /// Row of one block; its neighbours are needed for the angular acceleration, which is left at zero.
     pub fn of_block(block: &Block<T>) -> Self {
         Self::weighted(block, Weight::Even)
     }
 
-    /// Of three successive blocks, the first weighted from nothing to one and the last from one to nothing: by these
-    /// very weights the change of the mean rate from the first to the last is the mean angular acceleration
+    /// Row of three successive blocks, the first weighted from nothing to one and the last from one to nothing: by
+    /// these very weights the change of the mean rate from the first to the last is the mean angular acceleration
     /// (docs/theory/spin.md, eq. 10). Each counts by its length, since one that a rest cut off is short.
     pub fn of_three([first, middle, last]: [&Block<T>; 3]) -> Self {
         let half = real::<T>(0.5);
@@ -116,7 +116,7 @@ impl<T: Real> RowWhitener<T> {
         Self { before: None }
     }
 
-    /// Of a row, what is not told by those before it.
+    /// Adds a row; returns the part of it that those before it do not predict.
     pub fn push(&mut self, row: &HarmonicRow<T>) -> HarmonicRow<T> {
         let shared = real::<T>(SHARED);
         let mut own = *row;
@@ -203,10 +203,10 @@ impl<T: Real> Harmonics<T> {
         self.triangle.iter().zip(&self.right)
     }
 
-    /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over to tell.
+    /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over.
     ///
     /// Residuals are divided by it, and intervals made of it as if it were known: with two degrees of freedom less
-    /// their squares are on average one all the same, and the intervals hold as often as they say.
+    /// their squares are on average one all the same, and the intervals hold as often as they state.
     pub fn variance(&self) -> Option<Vector3<T>> {
         self.freedom()
             .map(|freedom| self.squares / count::<T>(freedom.saturating_sub(2))) // eq. 14

@@ -1,8 +1,8 @@
 //! The level-free estimator: physical quantities fitted to the harmonics of specific force over heading.
 //!
 //! Gravity turns with the heading and bias does not; the centripetal and the tangential pull of an IMU mounted off the
-//! turning axis go with the squared rate and with its change. What the gyroscope showed of axis and bias comes in as
-//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 13).
+//! turning axis go with the squared rate and with its change. Axis and bias from the gyroscope come in as prior
+//! knowledge, with their covariance (docs/theory/spin.md, eq. 7 to 13).
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -21,7 +21,7 @@ pub const UNKNOWNS: usize = 14;
 pub const ACCELEROMETER: usize = 0;
 /// First of the correction of the gyroscope bias.
 pub const GYROSCOPE: usize = 3;
-/// Of these the one along the axis, which heading drifts by; what lies across it no accelerometer feels.
+/// Component along the axis, which makes heading drift; an accelerometer does not show those across.
 pub const GYROSCOPE_UP: usize = 5;
 /// First of the tilt of the axis.
 pub const AXIS: usize = 6;
@@ -36,14 +36,14 @@ const WALK: usize = 13;
 /// Largest plausible accelerometer bias and horizontal part of gravity, m/s^2, and lever arm, m.
 const LARGEST: (f64, f64, f64) = (5.0, 5.0, 1.0);
 
-/// What goes into the fit besides the harmonics.
+/// Inputs of the fit besides the harmonics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinPriors<T: Real> {
     /// Gravity, m/s^2.
     pub gravity: T,
-    /// What was taken off the specific force before it was kept, m/s^2.
+    /// Origin that was subtracted from the specific force before it was stored, m/s^2.
     pub origin: Vector3<T>,
-    /// What the gyroscope showed.
+    /// Axis and bias from the gyroscope.
     pub axis: AxisFit<T>,
     /// The angular rate that was taken for the bias while heading was counted, rad/s.
     pub counted_bias: Vector3<T>,
@@ -72,7 +72,7 @@ pub struct LevelFree<T: Real> {
     pub gyroscope_bias: Vector3<T>,
     /// Gravity, m/s^2.
     pub gravity: T,
-    /// What the heading lacks, rad a second.
+    /// Error of the heading that grows with time, rad a second.
     pub by_time: T,
     /// Rows less the unknowns that they show.
     pub degrees_of_freedom: u32,
@@ -81,7 +81,7 @@ pub struct LevelFree<T: Real> {
 }
 
 impl<T: Real> LevelFree<T> {
-    /// Of nothing.
+    /// Fit of nothing.
     #[inline(always)]
     pub fn none() -> Self {
         Self {
@@ -122,13 +122,13 @@ impl<T: Real> LevelFree<T> {
         ])
     }
 
-    /// How much the sigmas are widened where the model does not fit the harmonics, one where it does.
+    /// Factor by which the sigmas are widened where the model does not fit the harmonics, one where it does.
     ///
     /// A chi-square beyond the limit chance makes once in a thousand spins, at one turn as at ten. All that is too much of
     /// it may lie in one direction of the unknowns: a wheel that slips as the robot starts is seen in few rows.
     pub(super) fn widening(&self) -> T {
         const UNLIKELY: f64 = 2.2;
-        // Few rows say little of the noise that they are held against.
+        // Few rows are a poor measure of the noise in the test.
         let limit = self.turning_freedom.map_or(T::one(), |freedom| {
             count::<T>(freedom) / count(freedom.saturating_sub(4).max(1)) // eq. 15
         }) * real(UNLIKELY);
@@ -140,7 +140,7 @@ impl<T: Real> LevelFree<T> {
         }
     }
 
-    /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
+    /// Correction of a heading as it was counted, rad, `time` s after the origin.
     pub fn heading_correction(&self, heading: T, time: T) -> T {
         let q = T::one() / (T::one() + self.solution.x[SCALE]);
         heading * (q - T::one()) + time * self.by_time // eq. 8
@@ -162,7 +162,7 @@ struct HarmonicVectors<T: Real> {
     arm_left: Vector3<T>,
 }
 
-/// How heading as counted has to be stretched and sheared to be the true one, with `q = 1 / (1 + s)`.
+/// Distortion of the counted heading against the true one, by stretch and shear, with `q = 1 / (1 + s)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeadingDistortion<T: Real> {
     /// `alpha = q - 1`.
@@ -189,7 +189,7 @@ impl<T: Real> HeadingDistortion<T> {
 /// A line of the harmonics: coefficients of the functions of eq. 9.
 type Line<T> = [T; FUNCTIONS];
 
-/// What a line of the harmonics has of each of the vectors: the line times X of eq. 12.
+/// Weights of a line of the harmonics for each of the vectors: the line times X of eq. 12.
 #[derive(Clone, Copy)]
 struct VectorWeights<T: Real> {
     constant: T,
@@ -210,7 +210,7 @@ impl<T: Real> VectorWeights<T> {
         }
     }
 
-    /// Of the functions that the distortion of heading makes; it may be a derivative.
+    /// Weights of the functions that the distortion of heading makes; it may be a derivative.
     #[inline(never)]
     fn distorted(line: &Line<T>, distortion: &HeadingDistortion<T>) -> Self {
         let HeadingDistortion {
@@ -396,7 +396,7 @@ const MOST_ROUNDS: u32 = 5;
 /// them is far less.
 const SETTLED: f64 = 1e-4;
 
-/// All unknowns fitted to what the accelerometer said at rest and while turning, round by round.
+/// All unknowns fitted to the accelerometer at rest and while turning, round by round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelFreeFit<T: Real> {
     equations: LeastSquares<T, UNKNOWNS>,
@@ -405,7 +405,7 @@ pub struct LevelFreeFit<T: Real> {
 }
 
 impl<T: Real> LevelFreeFit<T> {
-    /// Of nothing.
+    /// Fit of nothing.
     #[inline(always)]
     pub fn none() -> Self {
         Self {
@@ -456,7 +456,7 @@ impl<T: Real> LevelFreeFit<T> {
     fn accumulate(&mut self, harmonics: [(&Harmonics<T>, &Vector3<T>); 2], point: &Linearization<T>) {
         for (harmonics, variance) in harmonics {
             for (line, right) in harmonics.lines() {
-                // Lines of functions that never were anything but zero say nothing.
+                // Lines of functions that never were anything but zero carry no information.
                 if line.iter().all(|value| *value == T::zero()) {
                     continue;
                 }
@@ -476,7 +476,7 @@ impl<T: Real> LevelFreeFit<T> {
         }
     }
 
-    /// What the last round says, given the degrees of freedom of [`Harmonics::freedom`].
+    /// Computes the result of the last round, given the degrees of freedom of [`Harmonics::freedom`].
     ///
     /// # Errors
     /// [`Unsolvable`] if something was not finite; nothing of `found` is of use then.
@@ -502,13 +502,13 @@ impl<T: Real> LevelFreeFit<T> {
     }
 }
 
-/// What is to be added to a heading counted from here on, rad a rad and rad a second, where the unknowns are `x`.
+/// Correction of a heading counted from here on, rad a rad and rad a second, where the unknowns are `x`.
 pub fn heading_correction<T: Real>(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> (T, T) {
     let (_, distortion) = axis_and_distortion(priors, x);
     (distortion.by_heading, distortion.by_time) // eq. 8
 }
 
-/// How many unknowns the rows tell more of than was known before.
+/// Number of unknowns on which the rows are more informative than the prior.
 fn shown<T: Real>(solution: &Solution<T, UNKNOWNS>) -> usize {
     let half = real::<T>(0.5);
     solution.ignorance.iter().filter(|share| **share < half).count()

@@ -7,12 +7,12 @@ use tumble_core::segmenter::Segment;
 
 use crate::sensor_range::{NEAR_END, PILED_UP, SMALLEST_RANGE};
 
-/// What is wrong with a channel.
+/// Fault of a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelFault {
     /// Index of the channel.
     pub channel: usize,
-    /// What it does.
+    /// Kind of the fault.
     pub kind: ChannelFaultKind,
     /// The value it holds, SI.
     pub value: f64,
@@ -58,7 +58,7 @@ pub struct ChannelMonitor {
     levels: [Levels; CHANNELS],
 }
 
-/// What the blocks of a channel showed.
+/// Statistics of the blocks of a channel.
 #[derive(Clone, Debug)]
 struct Levels {
     lowest: f64,
@@ -68,7 +68,7 @@ struct Levels {
     moved: bool,
     /// Blocks without scatter.
     frozen: Vec<Frozen>,
-    /// How many blocks at the end of the recording are without scatter.
+    /// Number of blocks without scatter at the end of the recording.
     frozen_last: usize,
 }
 
@@ -211,13 +211,13 @@ fn turns_evenly(low: &End, high: &End) -> bool {
     (low.value - high.value).abs() > ALIKE * high.value && lasts(low) && lasts(high)
 }
 
-/// Whether all readings lie within the smallest range of any sensor, where they are finite and no end is near.
+/// Tests whether all readings lie within the smallest range of any sensor, where they are finite and no end is near.
 #[inline]
 pub(super) fn is_calm(y: &[f64; CHANNELS]) -> bool {
     (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= SMALLEST_RANGE[i / 3]))
 }
 
-/// Whether a unit turned at all between two rests: they may be parts of one.
+/// Tests whether a unit turned at all between two rests: they may be parts of one.
 fn has_turned(turn: &Segment<f64>, before: &Segment<f64>, after: &Segment<f64>) -> bool {
     let gravity = before.specific_force().angle(&after.specific_force());
     gravity.max(turn.angle().norm()) > TURNED
@@ -263,7 +263,7 @@ impl ChannelMonitor {
         }
     }
 
-    /// What is wrong, given the rests that are used and the turns between them.
+    /// Faults of the channels, given the rests that are used and the turns between them.
     pub fn faults(&self, rests: &[Segment<f64>], turns: &[Segment<f64>]) -> Vec<ChannelFault> {
         let turned: Vec<_> = turns
             .iter()

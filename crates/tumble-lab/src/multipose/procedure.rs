@@ -46,7 +46,7 @@ pub struct UnitSamples<'a> {
 pub struct Pose {
     /// Corrected specific force, m/s^2.
     pub force: Vector3<f64>,
-    /// `|y| - g` as read, m/s^2.
+    /// Raw `|y| - g`, m/s^2.
     pub before: f64,
     /// `|u| - g` corrected, m/s^2.
     pub after: f64,
@@ -56,13 +56,13 @@ pub struct Pose {
     pub weight: f64,
     /// Rests of one number show one direction.
     pub direction: usize,
-    /// What the fit would be without it.
+    /// Change of the fit without it.
     pub influence: Influence,
     /// `|u| - g` by a fit without this direction, m/s^2.
     pub held_out: Option<f64>,
 }
 
-/// What the turns showed of the gyroscope.
+/// Estimates of the gyroscope from the turns.
 #[derive(Clone, Debug)]
 pub struct Gyroscope {
     /// Its calibration, in the case frame of the accelerometer.
@@ -71,7 +71,7 @@ pub struct Gyroscope {
     pub turns: Vec<(usize, usize)>,
     /// Angle between gravity as turned and as found, rad, without calibration and with it.
     pub angles: Vec<(f64, f64)>,
-    /// What turns and rests scatter besides noise.
+    /// Scatter of turns and rests besides noise.
     pub excess: Excess,
     /// The turn that is worth most.
     pub next: Option<NextTurn>,
@@ -116,13 +116,13 @@ pub struct Multipose {
     pub poses: Vec<Pose>,
     /// The orientation that is worth most.
     pub next: Option<NextOrientation>,
-    /// What six faces show besides.
+    /// Further results of six faces.
     pub faces: Option<Faces>,
     /// Or why there is none.
     pub gyroscope: Result<Gyroscope, MultiposeError>,
 }
 
-/// What a session on six faces shows besides.
+/// Further results of a session on six faces.
 #[derive(Clone, Debug)]
 pub struct Faces {
     /// By how much a face was off level about either axis, rad, 1-sigma.
@@ -211,7 +211,7 @@ struct Candidate {
     fit: Fitted,
 }
 
-/// How the accelerometer was fitted.
+/// Fit of the accelerometer.
 enum Fitted {
     /// To the length of gravity.
     Norm(RestForces, Box<ForcesFit>),
@@ -286,7 +286,7 @@ impl<'a> Centred<'a> {
         for each in tried {
             match each {
                 Ok(each) => solved.push((each.fit.cost(settings.gravity), each)),
-                // The refusal of the tolerance with which most was found says most.
+                // The refusal with the tolerance that found most is the most informative.
                 Err(error) if says_more(&error, &refusal) => refusal = error,
                 Err(_) => {}
             }
@@ -327,7 +327,7 @@ impl<'a> Centred<'a> {
         }
     }
 
-    /// What rests show of which some tremble; `None` where none does, where they are labelled, or show too little.
+    /// Candidate with rests of which some tremble; `None` where none does, where they are labelled, or are too few.
     fn held_candidate(&self, spans: &[Span], settings: &MultiposeSettings) -> Option<Candidate> {
         let samples = self.samples();
         let still: Vec<_> = spans
@@ -461,7 +461,7 @@ impl<'a> Centred<'a> {
         })
     }
 
-    /// What labelled full turns read, where they lie on a table as the faces do.
+    /// Readings of labelled full turns, where they lie on a table as the faces do.
     fn full_turns(&self, unit: &Acquired, sections: &[Section], fit: &Fitted) -> Vec<FullTurn> {
         let Fitted::Faces(_, faces) = fit else {
             return Vec::new();
@@ -542,7 +542,7 @@ impl<'a> Centred<'a> {
     }
 }
 
-/// What fitting g-sensitivity would gain, where the bias differs from rest to rest and nobody asked for it.
+/// Improvement by fitting g-sensitivity, where the bias differs from rest to rest and it was not asked for.
 fn with_g_sensitivity(data: &Rotations, found: &RatesFit) -> Option<f64> {
     if data.g_sensitivity || found.excess.rest == 0.0 {
         return None;
@@ -580,7 +580,7 @@ fn says_more(error: &MultiposeError, before: &MultiposeError) -> bool {
     rank(error) > rank(before)
 }
 
-/// What the variances of a fit are to be multiplied by, where noise does not explain its residuals.
+/// Factor on the variances of a fit, where noise does not explain its residuals.
 fn cost_factor(fit: &ForcesFit) -> f64 {
     widening(fit.chi_square(), fit.degrees_of_freedom())
 }
@@ -740,7 +740,7 @@ fn face_poses(unit: &Acquired, rests: &[FaceRest], fit: &FacesFit, gravity: f64)
     (0..rests.len()).filter_map(of).collect()
 }
 
-/// What a residual alone says of a pose.
+/// Pose with its residual alone.
 fn pose(found: &NormResidual) -> Pose {
     Pose {
         force: found.force,
@@ -852,7 +852,7 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
         g_sensitivity: None,
         rank: 12,
         widened: 1.0,
-        // What tilts the faces is known from what they leave, and no better.
+        // The tilt of the faces is known from their residuals, and no better.
         variance_freedom: f64::from(fit.degrees_of_freedom),
         chi_square: fit.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,

@@ -1,4 +1,4 @@
-//! How to calibrate without equipment.
+//! Settings of a calibration without equipment.
 
 use tumble_core::noise::Noise;
 use tumble_core::sample::CHANNELS;
@@ -12,26 +12,26 @@ pub const FEWEST_DIRECTIONS: usize = 10;
 /// 1-sigma of a full turn by hand against an edge, rad. Nothing in a session shows it, and it is 0.28 % of scale.
 pub const FULL_TURN_SIGMA: f64 = 0.0175;
 
-/// How to calibrate without equipment.
+/// Settings of a calibration without equipment.
 #[derive(Clone, Debug)]
 pub struct MultiposeSettings {
     /// Local gravity, m/s^2.
     pub gravity: f64,
     /// Latitude, rad, where the rotation of the Earth is to be taken off.
     pub latitude: Option<f64>,
-    /// Whether to fit the gyroscope's sensitivity to specific force.
+    /// True to fit the gyroscope's sensitivity to specific force.
     pub g_sensitivity: bool,
-    /// Whether there is a gyroscope.
+    /// True if there is a gyroscope.
     pub gyroscope: bool,
-    /// Whether readings are counts whose scale nobody knows.
+    /// True if readings are counts of unknown scale.
     pub raw: bool,
     /// Shortest rest, microseconds.
     pub shortest_rest: u64,
-    /// Whether the unit was laid on the six faces of a box.
+    /// True if the unit was laid on the six faces of a box.
     pub faces: bool,
     /// Labelled stretches, whose rests are taken for such; none where rests are to be found.
     pub sections: Vec<Section>,
-    /// What is known of the noise of the channels from elsewhere.
+    /// Noise of the channels where it is known from elsewhere.
     pub noise: [KnownNoise; CHANNELS],
 }
 

@@ -1,4 +1,4 @@
-//! How far the thermometer is behind the sensor, or before it (docs/theory/thermal.md, Temperature).
+//! Lag of the thermometer behind the sensor, or before it (docs/theory/thermal.md, Temperature).
 
 use rayon::prelude::*;
 
@@ -62,8 +62,8 @@ struct Candidates<'a> {
 
 /// Lag of the thermometer, fitted before hysteresis is: alone, and beside loops of any shape.
 ///
-/// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that remain beside it
-/// are hysteresis. Of one axis and a steady ramp nobody can tell one from the other. Axes whose bias does not depend on
+/// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that remain beside
+/// it are hysteresis. One axis and a steady ramp cannot separate the two. Axes whose bias does not depend on
 /// temperature show no lag. None as well where one leg is missing.
 pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Lagging {
     let design = Design::new(whitening, &data.blocks, reference_of(&data.blocks));
@@ -112,7 +112,7 @@ pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[
 }
 
 impl Candidates<'_> {
-    /// Of each channel, with that many terms of hysteresis.
+    /// Likelihoods of each channel, with that many terms of hysteresis.
     fn likelihoods(&self, lag: f64, hysteresis: usize) -> Vec<f64> {
         let blocks: Vec<Block> = self.data.blocks.iter().map(|block| block.lagged(lag)).collect();
         let design = Design::new(self.whitening, &blocks, reference_of(&blocks));

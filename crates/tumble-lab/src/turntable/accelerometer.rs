@@ -101,7 +101,7 @@ impl TargetSession<'_> {
 /// Angle by which a structure that is bumped turns at most, rad.
 const SAME_POSE: f64 = 0.01;
 
-/// Whether each rest shows the pose of the one before.
+/// Tests whether each rest shows the pose of the one before.
 fn repeats(observations: &[ForceObservation<f64>]) -> Vec<bool> {
     let truth = |k: usize| observations[k].regressor.fixed_rows::<3>(0).into_owned();
     let goes_on = |k: usize| k > 0 && truth(k).angle(&truth(k - 1)) < SAME_POSE;

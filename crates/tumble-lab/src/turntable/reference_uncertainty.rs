@@ -98,7 +98,7 @@ impl Reference {
                 reference.norm_explained = self.norm_explained;
                 reference.table.clone_from(&self.table);
                 if unit.rests.is_empty() {
-                    // What stands for the rotation of the Earth where no rest shows it.
+                    // Without rests, the rotation of the Earth is that of the fit.
                     reference.earth = self.earth;
                 }
                 self.deviated.push(DeviatedReference { unit, reference });
@@ -136,7 +136,7 @@ pub(super) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance
 /// Chance of residuals beyond which the statement of a reference does not explain its readings.
 const UNEXPLAINED: f64 = 1e-3;
 
-/// Whether noise and stated uncertainty together explain by how much `|r - b|` misses g at all rests.
+/// Tests whether noise and stated uncertainty together explain the deviation of `|r - b|` from g at all rests.
 fn explains_norm(
     unit: &Acquired,
     reference: &Reference,

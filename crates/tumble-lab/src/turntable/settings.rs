@@ -1,11 +1,11 @@
-//! How to calibrate on a turntable.
+//! Settings of a calibration on a turntable.
 
 use tumble_core::turntable::truth::TruthSource;
 
 /// Rests that twelve unknowns of three axes need.
 pub const FEWEST_RESTS: usize = 4;
 
-/// How the two clocks are related.
+/// Relations between the two clocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clocks {
     /// One clock stamped both recordings.
@@ -16,7 +16,7 @@ pub enum Clocks {
     Unknown,
 }
 
-/// How to calibrate.
+/// Settings of the calibration.
 #[derive(Clone, Copy, Debug)]
 pub struct TurntableSettings {
     /// Local gravity, m/s^2.
@@ -25,9 +25,9 @@ pub struct TurntableSettings {
     pub latitude: Option<f64>,
     /// Where the truth comes from.
     pub truth: TruthSource,
-    /// How the clocks are related.
+    /// Relation between the clocks.
     pub clocks: Clocks,
-    /// Whether to fit the gyroscope's sensitivity to specific force.
+    /// Choice to fit the gyroscope's sensitivity to specific force.
     pub g_sensitivity: GSensitivity,
 }
 

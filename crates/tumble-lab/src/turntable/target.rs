@@ -14,7 +14,7 @@ use tumble_core::noise::Interval;
 /// A target, calibrated.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// How it was laid beside the reference.
+    /// Pairing with the reference.
     pub pairing: Pairing,
     /// Accelerometer, where the log has one.
     pub accelerometer: Option<TriadCalibration>,
@@ -36,7 +36,7 @@ pub struct Triads {
 /// Calibrates one target.
 ///
 /// # Errors
-/// [`TurntableError`] as it says.
+/// Those of [`TurntableError`].
 pub fn calibrate(
     reference_unit: &Acquired,
     reference: &Reference,
@@ -136,7 +136,7 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
     Ok(())
 }
 
-/// What a target showed, with rests and constant rates as the reference saw them; `None` where its own are the same.
+/// Data of a target, with rests and constant rates by the reference; `None` where its own are the same.
 pub fn as_reference(reference_unit: &Acquired, unit: &Acquired, clocks: Clocks) -> Option<Acquired> {
     let pairing = pair_rates(reference_unit, unit, clocks).ok()?;
     let own = |time: f64| time + pairing.clock.offset_at(time).0;

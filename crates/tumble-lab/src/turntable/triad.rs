@@ -15,16 +15,16 @@ use super::reference_uncertainty::scaled_alike;
 pub struct TriadCalibration {
     /// M and b.
     pub model: ErrorModel<f64>,
-    /// Of `[M row by row, b]`.
+    /// Covariance of `[M row by row, b]`.
     pub covariance: Covariance<f64>,
     /// Covariance of `[M row by row, b]` that all targets of this reference have in common, beside the above; `None`
     /// where the uncertainty of the reference is not stated.
     pub inherited: Option<Covariance<f64>>,
-    /// Whether the data showed each of `[M row by row, b]`.
+    /// True for each of `[M row by row, b]` that the data showed.
     pub observed: [bool; 12],
     /// `M = K L Q`.
     pub parts: Decomposition<f64>,
-    /// Of `[bias, scale, non-orthogonality, mounting]`.
+    /// Covariance of `[bias, scale, non-orthogonality, mounting]`.
     pub parts_covariance: Covariance<f64>,
     /// g-sensitivity and its sigma.
     pub g_sensitivity: Option<(Matrix3<f64>, Matrix3<f64>)>,
@@ -40,12 +40,12 @@ pub struct TriadCalibration {
     pub degrees_of_freedom: u32,
     /// Residual and 1-sigma of each interval.
     pub residuals: Vec<(Vector3<f64>, Vector3<f64>)>,
-    /// What each residual belongs to.
+    /// Label of each residual.
     pub labels: Vec<Label>,
 }
 
 impl TriadCalibration {
-    /// Whether its response to specific force was fitted too.
+    /// Tests whether its response to specific force was fitted too.
     pub fn is_coupled(&self) -> bool {
         self.g_sensitivity.is_some()
     }
@@ -91,9 +91,9 @@ pub(crate) fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
     }
 }
 
-/// Chi-square and its degrees of freedom without the differences within a pose that fell into several rests: errors that last
-/// longer than a rest, as drift does, leave nothing there, and their sum would be taken for smaller than it is. `repeats` says
-/// of each interval whether it goes on with the one before.
+/// Chi-square and its degrees of freedom without the differences within a pose that fell into several rests: errors
+/// that last longer than a rest, as drift does, leave nothing there, and their sum would be taken for smaller than it
+/// is. `repeats` is true for each interval that goes on with the one before.
 fn between_poses(
     chi_square: f64,
     degrees_of_freedom: u32,
@@ -122,8 +122,8 @@ fn between_poses(
     )
 }
 
-/// `systematic` is the variance of an element of M because the reference errs itself; `repeats` says of each interval whether
-/// it goes on with the one before, none where it is empty.
+/// `systematic` is the variance of an element of M because the reference errs itself; `repeats` is true for each
+/// interval that goes on with the one before, and empty where none does.
 pub(super) fn finish<const P: usize, const Q: usize>(
     solved: &TriadFit<f64, Q>,
     observations: &[Observation<f64, P, Q>],
