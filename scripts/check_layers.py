@@ -63,7 +63,16 @@ A folder `report` holds its pages, all other files are the procedure.
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "goal", "timing", "words"),
-    *("folder_lock", "body_axes", "log_time", "procedures", "services", "noise_terms"),
+    *(
+        "folder_lock",
+        "body_axes",
+        "log_time",
+        "procedures",
+        "services",
+        "noise_terms",
+        "printed",
+        "debugging",
+    ),
     "firmware",
     "log_formats",
 }
@@ -95,7 +104,9 @@ LAYERS: dict[str, set[str]] = {
     "timing": {"recording"},
     "plain": set(),
     "bounded_yaml": {"plain"},
-    "schemas": set(),
+    "schemas": {"procedures", "printed"},
+    "printed": set(),
+    "debugging": set(),
     "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"errors", "files", "folder_lock", "log_time"},
@@ -109,7 +120,7 @@ LAYERS: dict[str, set[str]] = {
     "to_calibration": DATA | {"result", "calibration"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "log_time"},
+    | {"body_axes", "log_time", "debugging"},
     "live": {
         "numbers",
         "units",

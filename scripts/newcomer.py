@@ -55,7 +55,7 @@ def calibrate() -> None:
     for triad in ("accelerometer", "gyroscope"):
         error = np.subtract(found[triad]["b"], truth[f"{triad}_bias"])
         assert np.all(np.abs(error) < MOST_SIGMAS * np.array(found[triad]["sigma"]["bias"])), (triad, error)
-    typed("export", "results/spin.yaml", "--to", "ardupilot", "-o", "robot.param")
+    typed("export", "results/spin.yaml", "--format", "ardupilot", "-o", "robot.param")
     assert "INS_" in Path("robot.param").read_text(encoding="utf-8")
 
 

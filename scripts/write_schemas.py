@@ -1,4 +1,4 @@
-"""Write docs/schema/*.json from the models that read the files, or with --check say if they are stale."""
+"""Write docs/schema/*.json from the models of what is read and printed; --check says if they are stale."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 
 from made_files import ROOT, write_or_check
 
-from tumble.foundation.schemas import SCHEMAS, schema_text
+from tumble.foundation.schemas import PRINTED, SCHEMAS, schema_text
 
 FOLDER = ROOT / "docs" / "schema"
 
 
 def made() -> Iterator[tuple[Path, str]]:
     """Returns every schema that is published."""
-    for schema in SCHEMAS.values():
+    for schema in (SCHEMAS | PRINTED).values():
         yield FOLDER / f"{schema.name}.schema.json", schema_text(schema)
 
 

@@ -152,7 +152,7 @@ def test_apply_and_inspect_work_from_the_command_line(tmp_path):
     np.testing.assert_allclose(read(out).accelerometer, truth.accelerometer, rtol=0.0, atol=1e-12)
     shown = tumble("inspect", f"{out}:/imu/data")
     assert "mcap, frame case, serial SN 1, already corrected" in shown.out
-    facts = json.loads(tumble("inspect", "--json", out).out)
+    facts = json.loads(tumble("inspect", "--json", out).out)["logs"]
     assert [fact["timing"]["samples"] for fact in facts] == [3000]
 
 
@@ -202,7 +202,7 @@ def test_inspect_shows_every_imu_of_a_file_that_holds_several(tmp_path):
     table = np.column_stack([chunk.time, *[chunk.accelerometer, chunk.gyroscope] * 2])
     path = tmp_path / "pair.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(["time", *names]), comments="")
-    facts = json.loads(tumble("inspect", "--json", path).out)
+    facts = json.loads(tumble("inspect", "--json", path).out)["logs"]
     assert [fact["metadata"]["name"] for fact in facts] == ["pair-imu1", "pair-imu2"]
 
 

@@ -45,7 +45,7 @@ def test_export_warns_and_writes_it_into_the_head(doubted, tmp_path, word):
     path, verdict = doubted
     out = tmp_path / f"out{TARGETS[word].ending}"
     settings = [text for name, value in needed(word).items() for text in ("--set", f"{name}={value}")]
-    done = typed("export", path, "--to", word, *settings, "-o", out)
+    done = typed("export", path, "--format", word, *settings, "-o", out)
     assert done.code == 0, done.err
     assert f"warning: the calibration unit has the verdict '{verdict}'" in done.err
     assert TARGETS[word].kind.begins(out)
@@ -56,7 +56,7 @@ def test_export_warns_and_writes_it_into_the_head(doubted, tmp_path, word):
     if TARGETS[word].read is not None:
         sound = tmp_path / f"other{TARGETS[word].ending}"
         calibration(3).save(tmp_path / "sound.yaml")
-        assert typed("export", tmp_path / "sound.yaml", "--to", word, *settings, "-o", sound).code == 0
+        assert typed("export", tmp_path / "sound.yaml", "--format", word, *settings, "-o", sound).code == 0
         pairs = zip(tumble.import_calibrations(out), tumble.import_calibrations(sound), strict=True)
         for one, other in pairs:
             keep = {"name", "date", "log", "accelerometer", "gyroscope"} - {"log", "name"}
@@ -78,5 +78,5 @@ def test_a_sound_calibration_is_used_without_a_word(tmp_path):
     calibration(3).model_copy(update={"verdict": "pass"}).save(tmp_path / "unit.yaml")
     log = write(tmp_path / "unit.csv", made_up(300))
     assert "verdict" not in typed("apply", tmp_path / "unit.yaml", log, "-o", tmp_path / "out.csv").err
-    done = typed("export", tmp_path / "unit.yaml", "--to", "ros2", "-o", tmp_path / "out.yaml")
+    done = typed("export", tmp_path / "unit.yaml", "--format", "ros2", "-o", tmp_path / "out.yaml")
     assert "verdict" not in done.err + (tmp_path / "out.yaml").read_text()

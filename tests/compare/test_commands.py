@@ -103,7 +103,9 @@ def test_numbers_without_any_uncertainty_are_not_tested(folder, tmp_path):
 def test_the_rate_of_the_turns_is_stated(folder, tmp_path):
     files = (folder / "january.yaml", folder / "later.yaml")
     slow, fast = (
-        json.loads(compared(*files, "--rate", rate, "-o", tmp_path, "--json").out)["pairs"][0]["motion"][1]
+        json.loads(compared(*files, "--turn-rate", rate, "-o", tmp_path, "--json").out)["pairs"][0]["motion"][
+            1
+        ]
         for rate in (0.1, 10.0)
     )
     assert slow["rms"] < fast["rms"]
@@ -115,7 +117,7 @@ def test_the_rate_of_the_turns_is_stated(folder, tmp_path):
     [
         (("{}/january.yaml",), "give two calibrations or more"),
         (("{}/january.yaml", "{}/none.yaml"), "none.yaml: no such file or folder"),
-        (("{}/january.yaml", "{}/june.yaml", "--rate", "0"), "--rate 0: give a rate above zero"),
+        (("{}/january.yaml", "{}/june.yaml", "--turn-rate", "0"), "--turn-rate 0: give a rate above zero"),
         (("{}/january.yaml", "{}/two.param"), "two.param: holds imu1 and imu2; name one, as in"),
         (("{}/january.yaml", "{}/two.param:imu3"), "two.param: holds imu1 and imu2; name one, as in"),
     ],

@@ -60,7 +60,7 @@ def test_converted_log_reads_back_exactly(tmp_path, ending):
 
 def test_euroc_has_its_columns_and_reports_losses(tmp_path):
     log = write(tmp_path / "log.parquet", CHUNK, serial="A7")
-    done = typed("convert", log, "-o", tmp_path / "drive", "--to", "euroc")
+    done = typed("convert", log, "-o", tmp_path / "drive", "--format", "euroc")
     assert done.code == 0
     time, rate, force = euroc(tmp_path / "drive/mav0/imu0")
     assert np.array_equal(time, CHUNK.time)
@@ -92,7 +92,7 @@ def test_table_output_has_a_file_an_imu_and_euroc_a_folder(tmp_path):
         str(tmp_path / f"new-{name}_imu.csv") for name in ("front", "rear")
     ]
     assert same(read(tmp_path / "new-front_imu.csv"), BARE)
-    assert typed("convert", log, "-o", tmp_path / "new", "--to", "euroc").code == 0
+    assert typed("convert", log, "-o", tmp_path / "new", "--format", "euroc").code == 0
     assert np.array_equal(euroc(tmp_path / "new/mav0/imu1")[1], -BARE.gyroscope)
 
 
@@ -147,7 +147,7 @@ def test_no_log_is_converted_onto_itself(tmp_path):
 def test_a_log_that_breaks_off_leaves_nothing_behind(tmp_path):
     log = write(tmp_path / "log.csv", CHUNK)
     log.write_text(log.read_text()[:-40] + "\n1.0,oops\n")
-    for words in (("new.csv",), ("drive", "--to", "euroc"), ("new.mcap",)):
+    for words in (("new.csv",), ("drive", "--format", "euroc"), ("new.mcap",)):
         done = typed("convert", log, "-o", tmp_path / words[0], *words[1:])
         assert done.code == 2
         one_line(done.err)
@@ -156,7 +156,7 @@ def test_a_log_that_breaks_off_leaves_nothing_behind(tmp_path):
 
 def test_a_format_that_nobody_writes_is_refused_with_those_that_are(tmp_path):
     log = write(tmp_path / "log.csv", CHUNK)
-    with pytest.raises(OutputError, match="give --to with one of csv, parquet, mcap, euroc"):
+    with pytest.raises(OutputError, match="give --format with one of csv, parquet, mcap, euroc"):
         tumble.convert(log, tmp_path / "new.bag")
     assert typed("convert", log, "-o", tmp_path / "new").code == 2
 

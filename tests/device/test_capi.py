@@ -155,7 +155,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
     for name, (to, *settings) in exports.items():
         given = [*settings, *(["identity=77"] if "record" in to else [])]
         options = [word for setting in given for word in ("--set", setting)]
-        answer = typed("export", folder / "target.yaml", "--to", to, *options, "-o", folder / name)
+        answer = typed("export", folder / "target.yaml", "--format", to, *options, "-o", folder / name)
         assert answer.code == 0, answer.err
     force, rate = samples(4)
     readings = np.float32(np.column_stack([force, rate, np.linspace(-30.0, 80.0, len(force))]))

@@ -43,7 +43,7 @@ def flight_log(path, session):
 
 def test_the_commands_lead_from_a_flight_log_to_parameters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    made = typed(*shlex.split("simulate multipose --orientations 14 --sample-rate 50 --seed 3 -o hand"))
+    made = typed(*shlex.split("simulate multipose --orientations 14 --rate 50 --seed 3 -o hand"))
     assert made.code == 0, made.err
     flight_log(Path("flight.ulg"), "hand/multipose.csv")
     commands = re.findall(r"^    tumble (.*flight\.ulg.*|export .*)$", PAGE.read_text(), re.MULTILINE)

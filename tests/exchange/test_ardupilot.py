@@ -133,7 +133,7 @@ def test_temperature_of_any_imu_goes_out_and_comes_back(tmp_path, instance):
     first.save(tmp_path / "unit.yaml")
     out, back = tmp_path / "imu.param", tmp_path / "back"
     settings = ("--set", f"instance={instance}")
-    assert typed("export", tmp_path / "unit.yaml", "--to", "ardupilot", *settings, "-o", out).code == 0
+    assert typed("export", tmp_path / "unit.yaml", "--format", "ardupilot", *settings, "-o", out).code == 0
     assert typed("import", out, "-o", back).code == 0
     force = np.random.default_rng(1).normal(size=(20, 3))
     for temperature in (-40.0, 33.0, 90.0):

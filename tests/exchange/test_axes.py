@@ -53,7 +53,7 @@ def test_a_bag_in_flu_gives_px4_what_the_same_bag_read_in_frd_gives(tmp_path, ba
     texts = []
     for path in (flu, frd):
         out = path.with_suffix(".params")
-        done = typed("export", path, "--to", "px4", *PX4, "-o", out)
+        done = typed("export", path, "--format", "px4", *PX4, "-o", out)
         assert done.code == 0, done.err
         texts.append([line.split("\t") for line in out.read_text().splitlines() if not line.startswith("#")])
     assert "is turned into these" in "".join(flu.with_suffix(".params").read_text().splitlines()[:4])

@@ -29,11 +29,11 @@ def unit(tmp_path):
 def test_every_format_is_written_and_written_again(tmp_path, unit, word):
     out = tmp_path / f"exported{TARGETS[word].ending}"
     for _ in range(2):
-        done = typed("export", unit, "--to", word, *settings_for(word), "-o", out)
+        done = typed("export", unit, "--format", word, *settings_for(word), "-o", out)
         assert done.code == 0, done.err
     assert f"1 calibration written: {out}" in done.out
     losses = [line for line in done.err.splitlines() if " is lost: " in line]
-    strict = typed("export", unit, "--to", word, *settings_for(word), "-o", out, "--strict")
+    strict = typed("export", unit, "--format", word, *settings_for(word), "-o", out, "--strict")
     assert strict.code == (2 if losses else 0)
     assert TARGETS[word].kind.begins(out)
 
@@ -41,10 +41,10 @@ def test_every_format_is_written_and_written_again(tmp_path, unit, word):
 @pytest.mark.parametrize("word", READABLE)
 def test_written_content_is_read_back(tmp_path, unit, word):
     out = tmp_path / f"exported{TARGETS[word].ending}"
-    assert typed("export", unit, "--to", word, *settings_for(word), "-o", out).code == 0
-    done = typed("import", out, "-o", tmp_path / "back", "--from", word, "--json")
+    assert typed("export", unit, "--format", word, *settings_for(word), "-o", out).code == 0
+    done = typed("import", out, "-o", tmp_path / "back", "--format", word, "--json")
     assert done.code == 0, done.err
-    (found,) = json.loads(done.out)
+    (found,) = json.loads(done.out)["calibrations"]
     back, first = Calibration.load(found["file"]), Calibration.load(unit)
     assert back.method.procedure == "import"
     for triad, parts in TARGETS[word].holds.items():
@@ -58,7 +58,7 @@ def test_temperature_goes_out_and_comes_back(tmp_path, word):
     first = calibration(3, parts=("scale",), over_temperature=True)
     first.save(tmp_path / "unit.yaml")
     out = tmp_path / f"exported{TARGETS[word].ending}"
-    assert typed("export", tmp_path / "unit.yaml", "--to", word, *settings_for(word), "-o", out).code == 0
+    assert typed("export", tmp_path / "unit.yaml", "--format", word, *settings_for(word), "-o", out).code == 0
     assert typed("import", out, "-o", tmp_path / "back").code == 0
     (path,) = (tmp_path / "back").iterdir()
     force = np.random.default_rng(1).normal(size=(20, 3))
@@ -82,7 +82,7 @@ def written_log(folder, word, parameters):
 def test_flight_log_gives_the_same_calibration_as_its_parameter_file(tmp_path, word, separator, fields):
     calibration(5, parts=("scale",), over_temperature=True).save(tmp_path / "unit.yaml")
     out = tmp_path / f"vehicle{TARGETS[word].ending}"
-    assert typed("export", tmp_path / "unit.yaml", "--to", word, *settings_for(word), "-o", out).code == 0
+    assert typed("export", tmp_path / "unit.yaml", "--format", word, *settings_for(word), "-o", out).code == 0
     log = written_log(tmp_path, word, numbers_of(out.read_text(), separator, *fields))
     for path in (out, log):
         assert typed("import", path, "-o", tmp_path / path.suffix[1:]).code == 0
@@ -98,24 +98,32 @@ def test_uncalibrated_autopilot_log_is_refused_in_one_line(tmp_path):
     done = typed("import", written_log(tmp_path, "px4", {"SYS_AUTOSTART": 4001.0}))
     assert (done.code, len(done.err.strip().splitlines())) == (2, 1)
     assert "holds no calibration of PX4 parameters" in done.err
-    done = typed("import", tmp_path / "flight.ulg", "--from", "ardupilot")
-    assert "is a log of px4; leave out --from ardupilot" in done.err
+    done = typed("import", tmp_path / "flight.ulg", "--format", "ardupilot")
+    assert "is a log of px4; leave out --format ardupilot" in done.err
 
 
 def test_several_imus_get_numbers_of_their_own(tmp_path):
     for name in ("a", "b"):
         calibration(ord(name)).save(tmp_path / f"{name}.yaml")
     done = typed(
-        *("export", tmp_path / "a.yaml", tmp_path / "b.yaml", "--to", "px4", "-o", tmp_path / "two.params"),
+        *(
+            "export",
+            tmp_path / "a.yaml",
+            tmp_path / "b.yaml",
+            "--format",
+            "px4",
+            "-o",
+            tmp_path / "two.params",
+        ),
         *("--set", "accelerometer-id=11,12", "--set", "gyroscope-id=21,22"),
     )
     assert done.code == 0, done.err
     back = typed("import", tmp_path / "two.params", "-o", tmp_path / "back", "--json")
-    assert [each["serial"] for each in json.loads(back.out)] == ["11", "12"]
+    assert [each["calibration"]["serial"] for each in json.loads(back.out)["calibrations"]] == ["11", "12"]
 
 
 def test_the_list_says_what_each_format_holds_and_needs():
-    found = json.loads(typed("export", "--to", "list", "--json").out)
+    found = json.loads(typed("export", "--format", "list", "--json").out)["formats"]
     assert set(found) == set(TARGETS)
     assert found["px4"]["holds"]["gyroscope"] == ["bias", "bias over temperature"]
     assert "kalibr-noise" in typed("export").out
@@ -124,13 +132,13 @@ def test_the_list_says_what_each_format_holds_and_needs():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--to", "px44"), "--to px44: no such format; did you mean px4?"),
-        (("--to", "px4"), "px4 needs --set accelerometer-id=...: device id"),
-        (("--to", "px4", "--set", "id=3"), "px4 has no setting 'id'"),
-        (("--to", "px4", "--set", "accelerometer-id=x"), "--set accelerometer-id=x: give a whole number"),
-        (("--to", "kalibr", "--set", "rate=0"), "--set rate=0: give a number above zero"),
-        (("--to", "imucal", "--set", "rate"), "--set rate: give NAME=VALUE"),
-        (("--to", "ardupilot", "--set", "instance=6"), "--set instance=6: ArduPilot numbers IMUs 1 to 5"),
+        (("--format", "px44"), "--format px44: no such format; did you mean px4?"),
+        (("--format", "px4"), "px4 needs --set accelerometer-id=...: device id"),
+        (("--format", "px4", "--set", "id=3"), "px4 has no setting 'id'"),
+        (("--format", "px4", "--set", "accelerometer-id=x"), "--set accelerometer-id=x: give a whole number"),
+        (("--format", "kalibr", "--set", "rate=0"), "--set rate=0: give a number above zero"),
+        (("--format", "imucal", "--set", "rate"), "--set rate: give NAME=VALUE"),
+        (("--format", "ardupilot", "--set", "instance=6"), "--set instance=6: ArduPilot numbers IMUs 1 to 5"),
     ],
 )
 def test_impossible_export_is_refused_in_one_line_and_leaves_nothing(tmp_path, unit, words, message):
@@ -143,7 +151,7 @@ def test_impossible_export_is_refused_in_one_line_and_leaves_nothing(tmp_path, u
 
 def test_a_calibration_is_never_written_over(unit):
     before = unit.read_bytes()
-    assert typed("export", unit, "--to", "ros2", "-o", unit).code == 2
+    assert typed("export", unit, "--format", "ros2", "-o", unit).code == 2
     assert unit.read_bytes() == before
 
 
@@ -171,7 +179,7 @@ def test_a_calibration_is_never_written_over(unit):
 def test_failed_import_is_reported_in_one_line(tmp_path, name, content, message):
     path = tmp_path / name
     path.write_bytes(content)
-    chosen = ("--from", "imu-tk-accelerometer") if name == "a.calib" else ()
+    chosen = ("--format", "imu-tk-accelerometer") if name == "a.calib" else ()
     done = typed("import", path, *chosen, "-o", tmp_path / "out")
     assert done.code == 2
     assert message in done.err

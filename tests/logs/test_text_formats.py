@@ -246,12 +246,12 @@ def test_inspect_shows_a_euroc_folder_as_a_user_types_it(tmp_path, chunk):
     path, _, _ = formats.euroc(tmp_path, chunk)
     done = typed("inspect", str(path), "--json")
     assert done.code == 0
-    assert json.loads(done.out)[0]["timing"]["samples"] == SAMPLES
+    assert json.loads(done.out)["logs"][0]["timing"]["samples"] == SAMPLES
 
 
 def test_euroc_output_of_convert_reads_back(tmp_path, chunk):
     log, _, expected = formats.rpg(tmp_path, chunk)
-    assert typed("convert", str(log), "-o", str(tmp_path / "drive"), "--to", "euroc").code == 0
+    assert typed("convert", str(log), "-o", str(tmp_path / "drive"), "--format", "euroc").code == 0
     found = read(tmp_path / "drive")
     assert np.array_equal(found.gyroscope, expected.gyroscope)
     assert np.array_equal(found.accelerometer, expected.accelerometer)

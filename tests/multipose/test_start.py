@@ -74,7 +74,7 @@ def test_temperature_drift_is_removed_before_the_fit(hand, scale):
 
 def test_noise_then_poses_then_noise_again_say_what_gave_what(hand, tmp_path):
     log = write_multipose(hand, tmp_path)["log"]
-    done = typed("simulate", "static", "--duration", "10min", "--sample-rate", 50, "-o", tmp_path / "static")
+    done = typed("simulate", "static", "--duration", "10min", "--rate", 50, "-o", tmp_path / "static")
     assert done.code == 0, done.err
     still = tmp_path / "static" / "static.csv"
     assert typed("noise", still, "--serial", SERIAL, "-o", tmp_path / "noise").code in (0, 3)
@@ -86,14 +86,16 @@ def test_noise_then_poses_then_noise_again_say_what_gave_what(hand, tmp_path):
     assert by_noise.method.procedure == "noise"
     assert by_noise.date
     assert [(each.file, len(each.sha256)) for each in by_noise.logs] == [("static.csv", 64)]
-    done = typed("multipose", log, "--start", first, "-o", tmp_path / "poses")
+    done = typed("multipose", log, "--calibration", first, "-o", tmp_path / "poses")
     assert done.code == 0, done.err
     second = next((tmp_path / "poses").glob("*.yaml"))
     poses = Calibration.load(second)
     assert poses.method.procedure == "multipose"
     assert poses.contributions == (by_noise,)
     np.testing.assert_array_equal(poses.gyroscope.noise_density, noise.gyroscope.noise_density)
-    assert typed("noise", still, "--serial", SERIAL, "--start", second, "-o", tmp_path / "again").code in (
+    assert typed(
+        "noise", still, "--serial", SERIAL, "--calibration", second, "-o", tmp_path / "again"
+    ).code in (
         0,
         3,
     )
@@ -112,7 +114,7 @@ def test_temperature_added_to_poses_names_the_source_of_each_part(hand, tmp_path
     )
     assert done.code == 0, done.err
     warm = tmp_path / "warm" / "thermal.csv"
-    done = typed("thermal", warm, "--serial", SERIAL, "--start", begun, "-o", tmp_path / "out")
+    done = typed("thermal", warm, "--serial", SERIAL, "--calibration", begun, "-o", tmp_path / "out")
     assert done.code in (0, 3), done.err
     found = Calibration.load(tmp_path / "out" / "thermal.yaml")
     assert found.method.procedure == "multipose"
@@ -153,10 +155,10 @@ def test_a_calibration_of_another_unit_is_no_start(hand, tmp_path):
     start(accelerometer=section()).save(tmp_path / "other.yaml")
     log = write_multipose(hand, tmp_path)["log"]
     done = typed(
-        "multipose", log, "--serial", "SN 2", "--start", tmp_path / "other.yaml", "-o", tmp_path / "out"
+        "multipose", log, "--serial", "SN 2", "--calibration", tmp_path / "other.yaml", "-o", tmp_path / "out"
     )
     assert done.code == 2
-    assert "--start: the calibration is of unit SIM-17-1, the log of unit SN 2" in done.err
-    done = typed("multipose", log, "--raw", "--start", tmp_path / "other.yaml", "-o", tmp_path / "out")
+    assert "--calibration: is of unit SIM-17-1, the log of unit SN 2" in done.err
+    done = typed("multipose", log, "--raw", "--calibration", tmp_path / "other.yaml", "-o", tmp_path / "out")
     assert done.code == 2
-    assert "--start is of readings in SI units, --raw of counts" in done.err
+    assert "--calibration is of readings in SI units, --raw of counts" in done.err

@@ -25,7 +25,7 @@ def option(terms):
 def log(tmp_path_factory):
     folder = tmp_path_factory.mktemp("static")
     done = typed(
-        *("simulate", "static", "--duration", HOURS, "--sample-rate", 10, "--seed", 5, "-o", folder),
+        *("simulate", "static", "--duration", HOURS, "--rate", 10, "--seed", 5, "-o", folder),
         *("--gyroscope", option(GYROSCOPE), "--accelerometer", option(ACCELEROMETER)),
     )
     assert done.code == 0, done.err
@@ -88,7 +88,7 @@ def test_a_calibration_it_is_started_from_keeps_all_but_its_noise(log, tmp_path)
         }
     )
     before.save(tmp_path / "drive.yaml")
-    typed("noise", log, "--start", tmp_path / "drive.yaml", "-o", tmp_path)
+    typed("noise", log, "--calibration", tmp_path / "drive.yaml", "-o", tmp_path)
     after = tumble.Calibration.load(tmp_path / "static.noise.yaml")
     assert after.accelerometer.b.tolist() == [0.1, 0.2, 0.3]
     assert after.accelerometer.M.tolist() == before.accelerometer.M.tolist()
@@ -123,7 +123,7 @@ def test_moving_log_is_refused_in_one_line_and_writes_nothing(tmp_path):
 
 
 def test_logs_of_different_rates_are_not_joined(log, tmp_path):
-    typed("simulate", "static", "--duration", "60s", "--sample-rate", 50, "-o", tmp_path)
+    typed("simulate", "static", "--duration", "60s", "--rate", 50, "-o", tmp_path)
     done = typed("noise", log, tmp_path / "static.csv", "-o", tmp_path / "out")
     assert done.code == 2
     assert "join logs of one rate only" in done.err

@@ -129,7 +129,7 @@ def test_conservative_keys_are_marked_and_reach_exports(tmp_path):
     done = typed(
         "export",
         tmp_path / "still.noise.yaml",
-        "--to",
+        "--format",
         "kalibr-noise",
         "--set",
         "rate=100",

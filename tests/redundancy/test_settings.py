@@ -292,7 +292,7 @@ def test_the_published_schema_takes_what_the_reader_takes(content, valid):
 
 def test_explain_prints_every_setting_for_people_and_for_machines():
     for_people, for_machines = typed("redundancy", "--explain"), typed("redundancy", "--explain", "--json")
-    listed = json.loads(for_machines.out)
+    listed = json.loads(for_machines.out)["settings"]
     assert [each["name"] for each in listed] == list(RedundancySettings().by_name())
     for each in listed:
         assert each["name"] in for_people.out

@@ -84,7 +84,7 @@ def test_a_new_row_is_asked_what_a_recording_serves_for(extended, tmp_path):
     made = run(extended, "-m", "tumble", "simulate", "static", "--duration", "5", "-o", tmp_path, "--json")
     log = next(tmp_path.glob("*.csv"))
     assert made
-    (inspection,) = json.loads(run(extended, "-m", "tumble", "inspect", str(log), "--json"))
+    (inspection,) = json.loads(run(extended, "-m", "tumble", "inspect", str(log), "--json"))["logs"]
     services = {each["procedure"]: each["missing"] for each in inspection["services"]}
     assert services["magnetometer"] == ["a magnetometer"]
 

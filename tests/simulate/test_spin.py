@@ -269,7 +269,7 @@ def test_the_command_says_as_json_what_it_wrote(tmp_path):
         (["--fault", "scale:size=nan"], "size needs to be a finite number, found nan"),
         (["--plan", ""], "the plan has no step"),
         (["--still", "nan"], "a rest of nan s"),
-        (["--rate", "-1"], "turn_rate is -1"),
+        (["--turn-rate", "-1"], "turn_rate is -1"),
     ],
 )
 def test_a_mistake_on_the_command_line_is_one_line_and_writes_nothing(tmp_path, words, message):

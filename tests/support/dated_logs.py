@@ -14,8 +14,8 @@ SIMULATED = {
     "turntable": ("--grades", "consumer,industrial"),
     "spin": (),
     "multipose": (),
-    "static": ("--duration", "600", "--sample-rate", "50"),
-    "thermal": ("--sample-rate", "20"),
+    "static": ("--duration", "600", "--rate", "50"),
+    "thermal": ("--rate", "20"),
     "flight": (),
 }
 

@@ -48,7 +48,7 @@ def changed(recording, change):
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("thermal")
     done = typed(
-        *("simulate", "thermal", "--sample-rate", RATE, "--seed", SEED, "-o", folder),
+        *("simulate", "thermal", "--rate", RATE, "--seed", SEED, "-o", folder),
         *("--accelerometer", POWERS["accelerometer"], "--gyroscope", POWERS["gyroscope"]),
     )
     assert done.code == 0, done.err
@@ -122,7 +122,7 @@ def test_extended_calibration_keeps_m_and_b_valid_at_their_reference(folder, tmp
     )
     before.save(tmp_path / "drive.yaml")
     done = typed(
-        "thermal", folder / "thermal.csv", "--start", tmp_path / "drive.yaml", "-o", tmp_path / "out"
+        "thermal", folder / "thermal.csv", "--calibration", tmp_path / "drive.yaml", "-o", tmp_path / "out"
     )
     assert done.code == 0, done.out + done.err
     after = Calibration.load(tmp_path / "out" / "thermal.yaml")
@@ -140,7 +140,7 @@ def test_a_calibration_of_nobody_knows_which_temperature_is_refused(folder, tmp_
     start = tmp_path / "start.yaml"
     unit = {"M": np.eye(3), "b": np.array([0.1, 0.0, 0.0])}
     tumble.Calibration.model_validate({"name": "drive", "accelerometer": unit}).save(start)
-    done = typed("thermal", folder / "thermal.csv", "--start", start, "-o", tmp_path / "out")
+    done = typed("thermal", folder / "thermal.csv", "--calibration", start, "-o", tmp_path / "out")
     assert done.code == 2
     assert "drive: does not say at which temperature it was made" in one_line(done.err)
     assert contents(tmp_path / "out") == {}

@@ -15,6 +15,7 @@ from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.twins import GyroscopeHead
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.debugging import debug, is_debugged
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import LogFacts
@@ -83,7 +84,22 @@ def acquire(
         duration += 0.0 if begun is None else ended - begun
     notices = (*counts.notices(), *temperatures.notices())
     facts = LogFacts(duration=duration, axes=recording.metadata.body, time=LogTime(start))
-    return Imu(recording, segmenter.finish(), notices, facts, head.digest())
+    acquired = segmenter.finish()
+    _say_what_was_read(recording.name, samples, duration, acquired, notices)
+    return Imu(recording, acquired, notices, facts, head.digest())
+
+
+def _say_what_was_read(
+    name: str, samples: int, duration: float, acquired: _core.Acquired, notices: Sequence[str]
+) -> None:
+    if not is_debugged(__name__):
+        return
+    rests, turns = len(acquired.rest_specific_force), len(acquired.turn_angles)
+    debug(__name__, "%s: %d samples over %.3f s, %d rests, %d turns", name, samples, duration, rests, turns)
+    for start, end, why in acquired.rejected_rests:
+        debug(__name__, "%s: %.3f to %.3f s is no rest: %s", name, start, end, REST_REJECTIONS[why])
+    for notice in notices:
+        debug(__name__, "%s: %s", name, notice)
 
 
 def push_recorded(

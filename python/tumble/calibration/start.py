@@ -20,14 +20,14 @@ def started_from(start: Calibration | Path | str | None, log: Metadata) -> Calib
         return None
     if before.serial and log.serial and before.serial != log.serial:
         raise ProcedureError(
-            f"--start: the calibration is of unit {before.serial}, the log of unit {log.serial}; give one of "
-            "the same unit",
+            f"--calibration: is of unit {before.serial}, the log of unit {log.serial}; give one of the "
+            "same unit",
             about=log.source,
         )
     if log.already_corrected and before.temperature_drifts():
         raise ProcedureError(
-            "was corrected already, so that --start would correct it for temperature again; give the log as "
-            "recorded",
+            "was corrected already, so that --calibration would correct it for temperature again; give the "
+            "log as recorded",
             about=log.source,
         )
     return before

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.cli.options import expanded
 from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.procedures import PROCEDURES
@@ -153,7 +154,7 @@ def command_line(words: Sequence[str]) -> typer.Typer:
             app.add_typer(found, name=name, help=entry.summary)
         else:
             help_text = entry.summary if found is _listed_only else None
-            app.command(name, cls=AbbreviatingCommand, help=help_text)(found)
+            app.command(name, cls=AbbreviatingCommand, help=help_text)(expanded(found))
     return app
 
 
@@ -178,6 +179,13 @@ def _root(
     _version: Annotated[
         bool,
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+    _debug: Annotated[
+        bool,
+        typer.Option(
+            "--debug",
+            help="Tell what is done, and when; behind the command too, or TUMBLE_DEBUG=1.",
+        ),
     ] = False,
 ) -> None:
     """Calibrate inertial measurement units over their whole life."""

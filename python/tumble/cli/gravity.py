@@ -2,27 +2,42 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from dataclasses import dataclass
+from typing import Annotated, TypedDict
 
 import typer
 
+from tumble.cli.options import Options
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 
-LatitudeOption: TypeAlias = Annotated[
-    float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
-]
-HeightOption: TypeAlias = Annotated[
-    float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
-]
-GravityOption: TypeAlias = Annotated[
-    float | None, typer.Option(help=f"Local gravity in m/s^2; {STANDARD_GRAVITY:g} if not given.")
-]
+
+class Gravity(TypedDict):
+    """Local gravity as procedures are told it."""
+
+    gravity: float | None
+    latitude: float | None
+    height: float | None
 
 
-def check_gravity(latitude: float | None, height: float | None, gravity: float | None) -> None:
-    """Raise `ProcedureError` where gravity is said twice, or a height without a latitude."""
-    if gravity is not None and (latitude is not None or height is not None):
-        raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")
-    if height is not None and latitude is None:
-        raise ProcedureError("--height needs --latitude to work out gravity; give both")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GravityOptions(Options):
+    """Local gravity, or the place that it follows from."""
+
+    latitude: Annotated[
+        float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
+    ] = None
+    height: Annotated[
+        float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
+    ] = None
+    gravity: Annotated[
+        float | None, typer.Option(help=f"Local gravity in m/s^2; {STANDARD_GRAVITY:g} if not given.")
+    ] = None
+
+    def stated(self) -> Gravity:
+        """Give them by name; raises `ProcedureError` for gravity said twice, or a height without latitude."""
+        if self.gravity is not None and (self.latitude is not None or self.height is not None):
+            raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")
+        if self.height is not None and self.latitude is None:
+            raise ProcedureError("--height needs --latitude to work out gravity; give both")
+        return {"gravity": self.gravity, "latitude": self.latitude, "height": self.height}

@@ -37,6 +37,18 @@ UntilOption: TypeAlias = Annotated[
 ]
 
 
+LiveDurationOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--duration",
+        metavar="TIME",
+        help="How long at most, such as 90s, 10min or 2h.",
+        rich_help_panel=LIVE,
+        show_default=False,
+    ),
+]
+
+
 def pose_seconds(usual: str) -> Any:  # noqa: ANN401 - what typer makes of an option
     """Give the option that says how long to rest at a pose; `usual` if it is not given."""
     return typer.Option(

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from tumble.cli.errors import tell_as_event
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.words import LISTENING
@@ -29,7 +30,7 @@ def failures_told(as_json: bool) -> Iterator[None]:
         yield
     except TumbleError as error:
         if as_json:
-            print_json_line({"event": "failed", "reason": str(error)})
+            tell_as_event(error)
         raise
 
 

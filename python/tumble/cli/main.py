@@ -10,6 +10,10 @@ import sys
 from tumble.cli.control_c import end_at_control_c, heed_control_c_between_steps, restore
 from tumble.cli.exit_code import ExitCode
 
+TYPE_CHECKING = False  # typing takes longer to import than all else that is needed to heed Control-C
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
 
 def main() -> None:
     """Run `tumble` with the arguments of this process."""
@@ -25,19 +29,30 @@ def main() -> None:
 
 def _run() -> int:
     from tumble.cli.commands import command_line_for, run_command_line
-    from tumble.cli.standard_output import checked_output, print_error
+    from tumble.cli.debug_output import without_debug
+    from tumble.cli.errors import tell_error
+    from tumble.cli.standard_output import checked_output
     from tumble.foundation.errors import TumbleError
     from tumble.foundation.files import files_of_command
 
-    words = sys.argv[1:]
+    words, is_debugged = without_debug(sys.argv[1:])
     command = command_line_for(words)
     heed_control_c_between_steps()
     try:
-        with files_of_command() as files, checked_output():
+        with files_of_command() as files, checked_output(), _debugged(is_debugged, words):
             code = run_command_line(command, words)
             for remark in files.remarks():
                 print(f"tumble: {remark}", file=sys.stderr)
     except TumbleError as error:
-        print_error(error)
+        tell_error(error, words)
         code = ExitCode.USER_ERROR
     return code
+
+
+def _debugged(wanted: bool, words: list[str]) -> AbstractContextManager[None]:
+    """Show what the command does, where that is wanted; what that takes is imported then."""
+    from contextlib import nullcontext
+
+    from tumble.cli.debug_output import debugged
+
+    return debugged(words) if wanted else nullcontext()

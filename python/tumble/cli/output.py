@@ -33,6 +33,19 @@ OutputFolder: TypeAlias = Annotated[
 ]
 
 
+OutputFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        parser=output_path,
+        help="File to write; ./NAME-tumble with the ending of its format if not given.",
+        show_default=False,
+    ),
+]
+
+
 def folder_named_after(name: str) -> Path:
     """Give the folder for what is found of a log, a unit or a source of that name: `./NAME-tumble`."""
     return Path(f"{file_stem(name)}-tumble")

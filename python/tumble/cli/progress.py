@@ -20,9 +20,9 @@ FEWEST_FOR_LINES = 20
 
 
 @contextmanager
-def sample_progress(what: str) -> Iterator[SampleProgress]:
+def sample_progress(what: str, *, quiet: bool = False) -> Iterator[SampleProgress]:
     """Show samples done on standard error while the block runs; nothing where that is no terminal."""
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield lambda _done, _expected: None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn

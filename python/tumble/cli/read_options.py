@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Annotated, Any, TypeAlias, get_type_hints
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any
 
 import typer
 
+from tumble.cli.options import Options
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import stem_of
 from tumble.foundation.numbers import number_of
@@ -24,146 +23,99 @@ def _option(metavar: str, text: str) -> Any:  # noqa: ANN401 - the type of what 
     return typer.Option(metavar=metavar, help=text, rich_help_panel=_PANEL, show_default=False)
 
 
-_OPTIONS: dict[str, tuple[Any, Any]] = {
-    "columns": (
-        Annotated[
-            str | None,
-            _option(
-                "ax=NAME,...",
-                "Column for any of time ax ay az gx gy gz temperature: name, or position from 1.",
-            ),
-        ],
-        None,
-    ),
-    "accelerometer_unit": (Annotated[str | None, _option("m/s^2|g|mg", "Unit of the accelerometer.")], None),
-    "gyroscope_unit": (Annotated[str | None, _option("rad/s|deg/s", "Unit of the gyroscope.")], None),
-    "time_unit": (Annotated[str | None, _option("s|ms|us|ns", "Unit of time.")], None),
-    "temperature_unit": (Annotated[str | None, _option("degC|K|degF", "Unit of temperature.")], None),
-    "accelerometer_scale": (
-        Annotated[
-            str | None, _option("N[,N,N]", "Counts per unit of the accelerometer: 16384, with unit g.")
-        ],
-        None,
-    ),
-    "accelerometer_zero": (
-        Annotated[
-            str | None, _option("N[,N,N]", "What the accelerometer reads at zero, in the unit of the log.")
-        ],
-        None,
-    ),
-    "gyroscope_scale": (
-        Annotated[str | None, _option("N[,N,N]", "Counts per unit of the gyroscope: 131, with unit deg/s.")],
-        None,
-    ),
-    "counts": (
-        Annotated[
-            str | None,
-            _option(
-                "G,DPS", "Counts of 16 bits of a sensor with these ranges, in g and deg/s, such as 2,250."
-            ),
-        ],
-        None,
-    ),
-    "gyroscope_zero": (
-        Annotated[
-            str | None, _option("N[,N,N]", "What the gyroscope reads at zero, in the unit of the log.")
-        ],
-        None,
-    ),
-    "accelerometer_sign": (
-        Annotated[int, _option("1|-1", "-1 for a sensor that reads -g where it should read +g.")],
-        1,
-    ),
-    "axes": (
-        Annotated[
-            str,
-            _option(
-                "X,Y,Z", "Case axes in terms of the log's, such as y,-x,z; x,y,-z corrects a left-handed log."
-            ),
-        ],
-        "x,y,z",
-    ),
-    "rate": (Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")], None),
-    "topic": (Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")], None),
-    "skip_lines": (Annotated[int, _option("N", "Lines to skip before the column names.")], 0),
-    "skip_bad_lines": (
-        Annotated[
-            bool,
-            typer.Option(
-                "--skip-bad-lines",
-                help="Leave out lines of a text log that cannot be read, up to 1 %.",
-                rich_help_panel=_PANEL,
-            ),
-        ],
-        False,
-    ),
-    "undo_correction": (
-        Annotated[
-            bool,
-            typer.Option(
-                "--undo-correction",
-                help="Undo what an autopilot did to the samples, by the parameters in its log.",
-                rich_help_panel=_PANEL,
-            ),
-        ],
-        False,
-    ),
-    "interpolate": (
-        Annotated[
-            bool,
-            typer.Option(
-                "--interpolate",
-                help="Bring an accelerometer with times of its own to those of the gyroscope.",
-                rich_help_panel=_PANEL,
-            ),
-        ],
-        False,
-    ),
-    "serial": (Annotated[str, _option("TEXT", "Serial number of the unit.")], ""),
-}
-"""Type and default of each option, by the field of `ReadOptions` it fills."""
+def _flag_option(name: str, text: str) -> Any:  # noqa: ANN401
+    return typer.Option(name, help=text, rich_help_panel=_PANEL)
 
 
-ExceptionsOption: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--for",
-        metavar="NAME:OPTION=VALUE",
-        help="An option for one log or unit only, such as target_2:gyroscope-unit=deg/s; repeatable.",
-        rich_help_panel=_PANEL,
-        show_default=False,
-    ),
-]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingOptions(Options):
+    """An option for each field of `ReadOptions`, as it is typed."""
+
+    columns: Annotated[
+        str | None,
+        _option(
+            "ax=NAME,...", "Column for any of time ax ay az gx gy gz temperature: name, or position from 1."
+        ),
+    ] = None
+    accelerometer_unit: Annotated[str | None, _option("m/s^2|g|mg", "Unit of the accelerometer.")] = None
+    gyroscope_unit: Annotated[str | None, _option("rad/s|deg/s", "Unit of the gyroscope.")] = None
+    time_unit: Annotated[str | None, _option("s|ms|us|ns", "Unit of time.")] = None
+    temperature_unit: Annotated[str | None, _option("degC|K|degF", "Unit of temperature.")] = None
+    accelerometer_scale: Annotated[
+        str | None, _option("N[,N,N]", "Counts per unit of the accelerometer: 16384, with unit g.")
+    ] = None
+    accelerometer_zero: Annotated[
+        str | None, _option("N[,N,N]", "What the accelerometer reads at zero, in the unit of the log.")
+    ] = None
+    gyroscope_scale: Annotated[
+        str | None, _option("N[,N,N]", "Counts per unit of the gyroscope: 131, with unit deg/s.")
+    ] = None
+    counts: Annotated[
+        str | None,
+        _option("G,DPS", "Counts of 16 bits of a sensor with these ranges, in g and deg/s, such as 2,250."),
+    ] = None
+    gyroscope_zero: Annotated[
+        str | None, _option("N[,N,N]", "What the gyroscope reads at zero, in the unit of the log.")
+    ] = None
+    accelerometer_sign: Annotated[
+        int, _option("1|-1", "-1 for a sensor that reads -g where it should read +g.")
+    ] = 1
+    axes: Annotated[
+        str,
+        _option(
+            "X,Y,Z", "Case axes in terms of the log's, such as y,-x,z; x,y,-z corrects a left-handed log."
+        ),
+    ] = "x,y,z"
+    rate: Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")] = None
+    topic: Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")] = None
+    skip_lines: Annotated[int, _option("N", "Lines to skip before the column names.")] = 0
+    skip_bad_lines: Annotated[
+        bool,
+        _flag_option("--skip-bad-lines", "Leave out lines of a text log that cannot be read, up to 1 %."),
+    ] = False
+    undo_correction: Annotated[
+        bool,
+        _flag_option(
+            "--undo-correction", "Undo what an autopilot did to the samples, by the parameters in its log."
+        ),
+    ] = False
+    interpolate: Annotated[
+        bool,
+        _flag_option(
+            "--interpolate", "Bring an accelerometer with times of its own to those of the gyroscope."
+        ),
+    ] = False
+    serial: Annotated[str, _option("TEXT", "Serial number of the unit.")] = ""
+
+    def read(self) -> ReadOptions:
+        """Turn what was typed into `ReadOptions`; raises `LogError` where it makes no sense."""
+        typed = {name: getattr(self, name) for name in _NAMES}
+        return ReadOptions(
+            **{name: _value(name, value) for name, value in typed.items() if value is not None}
+        )
 
 
-def with_read_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command an option for each field of `ReadOptions`; it gets them together as `read_options`."""
-    signature = inspect.signature(command)
-    hints = get_type_hints(command, include_extras=True)
-    own = [
-        parameter.replace(annotation=hints.get(name, parameter.annotation))
-        for name, parameter in signature.parameters.items()
-        if name != "read_options"
-    ]
-    added = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-        for name, (annotation, default) in _OPTIONS.items()
-    ]
-
-    @functools.wraps(command)
-    def wrapper(**arguments: Any) -> None:  # noqa: ANN401
-        stated = {name: arguments.pop(name) for name in _OPTIONS}
-        command(**arguments, read_options=read_options_from(stated))
-
-    parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
-    wrapper.__signature__ = signature.replace(parameters=[*parameters, *added])  # type: ignore[attr-defined]
-    wrapper.__annotations__ = {p.name: p.annotation for p in (*own, *added)} | {"return": None}
-    return wrapper
+_NAMES = tuple(field.name for field in fields(ReadingOptions))
 
 
-def read_options_from(stated: dict[str, Any]) -> ReadOptions:
-    """Turn what was typed into `ReadOptions`; raises `LogError` where it makes no sense."""
-    return ReadOptions(**{name: _value(name, typed) for name, typed in stated.items() if typed is not None})
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingOptionsOfSeveral(ReadingOptions):
+    """The same, of commands that read several logs, each of which may have options of its own."""
+
+    exceptions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--for",
+            metavar="NAME:OPTION=VALUE",
+            help="An option for one log or unit only, such as target_2:gyroscope-unit=deg/s; repeatable.",
+            rich_help_panel=_PANEL,
+            show_default=False,
+        ),
+    ] = None
+
+    def read_each(self, sources: Sequence[str]) -> dict[str, ReadOptions]:
+        """Give the options of each source, as `read_options_for`."""
+        return read_options_for(self.read(), self.exceptions or (), sources)
 
 
 def read_options_for(
@@ -179,8 +131,8 @@ def read_options_for(
         setting, _, typed = text.partition("=")
         name, _, option = setting.rpartition(":")
         field = option.strip().removeprefix("--").replace("-", "_")
-        if field not in _OPTIONS or not typed:
-            known = ", ".join(key.replace("_", "-") for key in _OPTIONS)
+        if field not in _NAMES or not typed:
+            known = ", ".join(key.replace("_", "-") for key in _NAMES)
             raise LogError(f"--for {text}: expected NAME:OPTION=VALUE, with one of {known}")
         meant = [source for source in sources if name in _names(source)]
         if not meant:

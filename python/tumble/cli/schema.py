@@ -7,12 +7,14 @@ from typing import Annotated
 import typer
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.schemas import SCHEMAS, schema_text
+from tumble.foundation.schemas import PRINTED, SCHEMAS, schema_text
+
+KNOWN = SCHEMAS | PRINTED
 
 
 def schema_command(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help=f"One of {', '.join(SCHEMAS)}.", show_default=False)
+        str | None, typer.Argument(metavar="NAME", help=f"One of {', '.join(KNOWN)}.", show_default=False)
     ] = None,
 ) -> None:
     """Print the JSON Schema of a document; without a name, list the documents.
@@ -22,9 +24,9 @@ def schema_command(
     An editor that knows YAML checks documents with it as they are typed.
     """
     if name is None:
-        for schema in SCHEMAS.values():
+        for schema in KNOWN.values():
             print(f"{schema.name}: {schema.what}")
         return
-    if name not in SCHEMAS:
-        raise TumbleError(f"schema {name}: there is none of that name; there are {', '.join(SCHEMAS)}")
-    print(schema_text(SCHEMAS[name]), end="")
+    if name not in KNOWN:
+        raise TumbleError(f"schema {name}: there is none of that name; there are {', '.join(KNOWN)}")
+    print(schema_text(KNOWN[name]), end="")

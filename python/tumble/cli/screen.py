@@ -16,10 +16,19 @@ FILE_WIDTH = 128
 """What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 
 
-def print_json(content: object) -> None:
-    """Print one JSON document."""
-    json.dump(content, sys.stdout, indent=2, allow_nan=False)
+LISTED = "listed"
+"""Verdict of a document that lists what there is."""
+
+
+def print_document(schema: str, verdict: str, content: Mapping[str, Any]) -> None:
+    """Print one JSON document, of a schema that `tumble schema` has; `verdict` says it all in a word."""
+    json.dump({"schema": schema, **content, "verdict": verdict}, sys.stdout, indent=2, allow_nan=False)
     print()
+
+
+def print_event(event: str, content: Mapping[str, object]) -> None:
+    """Print an event of a live session on a line of its own, at once."""
+    print_json_line({"event": event, **content})
 
 
 def print_json_line(content: Mapping[str, object]) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from typing import Any
 
-from tumble.foundation.errors import OutputError, TumbleError
+from tumble.foundation.errors import OutputError
 from tumble.foundation.words import ESCAPED, printable
 
 
@@ -95,9 +95,3 @@ def drawing() -> Iterator[None]:
     """Have standard output and error take what the block draws as it is."""
     with redirect_stdout(drawn(sys.stdout)), redirect_stderr(drawn(sys.stderr)):
         yield
-
-
-def print_error(error: TumbleError) -> None:
-    """Print an error, escaped, each line of it with whom it is from."""
-    for line in str(error).splitlines():
-        print(f"tumble: error: {printable(line)}", file=sys.stderr)

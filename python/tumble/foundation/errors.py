@@ -16,6 +16,9 @@ class TumbleError(Exception):
         why = _printable(why)
         super().__init__(f"{_printable(about)}: {why}" if about else why)
         self.why = why
+        self.about = _printable(about)
+        self.is_told = False
+        """Whether a live session has told it as its last event."""
 
 
 def _printable(text: str) -> str:

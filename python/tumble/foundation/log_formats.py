@@ -46,7 +46,7 @@ class LogFormat:
     axes: str = ""
     """Directions of its axes, in words, where its documentation defines them; of its local frame too."""
     firmware: str = ""
-    """Firmware whose parameters its logs hold, as after `--to`: its module has `parameters_in`."""
+    """Firmware whose parameters its logs hold, as after `--format`: its module has `parameters_in`."""
 
 
 _FRD = f"{in_words(FRD)}, so that z reads -g when level; local frame NED"

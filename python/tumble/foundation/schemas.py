@@ -1,4 +1,4 @@
-"""The documents that people read and edit, by the names of their schemas, and the schemas themselves."""
+"""The documents that people read and edit and that commands print, by the names of their schemas."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
+
+from tumble.foundation.procedures import PROCEDURES
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,55 @@ SCHEMAS = {
 }
 
 
+def _printed(name: str, tool: str, model: str, what: str) -> DocumentSchema:
+    return DocumentSchema(name, what, f"tumble.tools.{tool}.summary_document", model)
+
+
+_ERROR = DocumentSchema(
+    "error", "what was wrong, printed with --json", "tumble.cli.error_document", "ErrorDocument"
+)
+_RESULTS = tuple(
+    DocumentSchema(
+        f"{each.word}-result",
+        f"result of tumble {each.word} --json",
+        f"{each.folder}.summary_document",
+        f"{each.word.capitalize()}Document",
+    )
+    for each in PROCEDURES
+)
+_SETTINGS = DocumentSchema(
+    "settings",
+    "settings that tumble redundancy --explain --json lists",
+    "tumble.procedures.redundancy.summary_document",
+    "SettingsDocument",
+)
+PRINTED = {
+    schema.name: schema
+    for schema in (
+        *_RESULTS,
+        _printed("compare-result", "compare", "CompareDocument", "result of tumble compare --json"),
+        _printed("inspection", "inspect", "InspectionDocument", "what tumble inspect --json found"),
+        _printed("conversion", "convert", "ConversionDocument", "what tumble convert --json wrote"),
+        _printed("export", "exchange", "ExportDocument", "what tumble export --json wrote"),
+        _printed("import", "exchange", "ImportDocument", "what tumble import --json read"),
+        _printed("simulation", "simulate", "SimulationDocument", "what tumble simulate --json made"),
+        _printed("diagnosis", "doctor", "DiagnosisDocument", "what tumble doctor --json found"),
+        _printed("formats", "exchange", "FormatsDocument", "formats that tumble formats --json lists"),
+        _printed(
+            "export-formats",
+            "exchange",
+            "TargetsDocument",
+            "formats that tumble export --format list --json lists",
+        ),
+        _printed("tables", "table", "TablesDocument", "tables that tumble table list --json lists"),
+        _printed("table-position", "table", "PositionDocument", "where tumble table --json says a table is"),
+        _SETTINGS,
+        _ERROR,
+    )
+}
+"""What commands print with `--json`, on standard output; nothing reads it."""
+
+
 def schema_stated(content: object) -> DocumentSchema | None:
     """Returns the kind of document that `schema: tumble-NAME/VERSION` says, if it says one."""
     name, _, _ = str(content)[:40].removeprefix("tumble-").partition("/")
@@ -64,6 +115,8 @@ def schema_text(schema: DocumentSchema) -> str:
 
     from pydantic.json_schema import GenerateJsonSchema
 
+    from tumble.foundation.printed import Printed, PrintedSchema
+
     class WithoutTitles(GenerateJsonSchema):
         """The keys are titles enough."""
 
@@ -73,5 +126,8 @@ def schema_text(schema: DocumentSchema) -> str:
     model = schema.load_model()
     urn = f"urn:{model.model_fields['schema_'].default.replace('/', ':')}"
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": urn}
-    body = model.model_json_schema(schema_generator=WithoutTitles)
+    is_printed = issubclass(model, Printed)
+    body = model.model_json_schema(schema_generator=PrintedSchema if is_printed else WithoutTitles)
+    if is_printed:
+        body["required"] = ["schema", *body["required"]]
     return json.dumps(head | body, indent=2, ensure_ascii=False) + "\n"

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.foundation.body_axes import in_words, turned
+from tumble.foundation.debugging import debug
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import AXES_OF, BODY_OF, stem_of
 from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
@@ -98,10 +99,19 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Rec
         raise LogError(_no_time(track))
     conversion = conversion_for(track, options, head, track.triads)
     odd = () if head.time is None else _odd_step(head.time, conversion.time_unit)
+    _say_how_it_is_read(track, conversion, rate)
     return Recording(
         _metadata(track, conversion, options, rate, odd),
         lambda: _stream(track, conversion, options, rate, keep_faults),
     )
+
+
+def _say_how_it_is_read(track: LoggedImu, conversion: Conversion, rate: float | None) -> None:
+    units = (conversion.accelerometer_unit, conversion.gyroscope_unit, conversion.time_unit)
+    read = ", ".join(f"{unit.name} ({unit.reason})" for unit in units)
+    debug(__name__, "%s: %s, %s in %s", track.source, track.format, " and ".join(track.triads), read)
+    if rate is not None:
+        debug(__name__, "%s: states %g Hz", track.source, rate)
 
 
 def _stream(

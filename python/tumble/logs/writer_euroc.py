@@ -23,7 +23,7 @@ _NAMES = (
 _TABLE = FileKind("data.csv of a EuRoC folder", re.compile(rb"\A#timestamp \[ns\],w_RS_S_x"))
 _SENSOR = FileKind("sensor.yaml of a EuRoC folder", re.compile(rb"sensor_type: *imu"))
 _SENSOR_TEXT = """\
-# Noise is not known of a log: take it from tumble export CALIBRATION --to kalibr-noise.
+# Noise is not known of a log: take it from tumble export CALIBRATION --format kalibr-noise.
 sensor_type: imu
 comment: {comment}
 T_BS:

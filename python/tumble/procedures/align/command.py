@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
-from tumble.cli.results import end_unless, show_results
-from tumble.logs.options import ReadOptions
-
-if TYPE_CHECKING:
-    pass
+from tumble.cli.read_options import ReadingOptionsOfSeveral
+from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.shared_options import MakerOptions, VoiceOptions
 
 
-@with_maker
-@with_read_options
 def align_command(
-    read_options: ReadOptions,
     primary: Annotated[
         str,
         typer.Option(metavar="NAME", help="Unit to which the others are aligned: NAME in LOG, or LOG:NAME."),
@@ -36,8 +28,10 @@ def align_command(
         float,
         typer.Option(metavar="SECONDS", min=0.0, help="Largest offset between the clocks of two units."),
     ] = 5.0,
-    exceptions: ExceptionsOption = None,
-    as_json: JsonOption = False,
+    *,
+    maker: MakerOptions,
+    voice: VoiceOptions,
+    reading: ReadingOptionsOfSeveral,
 ) -> None:
     """Find rotation, time offset and lever arm between units that moved together.
 
@@ -50,15 +44,14 @@ def align_command(
     """
     from tumble.cli.progress import sample_progress
     from tumble.procedures.align import summary
-    from tumble.procedures.align.command_files import prepare, write_results
+    from tumble.procedures.align.command_files import prepare
     from tumble.procedures.align.procedure import align
 
     folder = output or folder_for(log or primary)
     prepare(folder)
-    sources = (primary, *secondary)
-    read = read_options_for(read_options, exceptions or (), sources)
-    with sample_progress("reading") as advance:
+    read = reading.read_each((primary, *secondary))
+    with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
-    files = write_results(result, folder)
-    show_results(summary, result, files, as_json)
-    end_unless(result.verdict == "aligned")
+    well = result.verdict == "aligned"
+    show_results(summary, result, write_results(result, folder), voice, well=well)
+    end_unless(well)

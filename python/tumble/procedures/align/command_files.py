@@ -22,7 +22,7 @@ def prepare(folder: Path | str) -> tuple[Path, Path]:
     return settings, page
 
 
-def write_results(result: AlignResult, folder: Path | str) -> dict[str, Path]:
+def save(result: AlignResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`; give the path of each file by what it is."""
     from tumble.procedures.align.report.page import ALIGN_REPORT
 

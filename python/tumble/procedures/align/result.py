@@ -110,9 +110,9 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """
-        from tumble.procedures.align.command_files import write_results
+        from tumble.procedures.align.command_files import save
 
-        return write_results(self, folder)
+        return save(self, folder)
 
     @property
     def verdict(self) -> Verdict:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -17,6 +18,8 @@ from tumble.procedures.align.result import AlignResult, UnitAlignment
 from tumble.report.columns import parameter_cell, parameter_scales
 from tumble.report.numbers import NOT_OBSERVABLE, scales_of
 
+SCHEMA: Final = "tumble-align-result/1"
+
 
 def screen_summary(result: AlignResult) -> RenderableType:
     """Say what a person wants to know at once: what was found of each unit, and what to beware of."""
@@ -26,7 +29,7 @@ def screen_summary(result: AlignResult) -> RenderableType:
     return Group(Text(f"Relative to {result.primary}:"), "", _table(result), "", *notes)
 
 
-def json_content(result: AlignResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: AlignResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give everything that was found, and the files it was written to."""
     content = {
         "primary": result.primary,

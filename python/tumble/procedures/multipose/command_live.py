@@ -6,30 +6,54 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.live_options import LIVE, LiveDurationOption, SenderOption, UntilOption, pose_seconds
 from tumble.cli.live_screen import failures_told
-from tumble.cli.results import end_unless, show_results
+from tumble.cli.options import Options, refuse_given
+from tumble.cli.results import end_unless, show_results, write_results
 from tumble.foundation.errors import ProcedureError, TumbleError
 
 if TYPE_CHECKING:
+    from tumble.cli.shared_options import MakerOptions, VoiceOptions
     from tumble.logs.options import ReadOptions
     from tumble.logs.session import SessionProcedure
     from tumble.procedures.multipose.live import LiveMultipose
     from tumble.procedures.multipose.result import MultiposeResult
 
 
-@dataclass(frozen=True, slots=True)
-class LiveOptions:
-    """What was typed that only a live session needs."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveOptions(Options):
+    """Options that only a live session needs."""
 
-    until: str | None
-    orientations: int | None
-    held: str | None
-    duration: str | None
-    resume: bool
-    sender: str | None
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live",
+            help="Calibrate now, led from orientation to orientation; see the documentation for sources.",
+            rich_help_panel=LIVE,
+        ),
+    ] = False
+    until: UntilOption = None
+    orientations: Annotated[
+        int | None,
+        typer.Option(
+            min=10,
+            help="How many to ask for; 18 if not given and there is no --until.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None
+    held: Annotated[str | None, pose_seconds("4s")] = None
+    duration: LiveDurationOption = None
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with the session in the folder.", rich_help_panel=LIVE),
+    ] = False
+    sender: SenderOption = None
 
     def refuse_without_live(self) -> None:
         """Raise `ProcedureError` where one of them was typed with a log."""
@@ -41,9 +65,7 @@ class LiveOptions:
             "--resume": self.resume,
             "--from": self.sender,
         }
-        for name, value in typed.items():
-            if value:
-                raise ProcedureError(f"{name} is for a unit that is read live; add --live, or leave it out")
+        refuse_given(typed, "is for a unit that is read live; add --live, or leave it out")
 
 
 def run_live(
@@ -52,11 +74,10 @@ def run_live(
     read_options: ReadOptions,
     asked: LiveOptions,
     options: Mapping[str, Any],
-    operator: str,
-    station: str,
+    maker: MakerOptions,
+    voice: VoiceOptions,
     *,
     raw: bool = False,
-    as_json: bool = False,
 ) -> None:
     """Lead through a session, record it, and calibrate it; `options` are those of `multipose`.
 
@@ -73,15 +94,16 @@ def run_live(
             "--raw is for recordings: where the zero of counts is not known, nothing can be said while they "
             "come; record them with tumble record, and give --raw with the session"
         )
-    with failures_told(as_json):
+    with failures_told(voice.as_json):
         name = file_stem(open_source(source, read_options).name)
         folder = output or folder_named_after(name)
-        procedure = _procedure(asked, operator, station)
+        procedure = _procedure(asked, maker)
         with no_empty_folder(folder):
-            session, whole = _recorded(source, name, folder, read_options, asked, options, procedure, as_json)
+            session, whole = _recorded(source, name, folder, read_options, asked, options, procedure, voice)
         result = _calibrated(session, options)
-        show_results(summary, result, result.save(folder), as_json, live=True)
-    end_unless(result.verdict == "calibrated" and session.is_reached and whole)
+        well = result.verdict == "calibrated" and session.is_reached and whole
+        show_results(summary, result, write_results(result, folder), voice, well=well, live=True)
+    end_unless(well)
 
 
 def _recorded(
@@ -92,7 +114,7 @@ def _recorded(
     asked: LiveOptions,
     options: Mapping[str, Any],
     procedure: SessionProcedure,
-    as_json: bool,
+    voice: VoiceOptions,
 ) -> tuple[LiveMultipose, bool]:
     """Lead through the session; return it, and whether few samples are missing."""
     from tumble.calibration.unit_files import prepare_unit_files
@@ -123,20 +145,20 @@ def _recorded(
         procedure=procedure,
         resume=asked.resume,
     )
-    with stopped_by_signals(session.stop), shown(as_json) as show:
+    with stopped_by_signals(session.stop), shown(voice.as_json, voice.quiet) as show:
         for step in session.steps():
             show(step)
     return session, is_whole(units.losses)
 
 
-def _procedure(asked: LiveOptions, operator: str, station: str) -> SessionProcedure:
+def _procedure(asked: LiveOptions, maker: MakerOptions) -> SessionProcedure:
     from tumble.logs.session import SessionProcedure
 
     goal = {"goal": asked.until} if asked.until else {}
     return SessionProcedure(
         name="multipose",
-        operator=operator,
-        station=station,
+        operator=maker.operator,
+        station=maker.station,
         options={**goal, **({"resumed": True} if asked.resume else {})},
     )
 

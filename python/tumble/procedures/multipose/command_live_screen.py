@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 Show: TypeAlias = "Callable[[MultiposeStep], None]"
 """Told every step of the session."""
 
+TROUBLE = ("warning", "ended early")
+"""What is said even where little is."""
 SAID = ("rest done", "orientation wanted", "warning", "done", "ended early")
 """Kinds of steps that stay on a terminal, above what is drawn."""
 
 
 @contextmanager
-def shown(as_json: bool) -> Iterator[Show]:
+def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
     """Give what shows each step while the block runs, on standard error; JSON on standard output."""
     from rich.live import Live
 
@@ -35,8 +37,8 @@ def shown(as_json: bool) -> Iterator[Show]:
     console = message_console()
     if as_json:
         yield lambda step: print_json_line(event_of(step))
-    elif not console.is_terminal:
-        yield lambda step: _print_line(prompt(step))
+    elif not console.is_terminal or quiet:
+        yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
     else:
         with Live(console=console, auto_refresh=False) as screen:
 

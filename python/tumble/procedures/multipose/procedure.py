@@ -140,7 +140,7 @@ def multipose(
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
     recording = open_sampled(source, as_counts(read) if raw else read)
     if raw and start is not None:
-        raise ProcedureError("--start is of readings in SI units, --raw of counts; leave one out")
+        raise ProcedureError("--calibration is of readings in SI units, --raw of counts; leave one out")
     before = started_from(start, recording.metadata)
     labelled = _labelled(recording, sections)
     on_faces = faces or are_faces(labelled)
@@ -504,7 +504,7 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
 
 def _about_the_start(result: MultiposeResult) -> Iterator[str]:
     if "gyroscope" in result.start and result.gyroscope is None:
-        yield ("the gyroscope is kept as the calibration of --start has it, in the case frame of that one")
+        yield ("the gyroscope is kept as --calibration has it, in the case frame of that one")
 
 
 def _about_faces(faces: Faces, result: MultiposeResult) -> Iterator[str]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -18,6 +18,8 @@ from tumble.procedures.multipose.report.text import next_sentences, sentences
 from tumble.procedures.multipose.result import MultiposeResult
 from tumble.report.columns import parameter_cell, parameter_scales
 from tumble.report.numbers import NOT_OBSERVABLE
+
+SCHEMA: Final = "tumble-multipose-result/1"
 
 
 def screen_summary(result: MultiposeResult) -> RenderableType:
@@ -55,7 +57,7 @@ def _beside_ferraris(result: MultiposeResult) -> Table:
     return table
 
 
-def json_content(result: MultiposeResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: MultiposeResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give the result without its recording: what was found, and the files it was written to."""
     content = {
         "name": result.name,

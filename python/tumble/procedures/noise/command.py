@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import with_read_options
-from tumble.cli.results import end_unless, show_results
-from tumble.cli.start import StartOption
-from tumble.logs.options import ReadOptions
-
-if TYPE_CHECKING:
-    pass
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
 
 
-@with_maker
-@with_read_options
 def noise_command(
-    read_options: ReadOptions,
     logs: Annotated[
         list[str],
         typer.Argument(
@@ -31,8 +22,11 @@ def noise_command(
         ),
     ],
     output: OutputFolder = None,
-    start: StartOption = None,
-    as_json: JsonOption = False,
+    calibration: CalibrationOption = None,
+    *,
+    maker: MakerOptions,
+    voice: VoiceOptions,
+    reading: ReadingOptions,
 ) -> None:
     """Find the noise of a sensor that stands still: Allan deviations and the terms they show.
 
@@ -47,13 +41,14 @@ def noise_command(
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
     from tumble.procedures.noise import summary
-    from tumble.procedures.noise.command_files import prepare, write_results
+    from tumble.procedures.noise.command_files import prepare
     from tumble.procedures.noise.procedure import noise
 
-    recordings = [open_recording(log, read_options) for log in logs]
+    recordings = [open_recording(log, reading.read()) for log in logs]
     folder = output or folder_for(logs[0])
     prepare(folder, recordings[0].name)
-    with sample_progress("reading") as advance:
-        result = noise(recordings, start=start, progress=advance)
-    show_results(summary, result, write_results(result, folder), as_json)
-    end_unless(result.verdict == "measured")
+    with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
+        result = noise(recordings, start=calibration, progress=advance)
+    well = result.verdict == "measured"
+    show_results(summary, result, write_results(result, folder), voice, well=well)
+    end_unless(well)

@@ -24,7 +24,7 @@ def prepare(folder: Path | str, name: str) -> Path:
     return keys
 
 
-def write_results(result: NoiseResult, folder: Path | str) -> dict[str, Path]:
+def save(result: NoiseResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
     from tumble.calibration.unit_files import write_unit_files
     from tumble.procedures.noise.keys import keys_text
@@ -33,4 +33,4 @@ def write_results(result: NoiseResult, folder: Path | str) -> dict[str, Path]:
     keys = prepare(folder, result.name)
     files = write_unit_files(result, NOISE_REPORT.write, folder, "noise")
     write_text(keys, keys_text(result), KEYS_KIND)
-    return {**files, "kalibr": keys}
+    return {"calibration": files["calibration"], "kalibr": keys, "report": files["report"]}

@@ -181,9 +181,9 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """
-        from tumble.procedures.noise.command_files import write_results
+        from tumble.procedures.noise.command_files import save
 
-        return write_results(self, folder)
+        return save(self, folder)
 
     def __repr__(self) -> str:
         lines = [

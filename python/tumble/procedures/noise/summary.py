@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -16,6 +16,8 @@ from tumble.foundation.plain import finite
 from tumble.procedures.noise.keys import kalibr_keys, vins_keys
 from tumble.procedures.noise.report.text import printed_terms, unidentified, used_sentence
 from tumble.procedures.noise.result import ASKED_FOR, NoiseResult
+
+SCHEMA: Final = "tumble-noise-result/1"
 
 
 def screen_summary(result: NoiseResult) -> RenderableType:
@@ -29,7 +31,7 @@ def screen_summary(result: NoiseResult) -> RenderableType:
     return Group(Text(used_sentence(result.still)), "", _table(result), "", *notes, "", *keys)
 
 
-def json_content(result: NoiseResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: NoiseResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give everything that was found, and the files it was written to."""
     content = {
         "name": result.name,

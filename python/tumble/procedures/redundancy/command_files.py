@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
 
-def write_results(result: RedundancyResult, folder: Path | str) -> dict[str, Path]:
+def save(result: RedundancyResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`; give the path of each file by what it is."""
     from tumble.procedures.redundancy.report.page import REDUNDANCY_REPORT
 

@@ -8,25 +8,26 @@ from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-import typer
-
-from tumble.cli.exit_code import ExitCode
 from tumble.cli.live_screen import print_listening
 from tumble.cli.output import folder_named_after
+from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError
 
 if TYPE_CHECKING:
-    from tumble.calibration.document import Calibration
-    from tumble.foundation.results import Precision
+    from tumble.cli.read_options import ReadingOptionsOfSeveral
+    from tumble.cli.shared_options import LongVoiceOptions
     from tumble.live import LiveSet
-    from tumble.logs.options import ReadOptions
     from tumble.logs.session import SessionClock
-    from tumble.procedures.redundancy.factory import Factory
+    from tumble.procedures.redundancy.command_options import (
+        LiveOptions,
+        SetOptions,
+        SettingsOptions,
+        WitnessOptions,
+    )
     from tumble.procedures.redundancy.live import LiveRedundancy, LiveStep
     from tumble.procedures.redundancy.monitor import RedundancyMonitor
     from tumble.procedures.redundancy.result import RedundancyResult
-    from tumble.procedures.redundancy.settings import RedundancySettings
     from tumble.procedures.redundancy.witness_live import LiveWitness
     from tumble.tools.record.writer import SessionWriter
 
@@ -42,24 +43,14 @@ def watch_sources(
     words: Sequence[str],
     primary: str | None,
     output: Path | None,
-    read_options: Mapping[str, ReadOptions],
-    *,
-    settings: RedundancySettings,
-    calibration: Calibration | None = None,
-    store: Path | None = None,
-    factory: Factory = (),
-    precision: Precision = "f64",
-    as_published: bool = False,
-    to: str | None = None,
-    record: Path | None = None,
-    duration: float | None = None,
-    dashboard: bool = False,
-    sender: str | None = None,
-    witness: Sequence[str] = (),
-    witness_sigma: float | None = None,
-    as_json: bool = False,
+    stated: SettingsOptions,
+    known: SetOptions,
+    witness: WitnessOptions,
+    asked: LiveOptions,
+    voice: LongVoiceOptions,
+    reading: ReadingOptionsOfSeveral,
 ) -> RedundancyResult:
-    """Watch units, `NAME=SOURCE`, until they end, for `duration` s, or until a signal; write the results.
+    """Watch units, `NAME=SOURCE`, until they end, for a duration, or until a signal; write the results.
 
     Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then. Ends with
     `NOT_ALL_WELL`, once all is written, where many samples are missing.
@@ -71,74 +62,68 @@ def watch_sources(
     from tumble.live.naming import parse_named_sources
     from tumble.live.outputs import OF_A_SET, STDOUT, parse_output
     from tumble.logs.writer import Facts
-    from tumble.procedures.redundancy.command_files import EVENTS_KIND, write_results
+    from tumble.procedures.redundancy.command_files import EVENTS_KIND
     from tumble.procedures.redundancy.live import LiveRedundancy
     from tumble.procedures.redundancy.monitor import RedundancyMonitor
-    from tumble.procedures.redundancy.summary import json_content, show_results
     from tumble.procedures.redundancy.witness_log import WitnessLog
     from tumble.tools.record.command_screen import is_whole
 
     typed = {name: address.text for name, address in parse_named_sources(words).items()}
+    read_options = reading.read_each(list(typed))
+    settings, seconds = stated.stated(), asked.seconds()
     names = _primary_first(list(typed), primary)
-    if to == STDOUT and as_json:
+    if asked.to == STDOUT and voice.as_json:
         raise ProcedureError("--to stdout and --json both want standard output; send the output elsewhere")
-    going_to = None if to is None else parse_output(to)
+    going_to = None if asked.to is None else parse_output(asked.to)
     units = open_set(
-        [f"{name}={typed[name]}" for name in names], read_options, sender=sender, keep_going=True
+        [f"{name}={typed[name]}" for name in names], read_options, sender=asked.sender, keep_going=True
     )
-    stated = {name: options.serial for name, options in read_options.items()}
+    serial_of = {name: options.serial for name, options in read_options.items()}
     serials = {
-        name: stated.get(name, "") or getattr(source, "serial", "") for name, source in units.sources.items()
+        name: serial_of.get(name, "") or getattr(source, "serial", "")
+        for name, source in units.sources.items()
     }
-    monitor = RedundancyMonitor(
-        names[0],
-        names[1:],
-        settings=settings,
-        calibration=calibration,
-        store=store,
-        factory=factory,
-        serials=serials,
-        precision=precision,
-        as_published=as_published,
+    monitor = RedundancyMonitor(names[0], names[1:], serials=serials, **settings, **known.stated())
+    witnesses = _witnesses(
+        witness.witness or (), typed.values(), monitor, units, witness.witness_sigma, asked.sender
     )
-    witnesses = _witnesses(witness, typed.values(), monitor, units, witness_sigma, sender)
     folder = output or folder_named_after("redundancy")
     with no_empty_folder(folder), ExitStack() as opened:
         prepare_folder(folder)
         check_output(folder / EVENTS, EVENTS_KIND)
         check_output(folder / REDUNDANCY_PAGE, PAGE)
         writer = None if going_to is None else opened.enter_context(going_to.open(Facts(further=OF_A_SET)))
-        session = _session(opened, units, record, typed, serials)
+        session = _session(opened, units, asked.record, typed, serials)
+        heard = asked.record is not None and witness.witness
         live = LiveRedundancy(
             units,
             monitor,
             output=writer,
             session=session,
             witnesses=witnesses,
-            witness_log=WitnessLog(record, monitor.units) if record is not None and witness else None,
+            witness_log=WitnessLog(asked.record, monitor.units) if asked.record and heard else None,
         )
-        with stopped_by_signals(live.stop), _shown(names, as_json, dashboard) as show:
-            for step in live.steps(duration):
+        with stopped_by_signals(live.stop), _shown(names, asked, voice) as show:
+            for step in live.steps(seconds):
                 show(step)
-    result = live.result("as published" if as_published else "")
-    files = write_results(result, folder)
-    if as_json:
-        print_json_line({"event": "result", **json_content(result, files)})
-    else:
-        # Where samples go to standard output, nothing else does.
-        with redirect_stdout(sys.stderr if to == STDOUT else sys.stdout):
-            show_results(result, files, as_json=False)
-            _print_delays(live)
-    if not is_whole(units.losses):
-        raise typer.Exit(ExitCode.NOT_ALL_WELL)
+    result = live.result("as published" if stated.as_published else "")
+    _tell(live, result, folder, voice, to_stdout=asked.to == STDOUT)
+    end_unless(is_whole(units.losses))
     return result
 
 
-def names_of(words: Sequence[str]) -> list[str]:
-    """Give the names of the units; raises `LogError` where words do not name units."""
-    from tumble.live.naming import parse_named_sources
+def _tell(
+    live: LiveRedundancy, result: RedundancyResult, folder: Path, voice: LongVoiceOptions, *, to_stdout: bool
+) -> None:
+    """Write and show the result; where samples go to standard output, nothing else does."""
+    from tumble.procedures.redundancy import summary
 
-    return list(parse_named_sources(words))
+    files = write_results(result, folder)
+    draw = summary.long_summary if voice.verbose else summary.screen_summary
+    with redirect_stdout(sys.stderr if to_stdout else sys.stdout):
+        show_results(summary, result, files, voice, well=result.all_well, live=True, draw=draw)
+        if not (voice.as_json or voice.quiet):
+            _print_delays(live)
 
 
 def _witnesses(
@@ -206,11 +191,13 @@ def _primary_first(names: list[str], primary: str | None) -> list[str]:
 
 
 @contextmanager
-def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Show]:
+def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) -> Iterator[Show]:
     """Give what shows each step while the block runs: JSON on standard output, else on standard error."""
-    if as_json:
+    if voice.as_json:
         yield _with_listening(_print_json, lambda: print_listening(names))
-    elif dashboard:
+    elif voice.quiet:
+        yield lambda _: None
+    elif asked.dashboard:
         with _dashboard(names) as show:
             yield show
     else:

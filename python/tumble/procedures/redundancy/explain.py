@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from tumble.cli.screen import print_json, print_summary
+from tumble.cli.screen import LISTED, print_document, print_summary
 from tumble.foundation.setting_table import Explained, explain
 from tumble.report.numbers import readable_unit
+
+SETTINGS: Final = "tumble-settings/1"
 
 
 def show_settings(as_json: bool) -> None:
     """Print all settings, as a table or for a machine."""
     if as_json:
-        print_json([_content(setting) for setting in explain("redundancy")])
+        settings = [_content(setting) for setting in explain("redundancy")]
+        print_document(SETTINGS, LISTED, {"settings": settings})
         return
     print_summary(_table())
     print("State them with --set NAME=VALUE, or in a YAML file with --settings FILE.")

@@ -283,9 +283,9 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """
-        from tumble.procedures.redundancy.command_files import write_results
+        from tumble.procedures.redundancy.command_files import save
 
-        return write_results(self, folder)
+        return save(self, folder)
 
     def rows(self) -> Iterator[Row]:
         """Give a line for each number of each stored error."""

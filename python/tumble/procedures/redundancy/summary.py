@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from tumble.cli.screen import print_json, print_summary
 from tumble.foundation.plain import finite
 from tumble.foundation.units import UNITS
 from tumble.foundation.words import count_of
@@ -26,23 +25,24 @@ from tumble.procedures.redundancy.report.text import (
 from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, scales_of
 
+SCHEMA: Final = "tumble-redundancy-result/1"
+
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 MOST_SHOWN = 8
 """Spans and faults; a long day has hundreds, and events.jsonl has them all."""
 
 
-def show_results(result: RedundancyResult, files: dict[str, Path], as_json: bool) -> None:
-    """Print what happened, and where the files are."""
-    if as_json:
-        print_json(json_content(result, files))
-        return
-    print_summary(screen_summary(result))
-    for what, path in files.items():
-        print(f"{what.capitalize() if what in ('events', 'store', 'report', 'output') else what}: {path}")
-
-
 def screen_summary(result: RedundancyResult) -> RenderableType:
     """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
+    return _summary(result, MOST_SHOWN)
+
+
+def long_summary(result: RedundancyResult) -> RenderableType:
+    """Say the same, with all spans of the source and all faults."""
+    return _summary(result, len(result.events) + len(result.selected))
+
+
+def _summary(result: RedundancyResult, most: int) -> RenderableType:
     result = result.from_start()
     preset = f"; settings {result.preset}" if result.preset else ""
     done = (
@@ -53,12 +53,12 @@ def screen_summary(result: RedundancyResult) -> RenderableType:
     head = f"Primary {result.primary}; {result.end - result.start:.1f} s {done}{preset}"
     first = [Text(line, "bold red") for line in known_fault_sentences(result)]
     first += [Text(line, "yellow") for line in output_sentences(result)]
-    notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
+    notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result, most)]]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
-    return Group(*first, Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
+    return Group(*first, Text(head), "", _table(result), "", *map(Text, _sources(result, most)), *notes)
 
 
-def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: RedundancyResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give the result without its traces; sentences have times from the start, all else those of the logs."""
     read = result.from_start()
     content = {
@@ -156,9 +156,9 @@ def _quantity(value: float, scale: Scale) -> str:
     return "" if text == NOT_OBSERVABLE else text
 
 
-def _sources(result: RedundancyResult) -> Iterator[str]:
+def _sources(result: RedundancyResult, most: int) -> Iterator[str]:
     """Say which unit was the source, when and why; where it changed often, for how long in all."""
-    if len(result.selected) <= MOST_SHOWN:
+    if len(result.selected) <= most:
         for span in result.selected:
             yield f"Source {span.start:.2f} to {span.end:.2f} s: {span.unit or 'none'} ({span.reason})"
         return
@@ -191,7 +191,7 @@ def _refusals(result: RedundancyResult) -> Iterator[str]:
         yield line if count == 1 else f"{line} ({count} times)"
 
 
-def _faults(result: RedundancyResult) -> Iterator[str]:
+def _faults(result: RedundancyResult, most: int) -> Iterator[str]:
     """Say what was wrong with units; what happened again and again once, with its first time."""
     first: dict[tuple[str, str], RedundancyEvent] = {}
     counts: Counter[tuple[str, str]] = Counter()
@@ -201,12 +201,12 @@ def _faults(result: RedundancyResult) -> Iterator[str]:
             which = (event.unit, f"{event.figures['reason']}{f' ({whose})' if whose else ''}")
             first.setdefault(which, event)
             counts[which] += 1
-    for (unit, fault), event in list(first.items())[:MOST_SHOWN]:
+    for (unit, fault), event in list(first.items())[:most]:
         count = counts[unit, fault]
         times = f", {count} times from then on" if count > 1 else ""
         yield f"Unhealthy: {unit}: {fault} at {event.time:.2f} s{_value_and_limit(event)}{times}"
-    if len(first) > MOST_SHOWN:
-        yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
+    if len(first) > most:
+        yield f"Unhealthy: {len(first) - most} more faults; events.jsonl has them all"
 
 
 _REMEDY_SHOWN = ("primary invalid", "implausible misalignment", "no motion", "timed out")

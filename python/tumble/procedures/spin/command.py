@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tumble.cli.durations import seconds_of
-from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
-from tumble.cli.json_option import JsonOption
-from tumble.cli.live_options import LIVE, SenderOption
-from tumble.cli.maker_options import with_maker
-from tumble.cli.output import OutputFolder, folder_for, output_path
-from tumble.cli.read_options import with_read_options
-from tumble.cli.results import end_unless, show_results
+from tumble.cli.gravity import GravityOptions
+from tumble.cli.options import Options
+from tumble.cli.output import OutputFolder, folder_for
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.shared_options import CalibrationOption, LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import ProcedureError
-from tumble.logs.options import ReadOptions
+from tumble.procedures.spin.command_live import LiveOptions, run_live
 
 if TYPE_CHECKING:
+    from tumble.procedures.spin.preset import TurnPreset
     from tumble.procedures.spin.turns import TrueTurns
 
 
-@with_maker
-@with_read_options
-def spin_command(
-    read_options: ReadOptions,
-    log: Annotated[
-        str | None,
-        typer.Argument(metavar="LOG", help="Log of the robot: LOG, or LOG:NAME for one IMU of several."),
-    ] = None,
-    output: OutputFolder = None,
-    live: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SOURCE", help="Calibrate now, from a live stream; see the documentation for sources."
-        ),
-    ] = None,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnOptions(Options):
+    """What the robot was, or is, to do."""
+
     still: Annotated[
         str | None,
         typer.Option(
@@ -45,7 +34,7 @@ def spin_command(
             "With --live: how long to stand still, 5 s if not given.",
             show_default=False,
         ),
-    ] = None,
+    ] = None
     turns: Annotated[
         float | None,
         typer.Option(
@@ -54,43 +43,7 @@ def spin_command(
             "With --live: how much to turn, 2 if not given.",
             show_default=False,
         ),
-    ] = None,
-    true_turns: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N|+N,-N",
-            help="Turns that each spin truly made, from dock to dock: +3 counter-clockwise, -3 clockwise, "
-            "+3,-3 "
-            "both, 3 in whichever direction it turned. Shows the scale of the gyroscope.",
-        ),
-    ] = None,
-    true_turns_sigma: Annotated[
-        float, typer.Option(metavar="DEG", min=0.0, help="1-sigma of the true angle in one direction.")
-    ] = 2.0,
-    level_floor: Annotated[
-        bool,
-        typer.Option("--level-floor", help="Assume that the floor is level, as the published method does."),
-    ] = False,
-    as_published: Annotated[
-        bool,
-        typer.Option("--as-published", help="As the literature has it: the same as --level-floor."),
-    ] = False,
-    at: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="START:END",
-            help="A spin with its rests lies between these times, s from the start of the log; repeatable.",
-        ),
-    ] = None,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Calibration to apply first; its matrices are kept in the new one."
-        ),
-    ] = None,
-    latitude: LatitudeOption = None,
-    height: HeightOption = None,
-    gravity: GravityOption = None,
+    ] = None
     turn_rate: Annotated[
         float | None,
         typer.Option(
@@ -100,7 +53,7 @@ def spin_command(
             "With --live: 1 rad/s if not given.",
             show_default=False,
         ),
-    ] = None,
+    ] = None
     spin_duration: Annotated[
         str | None,
         typer.Option(
@@ -109,42 +62,78 @@ def spin_command(
             "a tenth is said. With --live it gives the turns, or with --turns the rate.",
             show_default=False,
         ),
-    ] = None,
-    sender: SenderOption = None,
-    record: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            parser=output_path,
-            help="Record all samples into this session folder, as tumble record does, in place of session in "
-            "the folder of the results.",
-            rich_help_panel=LIVE,
-            show_default=False,
-        ),
-    ] = None,
-    no_record: Annotated[
-        bool, typer.Option("--no-record", help="Record no samples.", rich_help_panel=LIVE)
-    ] = False,
-    wait: Annotated[
+    ] = None
+
+    def preset(self) -> TurnPreset:
+        """Give the turn; raises `ProcedureError` where the options contradict each other."""
+        from tumble.procedures.spin.preset import TurnPreset
+
+        duration = None if self.spin_duration is None else seconds_of("--spin-duration", self.spin_duration)
+        return TurnPreset(duration, self.turn_rate, self.turns)
+
+    def still_seconds(self) -> float | None:
+        """Give the rest, s, if one was typed."""
+        return None if self.still is None else seconds_of("--still", self.still)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownOptions(Options):
+    """What is known of turns and floor, and where in a log the spins are."""
+
+    true_turns: Annotated[
         str | None,
         typer.Option(
-            metavar="SECONDS",
-            help="How long the robot may take until it stands still, such as 60s.",
-            rich_help_panel=LIVE,
-            show_default=False,
+            metavar="N|+N,-N",
+            help="Turns that each spin truly made, from dock to dock: +3 counter-clockwise, -3 clockwise, "
+            "+3,-3 "
+            "both, 3 in whichever direction it turned. Shows the scale of the gyroscope.",
         ),
-    ] = None,
-    then_apply: Annotated[
-        str | None,
+    ] = None
+    true_turns_sigma: Annotated[
+        float, typer.Option(metavar="DEG", min=0.0, help="1-sigma of the true angle in one direction.")
+    ] = 2.0
+    level_floor: Annotated[
+        bool,
+        typer.Option("--level-floor", help="Assume that the floor is level, as the published method does."),
+    ] = False
+    as_published: Annotated[
+        bool,
+        typer.Option("--as-published", help="As the literature has it: the same as --level-floor."),
+    ] = False
+    at: Annotated[
+        list[str] | None,
         typer.Option(
-            metavar="TO",
-            help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
-            "mavlink:udpout:HOST:PORT or FILE.",
-            rich_help_panel=LIVE,
-            show_default=False,
+            metavar="START:END",
+            help="A spin with its rests lies between these times, s from the start of the log; repeatable.",
         ),
+    ] = None
+
+    def turned(self) -> TrueTurns | None:
+        """Give the true turns, if they are known."""
+        from tumble.procedures.spin.turns import TrueTurns
+
+        return None if self.true_turns is None else TrueTurns.parse(self.true_turns, self.true_turns_sigma)
+
+    def floor_is_level(self) -> bool:
+        """Whether the published method is asked for."""
+        return self.level_floor or self.as_published
+
+
+def spin_command(
+    log: Annotated[
+        str | None,
+        typer.Argument(metavar="LOG", help="Log of the robot: LOG, or LOG:NAME for one IMU of several."),
     ] = None,
-    as_json: JsonOption = False,
+    output: OutputFolder = None,
+    calibration: CalibrationOption = None,
+    *,
+    turn: TurnOptions,
+    known: KnownOptions,
+    gravity: GravityOptions,
+    live: LiveOptions,
+    maker: MakerOptions,
+    voice: LongVoiceOptions,
+    reading: ReadingOptions,
 ) -> None:
     """Find the biases of a robot's IMU from a turn on the spot.
 
@@ -156,82 +145,61 @@ def spin_command(
     file and a page. The exit code is 0 if both biases were found, 3 if one of them was not or a spin named
     with --at cannot be used, 2 if nothing could be done.
     """
-    check_gravity(latitude, height, gravity)
-    level_floor = level_floor or as_published
-    _check_source(log, live, at, sender)
-    seconds = None if still is None else seconds_of("--still", still)
-    duration = None if spin_duration is None else seconds_of("--spin-duration", spin_duration)
-    known = _true_turns(true_turns, true_turns_sigma)
+    place = gravity.stated()
+    read = reading.read()
+    if (log is None) == (live.live is None):
+        raise ProcedureError("give either a log or --live SOURCE")
+    if live.live is not None and known.at:
+        raise ProcedureError("--at is a time of a log; leave it out with --live")
+    if log is not None:
+        live.refuse_with_a_log()
     from tumble.calibration.document import Calibration
-    from tumble.procedures.spin.preset import TurnPreset
 
-    preset = TurnPreset(duration, turn_rate, turns)
+    still, preset, true_turns = turn.still_seconds(), turn.preset(), known.turned()
     before = Calibration.load(calibration) if calibration else None
-    if live is not None:
-        from tumble.procedures.spin.command_live import run_live
-
-        run_live(
-            live,
-            output,
-            read_options,
-            still=seconds,
-            preset=preset,
-            sender=sender,
-            level_floor=level_floor,
-            gravity=gravity,
-            latitude=latitude,
-            height=height,
-            true_turns=known,
-            calibration=before,
-            record=record,
-            keep=not no_record,
-            wait=None if wait is None else seconds_of("--wait", wait),
-            then_apply=then_apply,
-            as_json=as_json,
-        )
+    if log is None:
+        with maker.stated():
+            run_live(
+                output,
+                read,
+                live,
+                voice,
+                still=still,
+                preset=preset,
+                level_floor=known.floor_is_level(),
+                true_turns=true_turns,
+                calibration=before,
+                **place,
+            )
         return
-    if record is not None or then_apply is not None or no_record or wait is not None:
-        raise ProcedureError(
-            "--record, --no-record, --wait and --then-apply are for a live stream; leave them out with a log"
-        )
-    assert log is not None
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
     from tumble.procedures.spin import summary
     from tumble.procedures.spin.procedure import SHORTEST_STILL, spin
 
-    spans = [_span(text) for text in at or ()]
-    recording = open_recording(log, read_options)
+    spans = [_span(text) for text in known.at or ()]
+    recording = open_recording(log, read)
     folder = output or folder_for(log)
     prepare_unit_files(folder, recording.name, "spin")
-    with sample_progress("reading") as advance:
+    with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
         result = spin(
             recording,
-            still=SHORTEST_STILL if seconds is None else seconds,
+            still=SHORTEST_STILL if still is None else still,
             duration=preset.duration,
             rate=preset.rate,
             turns=preset.turns,
-            true_turns=known,
-            level_floor=level_floor,
+            true_turns=true_turns,
+            level_floor=known.floor_is_level(),
             at=spans,
-            gravity=gravity,
-            latitude=latitude,
-            height=height,
             calibration=before,
             progress=advance,
+            **place,
         )
-    show_results(summary, result, result.save(folder), as_json)
-    end_unless(result.verdict == "calibrated" and not (spans and result.refused))
-
-
-def _check_source(log: str | None, live: str | None, at: list[str] | None, sender: str | None) -> None:
-    if (log is None) == (live is None):
-        raise ProcedureError("give either a log or --live SOURCE")
-    if log is not None and sender is not None:
-        raise ProcedureError("--from is who sends a live stream; leave it out with a log")
-    if live is not None and at:
-        raise ProcedureError("--at is a time of a log; leave it out with --live")
+    well = result.verdict == "calibrated" and not (spans and result.refused)
+    draw = summary.long_summary if voice.verbose else summary.screen_summary
+    show_results(summary, result, write_results(result, folder), voice, well=well, draw=draw)
+    end_unless(well)
 
 
 def _span(text: str) -> tuple[float, float]:
@@ -242,9 +210,3 @@ def _span(text: str) -> tuple[float, float]:
         raise ProcedureError(
             f"--at {text}: give START:END in s from the start of the log, such as 12.5:60"
         ) from None
-
-
-def _true_turns(text: str | None, sigma: float) -> TrueTurns | None:
-    from tumble.procedures.spin.turns import TrueTurns
-
-    return None if text is None else TrueTurns.parse(text, sigma)

@@ -7,9 +7,18 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
+import typer
+
+from tumble.cli.durations import seconds_of
+from tumble.cli.errors import tell_as_event
+from tumble.cli.live_options import LIVE, SenderOption
+from tumble.cli.options import Options
+from tumble.cli.output import output_path
+from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.words import LISTENING
@@ -18,7 +27,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from tumble.calibration.document import Calibration
-    from tumble.foundation.results import Precision
+    from tumble.cli.shared_options import VoiceOptions
+    from tumble.live import Source
+    from tumble.live.outputs import Output
     from tumble.logs.options import ReadOptions
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions, LiveStep
     from tumble.procedures.spin.preset import TurnPreset
@@ -43,50 +54,99 @@ HINTS = {
 """What to say of each pace of the turn."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveOptions(Options):
+    """Options that only a live stream has a use for."""
+
+    live: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SOURCE",
+            help="Calibrate now, from a live stream; see the documentation for sources.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None
+    sender: SenderOption = None
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            parser=output_path,
+            help="Record all samples into this session folder, as tumble record does, in place of session in "
+            "the folder of the results.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None
+    no_record: Annotated[
+        bool, typer.Option("--no-record", help="Record no samples.", rich_help_panel=LIVE)
+    ] = False
+    wait: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long the robot may take until it stands still, such as 60s.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None
+    then_apply: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TO",
+            help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
+            "mavlink:udpout:HOST:PORT or FILE.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None
+
+    def refuse_with_a_log(self) -> None:
+        """Raise `ProcedureError` where one of them was typed with a log."""
+        if self.sender is not None:
+            raise ProcedureError("--from is who sends a live stream; leave it out with a log")
+        if self.record is not None or self.then_apply is not None or self.no_record or self.wait is not None:
+            raise ProcedureError(
+                "--record, --no-record, --wait and --then-apply are for a live stream; leave them out with a "
+                "log"
+            )
+
+
 def run_live(
-    source: str,
     output: Path | None,
     read_options: ReadOptions,
+    asked: LiveOptions,
+    voice: VoiceOptions,
     *,
-    still: float | None = None,
+    still: float | None,
     preset: TurnPreset,
-    sender: str | None = None,
-    level_floor: bool = False,
-    true_turns: TrueTurns | None = None,
-    gravity: float | None = None,
-    latitude: float | None = None,
-    height: float | None = None,
-    calibration: Calibration | None = None,
-    precision: Precision = "f64",
-    record: Path | None = None,
-    keep: bool = True,
-    wait: float | None = None,
-    then_apply: str | None = None,
-    as_json: bool = False,
+    level_floor: bool,
+    true_turns: TrueTurns | None,
+    gravity: float | None,
+    latitude: float | None,
+    height: float | None,
+    calibration: Calibration | None,
 ) -> None:
-    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what `source` may be.
+    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what a source may be.
 
-    `still` is in s; it and what `preset` leaves open stand at the core's defaults. Of a network only `sender`
-    is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. All samples are
-    recorded into the folder `record`, or beside the results unless they come from a log, or not to be kept.
-    `wait` is how long, s, the robot may take to stand still. Once the calibration is found, samples go to
-    `then_apply`, corrected.
-    With `as_json` every event is a line of JSON on standard output, and nothing else is.
+    `still` is in s; it and what `preset` leaves open stand at the core's defaults. `latitude` is in deg,
+    `height` in m; `calibration` is applied first. All samples are recorded into the folder of `--record`, or
+    beside the results unless they come from a log, or not to be kept. Once the calibration is found, samples
+    go on corrected, where `asked` says to where. As JSON, every event is a line on standard output, and
+    nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.
     """
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.output import folder_named_after
-    from tumble.cli.results import end_unless, show_results
     from tumble.foundation.files import no_empty_folder
     from tumble.live import open_source
     from tumble.live.continued import ContinuedSource
-    from tumble.live.outputs import STDOUT, parse_output
-    from tumble.procedures.spin import summary
+    from tumble.live.outputs import parse_output
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
     from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
-    from tumble.tools.apply.command_live import correct
     from tumble.tools.record.recorded_source import recorded_source
 
     if true_turns is not None:
@@ -94,40 +154,60 @@ def run_live(
             "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
             "record a log and give it instead of --live"
         )
-    asked = preset.completed(DEFAULT.rate, DEFAULT_TURNS)
+    turn = preset.completed(DEFAULT.rate, DEFAULT_TURNS)
     options = LiveSpinOptions(
         still=still or DEFAULT.still,
-        turns=asked.turns or DEFAULT_TURNS,
-        rate=asked.rate or DEFAULT.rate,
+        turns=turn.turns or DEFAULT_TURNS,
+        rate=turn.rate or DEFAULT.rate,
         duration=preset.duration,
-        wait=wait,
+        wait=None if asked.wait is None else seconds_of("--wait", asked.wait),
         level_floor=level_floor,
         gravity=gravity,
         latitude=latitude,
         height=height,
     )
-    stream = open_source(source, read_options, sender=sender)
+    source = asked.live or ""
+    stream = open_source(source, read_options, sender=asked.sender)
     folder = output or folder_named_after(stream.name)
-    going_on = None if then_apply is None else parse_output(then_apply, as_json=as_json)
+    going_on = None if asked.then_apply is None else parse_output(asked.then_apply, as_json=voice.as_json)
     serial = read_options.serial or getattr(stream, "serial", "")
-    session = record or (session_folder(folder) if keep and not source.startswith(REPLAY) else None)
+    kept = not (asked.no_record or source.startswith(REPLAY))
+    session = asked.record or (session_folder(folder) if kept else None)
     recorded = recorded_source(ContinuedSource(stream), session, typed=source, serial=serial)
     with no_empty_folder(folder), recorded as samples, samples:
         prepare_unit_files(folder, stream.name, "live")
-        live = LiveSpin(
-            samples, options, typed=source, serial=serial, calibration=calibration, precision=precision
-        )
-        _run(live, source, options, as_json, session)
+        live = LiveSpin(samples, options, typed=source, serial=serial, calibration=calibration)
+        _run(live, source, options, voice, session)
         result = live.result()
-        all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
-        with _written(result, folder, meanwhile=going_on is not None and all_found) as files:
-            # Where samples go to standard output, no text does.
-            with redirect_stdout(sys.stderr if then_apply == STDOUT and not as_json else sys.stdout):
-                show_results(summary, result, files, as_json, live=True)
-            if going_on is not None and all_found:
-                # The stream the calibration was found on is the one it is for.
-                correct(result.calibration, samples, going_on, serial=serial, force=True)
-    end_unless(result.verdict == "calibrated")
+        well = result.verdict == "calibrated"
+        _tell(result, folder, samples, going_on, voice, serial=serial)
+    end_unless(well)
+
+
+def _tell(
+    result: SpinResult,
+    folder: Path,
+    samples: Source,
+    going_on: Output | None,
+    voice: VoiceOptions,
+    *,
+    serial: str,
+) -> None:
+    """Write and show the result, and then go on with samples, corrected, where they are to go anywhere."""
+    from tumble.live.outputs import STDOUT
+    from tumble.procedures.spin import summary
+    from tumble.tools.apply.command_live import correct
+
+    all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
+    well = result.verdict == "calibrated"
+    with _written(result, folder, meanwhile=going_on is not None and all_found) as files:
+        # Where samples go to standard output, no text does.
+        beside = going_on is not None and going_on.name == STDOUT and not voice.as_json
+        with redirect_stdout(sys.stderr if beside else sys.stdout):
+            show_results(summary, result, files, voice, well=well, live=True)
+        if going_on is not None and all_found:
+            # The stream the calibration was found on is the one it is for.
+            correct(result.calibration, samples, going_on, serial=serial, force=True)
 
 
 @contextmanager
@@ -136,7 +216,7 @@ def _written(result: SpinResult, folder: Path, *, meanwhile: bool) -> Iterator[d
     from tumble.procedures.spin.command_files import page_written_meanwhile
 
     if not meanwhile:
-        yield result.save(folder)
+        yield write_results(result, folder)
         return
     with page_written_meanwhile(result, folder) as files:
         yield files
@@ -152,16 +232,17 @@ def _session_name(number: int) -> str:
     return SESSION_FOLDER if number == 1 else f"{SESSION_FOLDER}-{number}"
 
 
-def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool, session: Path | None) -> None:
+def _run(
+    live: LiveSpin, source: str, options: LiveSpinOptions, voice: VoiceOptions, session: Path | None
+) -> None:
     """Go through the procedure and show it."""
     try:
-        with _shown(source, options, as_json) as show:
+        with _shown(source, options, voice) as show:
             for step in live.steps():
                 show(step)
     except TumbleError as error:
-        if as_json:
-            recorded = {} if session is None else {"recorded": str(session)}
-            print_json_line({"event": "failed", "reason": str(error), **recorded})
+        if voice.as_json:
+            tell_as_event(error, **({} if session is None else {"recorded": str(session)}))
         _print_prompt("" if session is None else f"What was received is in {session}.")
         raise
     except KeyboardInterrupt:
@@ -171,13 +252,15 @@ def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool, s
 
 
 @contextmanager
-def _shown(source: str, options: LiveSpinOptions, as_json: bool) -> Iterator[Show]:
+def _shown(source: str, options: LiveSpinOptions, voice: VoiceOptions) -> Iterator[Show]:
     """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
     from tumble.cli.screen import message_console
 
     console = message_console()
-    if as_json:
+    if voice.as_json:
         yield _print_json
+    elif voice.quiet:
+        yield lambda _: None
     elif console.is_terminal:
         with _bars(console, source, options) as show:
             yield show

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -20,6 +20,8 @@ from tumble.procedures.spin.result import BiasEstimate, Spin, SpinResult
 from tumble.report.columns import parameter_cell
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, scales_of, significant
 
+SCHEMA: Final = "tumble-spin-result/1"
+
 MOST_SPINS = 4
 """With more spins than this, only what they agree on is shown; all are in the report."""
 MOST_REFUSED = 8
@@ -28,18 +30,27 @@ MOST_REFUSED = 8
 
 def screen_summary(result: SpinResult) -> RenderableType:
     """Say what a person wants to know at once: what was found of each spin, and what to beware of."""
+    return _summary(result, MOST_SPINS, MOST_REFUSED)
+
+
+def long_summary(result: SpinResult) -> RenderableType:
+    """Say the same, with all spins and all that is none."""
+    return _summary(result, len(result.spins), len(result.refused))
+
+
+def _summary(result: SpinResult, most_spins: int, most_refused: int) -> RenderableType:
     result = result.from_start()
     head = [Text(_about(spin)) for spin in result.spins]
     notes = [Text(f"Not observable: {line}", "yellow") for line in _unobserved(result)]
-    notes += [Text(f"Not used: {line}", "yellow") for line in _refused(result)]
+    notes += [Text(f"Not used: {line}", "yellow") for line in _refused(result, most_refused)]
     notes += [
         Text(f"Warning: {spin.label}: {line}", "yellow") for spin in result.spins for line in spin.warnings
     ]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
-    return Group(*head, "", _table(result), "", *notes)
+    return Group(*head, "", _table(result, most_spins), "", *notes)
 
 
-def json_content(result: SpinResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: SpinResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give the result without its recording: what was found, and the files it was written to."""
     content = {
         "name": result.name,
@@ -70,10 +81,10 @@ def _about(spin: Spin) -> str:
     )
 
 
-def _table(result: SpinResult) -> Table:
+def _table(result: SpinResult, most_spins: int) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     table.add_column("", no_wrap=True)
-    shown = result.spins if len(result.spins) <= MOST_SPINS else ()
+    shown = result.spins if len(result.spins) <= most_spins else ()
     several = len(result.spins) > 1
     for title in [*(["all spins"] if several else []), *(spin.label for spin in shown)]:
         table.add_column(title, no_wrap=True)
@@ -141,13 +152,13 @@ def _is_chi_square(parameter: Parameter) -> bool:
     return parameter.name.startswith("chi-square")
 
 
-def _refused(result: SpinResult) -> Iterator[str]:
+def _refused(result: SpinResult, most: int) -> Iterator[str]:
     """List what lies between the spins, the longest of it where it is much."""
-    longest = sorted(result.refused, key=lambda each: each[0] - each[1])[:MOST_REFUSED]
+    longest = sorted(result.refused, key=lambda each: each[0] - each[1])[:most]
     for start, end, why in sorted(longest):
         yield f"{start:.1f} to {end:.1f} s {why}"
-    if len(result.refused) > MOST_REFUSED:
-        yield f"{len(result.refused) - MOST_REFUSED} shorter segments; --json has all of them"
+    if len(result.refused) > most:
+        yield f"{len(result.refused) - most} shorter segments; --json has all of them"
 
 
 def _unobserved(result: SpinResult) -> Iterator[str]:

@@ -6,19 +6,13 @@ from typing import Annotated
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import with_read_options
-from tumble.cli.results import end_unless, show_results
-from tumble.cli.start import StartOption
-from tumble.logs.options import ReadOptions
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
 
 
-@with_maker
-@with_read_options
 def thermal_command(
-    read_options: ReadOptions,
     logs: Annotated[
         list[str],
         typer.Argument(
@@ -28,8 +22,8 @@ def thermal_command(
         ),
     ],
     output: OutputFolder = None,
-    start: StartOption = None,
-    start_temperature: Annotated[
+    calibration: CalibrationOption = None,
+    calibration_temperature: Annotated[
         float | None,
         typer.Option(
             metavar="DEGC", help="Temperature that calibration was made at, where it does not say so."
@@ -42,7 +36,10 @@ def thermal_command(
             help="A table or jig returned the unit to each orientation exactly; else each rest is by itself.",
         ),
     ] = False,
-    as_json: JsonOption = False,
+    *,
+    maker: MakerOptions,
+    voice: VoiceOptions,
+    reading: ReadingOptions,
 ) -> None:
     """Find how bias and scale of a unit change with temperature.
 
@@ -59,16 +56,17 @@ def thermal_command(
     from tumble.procedures.thermal import summary
     from tumble.procedures.thermal.procedure import thermal
 
-    recordings = [open_recording(log, read_options) for log in logs]
+    recordings = [open_recording(log, reading.read()) for log in logs]
     folder = output or folder_for(logs[0])
     prepare_unit_files(folder, recordings[0].name, "thermal")
-    with sample_progress("reading") as advance:
+    with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
         result = thermal(
             recordings,
             fixture=fixture,
-            start=start,
-            start_temperature=start_temperature,
+            start=calibration,
+            start_temperature=calibration_temperature,
             progress=advance,
         )
-    show_results(summary, result, result.save(folder), as_json)
-    end_unless(result.verdict == "measured")
+    well = result.verdict == "measured"
+    show_results(summary, result, write_results(result, folder), voice, well=well)
+    end_unless(well)

@@ -64,7 +64,7 @@ def no_temperature_of_start(name: str) -> str:
     """Reports that the temperature at which an initial calibration holds is unknown."""
     return (
         f"{name}: does not say at which temperature it was made, and its bias holds there only; give it with "
-        "--start-temperature"
+        "--calibration-temperature"
     )
 
 
@@ -73,7 +73,7 @@ def several_temperatures(name: str, found: Sequence[float]) -> str:
     listed = join([f"{value:.1f}" for value in found])
     return (
         f"{name}: its triads hold at {listed} degC; make them hold at one, or say which is meant with "
-        "--start-temperature"
+        "--calibration-temperature"
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -14,6 +15,8 @@ from tumble.foundation.plain import finite
 from tumble.procedures.thermal.report.text import COLUMNS, axis_rows, sentences
 from tumble.procedures.thermal.result import ThermalResult
 from tumble.report.numbers import NOT_OBSERVABLE
+
+SCHEMA: Final = "tumble-thermal-result/1"
 
 
 def screen_summary(result: ThermalResult) -> RenderableType:
@@ -34,7 +37,7 @@ def _table(result: ThermalResult) -> Table:
     return table
 
 
-def json_content(result: ThermalResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: ThermalResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give everything that was found, and the files it was written to."""
     content = {
         "name": result.name,

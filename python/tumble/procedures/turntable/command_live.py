@@ -7,87 +7,81 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tumble.cli.durations import seconds_of
-from tumble.cli.live_options import LIVE, pose_seconds
+from tumble.cli.live_options import LIVE, SenderOption, UntilOption, pose_seconds
+from tumble.cli.options import Options, refuse_given
 from tumble.cli.read_options import read_options_for
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.words import join
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
+    from tumble.cli.shared_options import MakerOptions, VoiceOptions
     from tumble.logs.session import SessionProcedure
     from tumble.poses.pose_list import PoseList
     from tumble.procedures.turntable.live import LiveTurntable
     from tumble.procedures.turntable.so_far import OpenSession
 
 
-def _option(*names: str, metavar: str = "", text: str) -> object:
+def _option(*names: str, metavar: str = "", text: str) -> Any:  # noqa: ANN401 - what typer makes of an option
     return typer.Option(*names, metavar=metavar or None, help=text, rich_help_panel=LIVE, show_default=False)
 
 
-LiveOption: TypeAlias = Annotated[
-    bool,
-    _option(
-        "--live",
-        text="Calibrate now: NAME=SOURCE for each unit takes the place of recordings; see the documentation.",
-    ),
-]
-PoseSecondsOption: TypeAlias = Annotated[str | None, pose_seconds("10s")]
-NoTurnsOption: TypeAlias = Annotated[
-    bool, _option("--no-turns", text="Ask for no turns: the gyroscopes get what poses show of them.")
-]
-TableOption: TypeAlias = Annotated[
-    str | None,
-    _option(
-        "--table",
-        metavar="DRIVER[:ADDRESS]",
-        text="Have a rate table go through poses and turns by itself; see tumble table list.",
-    ),
-]
-TableLimitsOption: TypeAlias = Annotated[
-    str,
-    _option(
-        "--table-limits",
-        metavar="[AXIS.]KEY=VALUE,...",
-        text="Limits of the table on top of the maker's, in deg: rate=30, acceleration=20, "
-        "outer.angle=-90..90.",
-    ),
-]
-ArmedOption: TypeAlias = Annotated[
-    bool, _option("--armed", text="Let the table move. Without it, its plan is printed.")
-]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveOptions(Options):
+    """Options that only a live session needs."""
 
-
-@dataclass(frozen=True, slots=True)
-class LiveOptions:
-    """What was typed that only a live session needs."""
-
-    until: str | None
-    pose_seconds: str | None
-    turns: bool
-    table: str | None
-    table_limits: str
-    armed: bool
-    sender: str | None
+    live: Annotated[
+        bool,
+        _option(
+            "--live",
+            text="Calibrate now: NAME=SOURCE for each unit takes the place of recordings; see the "
+            "documentation.",
+        ),
+    ] = False
+    until: UntilOption = None
+    pose_seconds: Annotated[str | None, pose_seconds("10s")] = None
+    no_turns: Annotated[
+        bool, _option("--no-turns", text="Ask for no turns: the gyroscopes get what poses show of them.")
+    ] = False
+    table: Annotated[
+        str | None,
+        _option(
+            "--table",
+            metavar="DRIVER[:ADDRESS]",
+            text="Have a rate table go through poses and turns by itself; see tumble table list.",
+        ),
+    ] = None
+    table_limits: Annotated[
+        str,
+        _option(
+            "--table-limits",
+            metavar="[AXIS.]KEY=VALUE,...",
+            text="Limits of the table on top of the maker's, in deg: rate=30, acceleration=20, "
+            "outer.angle=-90..90.",
+        ),
+    ] = ""
+    armed: Annotated[
+        bool, _option("--armed", text="Let the table move. Without it, its plan is printed.")
+    ] = False
+    sender: SenderOption = None
 
     def refuse_without_live(self) -> None:
         """Raise `ProcedureError` where one of them was typed with recordings."""
         typed = {
             "--until": self.until,
             "--pose-seconds": self.pose_seconds,
-            "--no-turns": not self.turns,
+            "--no-turns": self.no_turns,
             "--table": self.table,
             "--table-limits": self.table_limits,
             "--armed": self.armed,
             "--from": self.sender,
         }
-        for name, value in typed.items():
-            if value:
-                raise ProcedureError(f"{name} is for units that are read live; add --live, or leave it out")
+        refuse_given(typed, "is for units that are read live; add --live, or leave it out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +105,9 @@ def record_live(
     read: ReadOptions,
     exceptions: Sequence[str],
     open_reference: OpenSession,
-    operator: str,
-    station: str,
+    maker: MakerOptions,
     resume: bool,
-    as_json: bool,
-    quiet: bool,
+    voice: VoiceOptions,
 ) -> RecordedSession | None:
     """Lead through the session and record it; None where only the plan was asked for.
 
@@ -138,7 +130,9 @@ def record_live(
     seconds = POSE_SECONDS if live.pose_seconds is None else seconds_of("--pose-seconds", live.pose_seconds)
     if resume and poses is None:
         poses = poses_of(folder / SESSION_FOLDER)
-    table = turned_table(live.table, live.table_limits, seconds, poses, live.turns) if live.table else None
+    table = (
+        turned_table(live.table, live.table_limits, seconds, poses, not live.no_turns) if live.table else None
+    )
     if table is not None:
         _say(table.lines())
         if not live.armed:
@@ -157,14 +151,14 @@ def record_live(
             reference=reference or REFERENCE,
             poses=table.poses if table is not None else poses or SIX_FACES,
             pose_seconds=seconds,
-            turns=live.turns and (table is None or bool(table.by_hand)),
+            turns=not live.no_turns and (table is None or bool(table.by_hand)),
             goal=goal,
             open_reference=open_reference,
             driver=driver,
-            procedure=_procedure(live, seconds, operator, station, resume=resume),
+            procedure=_procedure(live, seconds, maker, resume=resume),
             resume=resume,
         )
-        with stopped_by_signals(session.stop), shown(as_json, quiet) as show:
+        with stopped_by_signals(session.stop), shown(voice.as_json, voice.quiet) as show:
             for step in session.steps():
                 show(step)
     if session.was_stopped:
@@ -175,16 +169,14 @@ def record_live(
     return RecordedSession(session.session, is_whole(units.losses) and reached, session.not_shown)
 
 
-def _procedure(
-    live: LiveOptions, seconds: float, operator: str, station: str, *, resume: bool
-) -> SessionProcedure:
+def _procedure(live: LiveOptions, seconds: float, maker: MakerOptions, *, resume: bool) -> SessionProcedure:
     from tumble.logs.session import SessionProcedure
 
     said: Mapping[str, str | None] = {"goal": live.until, "table": live.table}
     return SessionProcedure(
         name="turntable",
-        operator=operator,
-        station=station,
+        operator=maker.operator,
+        station=maker.station,
         options={
             "pose-seconds": seconds,
             **{name: value for name, value in said.items() if value},

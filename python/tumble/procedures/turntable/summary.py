@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -26,6 +26,11 @@ from tumble.procedures.turntable.result import GOOD, TurntableResult
 from tumble.report.groups import group_title
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, headed, measurement, scales_of
 from tumble.report.text import VERDICT_TITLES
+
+if TYPE_CHECKING:
+    from tumble.procedures.turntable.command_run import TurntableRun
+
+SCHEMA: Final = "tumble-turntable-result/1"
 
 MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown, and of these as many."""
@@ -169,10 +174,14 @@ class _Utf8:
         self.put(utf8(text))
 
 
-def json_content(
-    batch: TurntableResult, targets: Iterable[dict[str, Any]], files: dict[str, Path]
-) -> dict[str, Any]:
+def screen_summary(run: TurntableRun) -> RenderableType:
+    """Say what a person wants to know at once."""
+    return run.screen.rendered()
+
+
+def json_content(run: TurntableRun, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give the batch without its recordings: what was found, and the files it was written to."""
+    batch = run.shared
     reference = batch.reference
     mounting = reference.mounting
     content = {
@@ -197,9 +206,9 @@ def json_content(
             {"name": pose.name, "table_error_angle": pose.table_error_angle, "sigma": pose.table_error_sigma}
             for pose in batch.poses
         ],
-        "targets": list(targets),
+        "targets": list(run.targets()),
         "warnings": batch.warnings,
-        "files": files,
+        "files": {**run.calibrations(), **files},
     }
     return {key: finite(value) for key, value in content.items()}
 

@@ -3,21 +3,33 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tumble.cli.json_option import JsonOption
 from tumble.cli.live_options import LIVE, SenderOption, ToOption
-from tumble.cli.output import file_named_after, output_path
-from tumble.cli.read_options import with_read_options
+from tumble.cli.options import Options
+from tumble.cli.output import OutputFile, file_named_after
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.shared_options import JsonOption, format_option
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.words import count_of
-from tumble.logs.options import ReadOptions
 
 
-@with_read_options
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveOptions(Options):
+    """Options of samples that are corrected while they come."""
+
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=LIVE),
+    ] = False
+    to: ToOption = None
+    sender: SenderOption = None
+
+
 def apply_command(
     calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="Calibration file of the unit.")],
     log: Annotated[
@@ -26,21 +38,9 @@ def apply_command(
             metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several; with --live SOURCE."
         ),
     ],
-    read_options: ReadOptions,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT",
-            parser=output_path,
-            help="Corrected log to write; ./NAME-tumble, in the format of the log, if not given.",
-            show_default=False,
-        ),
-    ] = None,
+    output: OutputFile = None,
     format_name: Annotated[
-        str | None,
-        typer.Option("--format", metavar="csv|parquet|mcap", help="Format, if not that of OUT's name."),
+        str | None, format_option("csv|parquet|mcap", "that of its name, or of the log,")
     ] = None,
     force: Annotated[
         bool,
@@ -48,13 +48,10 @@ def apply_command(
             "--force", help="Correct a log of another unit, or one that was corrected already, all the same."
         ),
     ] = False,
-    live: Annotated[
-        bool,
-        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=LIVE),
-    ] = False,
-    to: ToOption = None,
-    sender: SenderOption = None,
     as_json: JsonOption = False,
+    *,
+    live: LiveOptions,
+    reading: ReadingOptions,
 ) -> None:
     """Correct a log with a calibration.
 
@@ -68,11 +65,12 @@ def apply_command(
     With --live, samples of a source go on at once, corrected, until Ctrl-C:
     tumble apply --live unit.yaml serial:/dev/ttyUSB0 --to udp://10.0.0.2:9000
     """
-    if live or to is not None:
-        _check_live(live, to, output, format_name)
+    read = reading.read()
+    if live.live or live.to is not None:
+        to = _live_output(live, output, format_name)
         from tumble.tools.apply.command_live import apply_source
 
-        apply_source(calibration, log, to or "", read_options, sender=sender, force=force, as_json=as_json)
+        apply_source(calibration, log, to, read, sender=live.sender, force=force, as_json=as_json)
         return
     from tumble.calibration.document import Calibration
     from tumble.cli.progress import sample_progress
@@ -80,7 +78,7 @@ def apply_command(
     from tumble.tools.apply.procedure import apply
 
     found = Calibration.load(calibration)
-    recording = open_recording(log, read_options)
+    recording = open_recording(log, read)
     with sample_progress("correcting") as advance:
         applied = apply(
             found,
@@ -95,10 +93,12 @@ def apply_command(
     print(f"{count_of('sample', applied.samples)} corrected: {applied.path}")
 
 
-def _check_live(live: bool, to: str | None, output: Path | None, format_name: str | None) -> None:
-    if not live:
+def _live_output(live: LiveOptions, output: Path | None, format_name: str | None) -> str:
+    """Say where live samples go; raises `ProcedureError` where logs and live samples are mixed up."""
+    if not live.live:
         raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
-    if to is None:
+    if live.to is None:
         raise ProcedureError("--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT or FILE")
     if output is not None or format_name is not None:
         raise ProcedureError("-o and --format are for logs; with --live give --to FILE")
+    return live.to

@@ -7,13 +7,11 @@ from typing import Annotated
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.maker_options import with_maker
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.results import end_unless, show_results
+from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.shared_options import MakerOptions, VoiceOptions
 
 
-@with_maker
 def compare_command(
     calibrations: Annotated[
         list[str],
@@ -24,13 +22,15 @@ def compare_command(
         ),
     ],
     output: OutputFolder = None,
-    rate: Annotated[
+    turn_rate: Annotated[
         float,
         typer.Option(
             metavar="RAD/S", help="Largest rate of the turns at which an error of a gyroscope is told."
         ),
     ] = 1.0,
-    as_json: JsonOption = False,
+    *,
+    maker: MakerOptions,
+    voice: VoiceOptions,
 ) -> None:
     """Say whether calibrations are the same within what is known of each.
 
@@ -41,17 +41,14 @@ def compare_command(
     Writes a page. The exit code is 0 if all are the same within their uncertainty, 3 if one differs from the
     first or nothing shows whether it does, 2 if nothing could be done.
     """
-    from tumble.foundation.file_names import COMPARE_PAGE
-    from tumble.foundation.files import PAGE, check_output, prepare_folder
     from tumble.tools.compare import summary
     from tumble.tools.compare.procedure import compare
-    from tumble.tools.compare.report.page import COMPARE_REPORT
 
-    result = compare(calibrations, largest_rate=rate)
-    page = prepare_folder(output or folder_named_after(result.names[0])) / COMPARE_PAGE
-    check_output(page, PAGE)
-    COMPARE_REPORT.write(result, page)
+    with maker.stated():
+        result = compare(calibrations, largest_rate=turn_rate)
+    files = write_results(result, output or folder_named_after(result.names[0]))
     for warning in result.warnings:
         print(f"tumble: warning: {warning}", file=sys.stderr)
-    show_results(summary, result, {"report": page}, as_json)
-    end_unless(result.verdict == "same")
+    well = result.verdict == "same"
+    show_results(summary, result, files, voice, well=well)
+    end_unless(well)

@@ -51,7 +51,7 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
     if len(sources) < len(("first", "second")):
         raise ProcedureError("give two calibrations or more")
     if not 0.0 < largest_rate < np.inf:
-        raise ProcedureError(f"--rate {largest_rate:g}: give a rate above zero, rad/s")
+        raise ProcedureError(f"--turn-rate {largest_rate:g}: give a rate above zero, rad/s")
     calibrations = [open_calibration(source) for source in sources]
     labels = _labels(sources, calibrations)
     units = [unit_model(*each) for each in zip(calibrations, labels, strict=True)]

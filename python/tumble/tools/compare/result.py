@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, nan
+from pathlib import Path
 
 import numpy as np
 
@@ -224,6 +225,20 @@ class CompareResult(Tabular, Collection[Pair]):
         for pair in self.pairs:
             for each in pair.differences:
                 yield {"calibrations": pair.name} | each.row()
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble compare` writes, a page; give its path by what it is.
+
+        Raises `OutputError` where it cannot be written; what stood there before is untouched.
+        """
+        from tumble.foundation.file_names import COMPARE_PAGE
+        from tumble.foundation.files import PAGE, check_output, prepare_folder
+        from tumble.tools.compare.report.page import COMPARE_REPORT
+
+        page = prepare_folder(folder) / COMPARE_PAGE
+        check_output(page, PAGE)
+        COMPARE_REPORT.write(self, page)
+        return {"report": page}
 
     def __repr__(self) -> str:
         from tumble.tools.compare.report.text import verdict_sentence

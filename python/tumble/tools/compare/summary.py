@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -20,6 +21,8 @@ from tumble.tools.compare.report.text import (
     verdict_sentence,
 )
 from tumble.tools.compare.result import CompareResult, Pair
+
+SCHEMA: Final = "tumble-compare-result/1"
 
 
 def screen_summary(result: CompareResult) -> RenderableType:
@@ -55,7 +58,7 @@ def _table(pair: Pair) -> Table:
     return table
 
 
-def json_content(result: CompareResult, files: dict[str, Path]) -> dict[str, Any]:
+def json_content(result: CompareResult, files: Mapping[str, Path]) -> dict[str, Any]:
     """Give everything that was found, and the files it was written to."""
     content = {
         "verdict": result.verdict,
@@ -85,6 +88,7 @@ def json_content(result: CompareResult, files: dict[str, Path]) -> dict[str, Any
             for each in result.history
         ],
         "notes": result.notes,
+        "warnings": result.warnings,
         "options": result.options,
         "software": result.software,
         "files": files,

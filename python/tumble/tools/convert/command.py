@@ -4,41 +4,33 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.output import output_path
-from tumble.cli.read_options import with_read_options
-from tumble.logs.options import ReadOptions
+from tumble.cli.output import OutputFile, folder_named_after
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.screen import print_document
+from tumble.cli.shared_options import JsonOption, format_option
+from tumble.foundation.errors import CommandError
+from tumble.foundation.log_formats import stem_of
+from tumble.logs.spec import parse_spec
+
+CONVERSION: Final = "tumble-conversion/1"
 
 
-@with_read_options
 def convert_command(
     log: Annotated[
         str, typer.Argument(metavar="LOG", help="Log: all its IMUs, or LOG:NAME for one of them.")
     ],
-    read_options: ReadOptions,
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT",
-            parser=output_path,
-            help="File to write; for EuRoC a folder.",
-            show_default=False,
-        ),
-    ],
-    to: Annotated[
-        str | None,
-        typer.Option("--to", metavar="csv|parquet|mcap|euroc", help="Format, if not that of OUT's name."),
-    ] = None,
+    output: OutputFile = None,
+    format_name: Annotated[str | None, format_option("csv|parquet|mcap|euroc", "that of its name")] = None,
     imus: Annotated[
         list[str] | None, typer.Option("--imu", metavar="NAME", help="One IMU of several; repeatable.")
     ] = None,
     as_json: JsonOption = False,
+    *,
+    reading: ReadingOptions,
 ) -> None:
     """Write a log in another format, in SI units.
 
@@ -48,19 +40,35 @@ def convert_command(
     recording runs beside it (skew, jitter) is said. Several IMUs become topics of one MCAP file or folders of
     one EuRoC folder; of CSV and Parquet each is a file, OUT-NAME.
 
+    The file is named by -o, or ./NAME-tumble with the ending of --format; EuRoC is a folder.
+
     What the format has no place for is said. Logs of any length are written piece by piece.
     """
     from tumble.cli.progress import sample_progress
-    from tumble.cli.screen import print_json
     from tumble.tools.convert.procedure import convert
 
     with sample_progress("converting") as advance:
-        done = convert(log, output, to=to, imus=imus or (), read=read_options, progress=advance)
+        done = convert(
+            log,
+            output or _output(log, format_name),
+            to=format_name,
+            imus=imus or (),
+            read=reading.read(),
+            progress=advance,
+        )
     if as_json:
-        print_json(done.content())
+        print_document(CONVERSION, "written", done.content())
         return
     for line in done.lines():
         print(line)
     for each in done.imus:
         for remark in each.remarks:
             print(f"tumble: {each.imu + ': ' if each.imu else ''}{remark}", file=sys.stderr)
+
+
+def _output(log: str, format_name: str | None) -> Path:
+    """Name the file after the log; raises `CommandError` where nothing says its format."""
+    if format_name is None:
+        raise CommandError("give -o FILE, whose ending says the format, or --format")
+    folder = folder_named_after(stem_of(parse_spec(log).path))
+    return folder if format_name == "euroc" else folder.with_name(f"{folder.name}.{format_name}")

@@ -120,7 +120,7 @@ def _target(output: Path, to: str | None) -> str:
     if wanted not in TARGETS:
         raise OutputError(
             f"{output}: cannot write {wanted or 'a name without an extension'}; "
-            f"give --to with one of {', '.join(TARGETS)}"
+            f"give --format with one of {', '.join(TARGETS)}"
         )
     return wanted
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import typer
 
 from tumble.cli.exit_code import ExitCode
-from tumble.cli.json_option import JsonOption
-from tumble.cli.screen import print_json, result_console
+from tumble.cli.screen import print_document, result_console
+from tumble.cli.shared_options import JsonOption
 
 if TYPE_CHECKING:
     from tumble.tools.doctor.result import Diagnosis, Finding
+
+DIAGNOSIS: Final = "tumble-diagnosis/1"
 
 
 def doctor_command(
@@ -28,7 +30,7 @@ def doctor_command(
 
     diagnosis = diagnose()
     if as_json:
-        print_json(diagnosis.content())
+        print_document(DIAGNOSIS, "works" if diagnosis.works else "does not work", diagnosis.content())
     else:
         _show(diagnosis)
     if not diagnosis.works:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.output import output_path
-from tumble.cli.screen import print_json
+from tumble.cli.output import OutputFile
+from tumble.cli.screen import LISTED, print_document
+from tumble.cli.shared_options import JsonOption, format_option
 from tumble.foundation.errors import CommandError, ProcedureError
 from tumble.foundation.words import count_of
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from tumble.tools.exchange.target import Exported
 
 LIST = "list"
+EXPORT: Final = "tumble-export/1"
+TARGET_LIST: Final = "tumble-export-formats/1"
 
 
 def export_command(
@@ -29,15 +31,7 @@ def export_command(
             show_default=False,
         ),
     ] = None,
-    to: Annotated[
-        str,
-        typer.Option(
-            "--to",
-            metavar="FORMAT",
-            help="Format of another program; --to list shows all.",
-            show_default=False,
-        ),
-    ] = LIST,
+    format_name: Annotated[str, format_option("FORMAT", "list, which shows all formats,")] = LIST,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -48,17 +42,7 @@ def export_command(
             show_default=False,
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            parser=output_path,
-            help="File to write; ./NAME-tumble with the ending of the format if not given.",
-            show_default=False,
-        ),
-    ] = None,
+    output: OutputFile = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Write nothing where the format cannot hold all of it.")
     ] = False,
@@ -66,12 +50,12 @@ def export_command(
 ) -> None:
     """Write a calibration for another program.
 
-    Example: tumble export results/imu.yaml --to ardupilot -o imu.param
+    Example: tumble export results/imu.yaml --format ardupilot -o imu.param
 
     What a format cannot hold is said, with the error that stays in the unit of the sensor. Names, units and
-    formulas are those of each program's documentation; --to list shows what each holds and needs.
+    formulas are those of each program's documentation; --format list shows what each holds and needs.
     """
-    if to == LIST:
+    if format_name == LIST:
         _list(as_json)
         return
     if not calibrations:
@@ -82,9 +66,9 @@ def export_command(
     from tumble.tools.exchange.procedure import export
     from tumble.tools.exchange.registry import target
 
-    format_ = target(to)
+    format_ = target(format_name)
     units = [Calibration.load(path) for path in calibrations]
-    exported = export(units, to, _typed(settings or []))
+    exported = export(units, format_name, _typed(settings or []))
     if strict and exported.losses:
         raise ProcedureError("; ".join(map(str, exported.losses)))
     path = output or Path(f"{file_stem(units[0].name)}-tumble{format_.ending}")
@@ -114,14 +98,13 @@ def _say(exported: Exported, path: Path, units: int, *, as_json: bool) -> None:
             }
             for each in exported.losses
         ]
-        print_json(
-            {
-                "file": str(path),
-                "losses": losses,
-                "remarks": list(exported.remarks),
-                "warnings": list(exported.warnings),
-            }
-        )
+        content = {
+            "file": str(path),
+            "losses": losses,
+            "remarks": list(exported.remarks),
+            "warnings": list(exported.warnings),
+        }
+        print_document(EXPORT, "with losses" if losses else "whole", content)
         return
     for warning in exported.warnings:
         print(f"tumble: warning: {warning}", file=sys.stderr)
@@ -136,26 +119,25 @@ def _list(as_json: bool) -> None:
     from tumble.tools.exchange.registry import TARGETS
 
     if as_json:
-        print_json(
-            {
-                word: {
-                    "title": each.title,
-                    "ending": each.ending,
-                    "holds": {triad: list(parts) for triad, parts in each.holds.items()},
-                    "needs": {setting.name: setting.meaning for setting in each.settings},
-                    "imported": each.read is not None,
-                    "axes": each.axes_in_words,
-                    "source": each.source,
-                }
-                for word, each in TARGETS.items()
+        formats = {
+            word: {
+                "title": each.title,
+                "ending": each.ending,
+                "holds": {triad: list(parts) for triad, parts in each.holds.items()},
+                "needs": {setting.name: setting.meaning for setting in each.settings},
+                "imported": each.read is not None,
+                "axes": each.axes_in_words,
+                "source": each.source,
             }
-        )
+            for word, each in TARGETS.items()
+        }
+        print_document(TARGET_LIST, LISTED, {"formats": formats})
         return
     from rich.table import Table
 
     from tumble.cli.screen import print_summary
 
-    table = Table("--to", "format", "holds of accelerometer", "of gyroscope", "needs --set", "import")
+    table = Table("--format", "format", "holds of accelerometer", "of gyroscope", "needs --set", "import")
     for word, each in TARGETS.items():
         needs = [setting.name for setting in each.settings if setting.default is None]
         accelerometer, gyroscope = (
@@ -164,4 +146,4 @@ def _list(as_json: bool) -> None:
         imported = "yes" if each.read is not None else ""
         table.add_row(word, each.title, accelerometer, gyroscope, ", ".join(needs), imported)
     print_summary(table)
-    print("All settings, with what they mean: tumble export --to list --json")
+    print("All settings, with what they mean: tumble export --format list --json")

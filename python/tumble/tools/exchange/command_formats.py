@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from tumble.cli.json_option import JsonOption
-from tumble.cli.screen import print_json
+from tumble.cli.screen import LISTED, print_document
+from tumble.cli.shared_options import JsonOption
 from tumble.foundation.log_formats import LOG_FORMATS, PACKINGS
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+FORMATS: Final = "tumble-formats/1"
 
 
 def formats_command(
@@ -26,7 +28,8 @@ def formats_command(
     """
     content = {"logs read": _logs_read(), "logs written": _logs_written(), "calibrations": _calibrations()}
     if as_json:
-        print_json({**content, "packed": [packing.ending for packing in PACKINGS.values()]})
+        packed = [packing.ending for packing in PACKINGS.values()]
+        print_document(FORMATS, LISTED, {**content, "packed": packed})
         return
     from tumble.cli.screen import print_summary
 
@@ -52,13 +55,17 @@ def _logs_read() -> list[dict[str, Any]]:
 
 
 def _logs_written() -> list[dict[str, Any]]:
-    from tumble.logs.writers import FORMATS
+    from tumble.logs.writers import FORMATS as WRITTEN
     from tumble.tools.convert.procedure import TARGETS
 
     names = {each.name: each.what for each in LOG_FORMATS}
-    outputs = {name: f"drive.{name}" if name in FORMATS else "drive" for name in TARGETS}
+    outputs = {name: f"drive.{name}" if name in WRITTEN else "drive" for name in TARGETS}
     return [
-        {"format": name, "what": names[name], "example": f"tumble convert drive.bag --to {name} -o {output}"}
+        {
+            "format": name,
+            "what": names[name],
+            "example": f"tumble convert drive.bag --format {name} -o {output}",
+        }
         for name, output in outputs.items()
     ]
 
@@ -71,7 +78,7 @@ def _calibrations() -> list[dict[str, Any]]:
             "format": word,
             "what": target.title,
             "read": target.read is not None,
-            "example": f"tumble export imu.yaml --to {word} -o imu{target.ending}",
+            "example": f"tumble export imu.yaml --format {word} -o imu{target.ending}",
         }
         for word, target in TARGETS.items()
     ]

@@ -105,8 +105,8 @@ def _figure(calibration: Calibration, name: str, values: FloatArray | None, sett
     # Kalibr and what is built on it refuse zero.
     if not known.any():
         raise ProcedureError(
-            f"{calibration.name}: {name} is not in the calibration: add it with tumble noise --start, or "
-            f"give --set {typed}=..."
+            f"{calibration.name}: {name} is not in the calibration: add it with tumble noise --calibration, "
+            f"or give --set {typed}=..."
         )
     return float(np.sqrt(np.mean(known**2)))
 

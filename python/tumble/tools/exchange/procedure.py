@@ -85,7 +85,7 @@ def _reading_of_log(
     path: Path, source: str | None, firmware: str, parameters: Mapping[str, float]
 ) -> _Reading:
     if source not in (None, firmware):
-        raise ProcedureError(f"{path}: is a log of {firmware}; leave out --from {source}")
+        raise ProcedureError(f"{path}: is a log of {firmware}; leave out --format {source}")
     format_ = target(firmware)
     assert format_.read_parameters is not None, "firmware that logs its parameters"
     return format_, partial(format_.read_parameters, parameters)
@@ -108,15 +108,15 @@ def _format_of(path: Path, source: str | None) -> Target:
     if source is not None:
         found = target(source)
         if found.read is None:
-            raise ProcedureError(f"--from {source}: cannot be read back; give {join(list(readable))}")
+            raise ProcedureError(f"--format {source}: cannot be read back; give {join(list(readable))}")
         return found
     fitting = [each for each in readable.values() if each.kind.begins(path)]
     fitting = [each for each in fitting if each.ending == path.suffix] or fitting
     if len(fitting) == 1:
         return fitting[0]
     if fitting:
-        raise ProcedureError(f"{path}: give --from {' or '.join(each.word for each in fitting)}")
-    raise ProcedureError(f"{path}: is of no format that is known; give --from {join(list(readable))}")
+        raise ProcedureError(f"{path}: give --format {' or '.join(each.word for each in fitting)}")
+    raise ProcedureError(f"{path}: is of no format that is known; give --format {join(list(readable))}")
 
 
 def _calibration(content: dict[str, object], path: Path, format_: Target) -> Calibration:

@@ -33,5 +33,5 @@ def target(word: str) -> Target:
     if word in TARGETS:
         return TARGETS[word]
     near = difflib.get_close_matches(word, TARGETS, 1)
-    guess = f"did you mean {near[0]}?" if near else "see tumble export --to list"
-    raise ProcedureError(f"--to {word}: no such format; {guess}")
+    guess = f"did you mean {near[0]}?" if near else "see tumble export --format list"
+    raise ProcedureError(f"--format {word}: no such format; {guess}")

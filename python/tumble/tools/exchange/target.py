@@ -151,7 +151,7 @@ class Target:
     """A format of another program."""
 
     word: str
-    """Word after `--to`."""
+    """Word after `--format`."""
     title: str
     ending: str
     """Ending of its files, with the dot."""

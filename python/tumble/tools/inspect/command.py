@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from tumble.cli.exit_code import ExitCode
-from tumble.cli.json_option import JsonOption
-from tumble.cli.read_options import with_read_options
-from tumble.cli.screen import print_json, result_console
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.screen import print_document, result_console
+from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import TumbleError
 from tumble.logs.options import ReadOptions
 
@@ -22,14 +22,17 @@ if TYPE_CHECKING:
     from tumble.tools.inspect.result import Inspection
 
 
-@with_read_options
+INSPECTION: Final = "tumble-inspection/1"
+
+
 def inspect_command(
     logs: Annotated[
         list[str],
         typer.Argument(metavar="LOG...", help="Logs: LOG for all IMUs of a file, LOG:NAME for one of them."),
     ],
-    read_options: ReadOptions,
     as_json: JsonOption = False,
+    *,
+    reading: ReadingOptions,
 ) -> None:
     """Show what logs hold and which procedures they are fit for.
 
@@ -39,18 +42,20 @@ def inspect_command(
 
     A log that cannot be read does not stop the others; the exit code is then 2.
     """
-    inspections, failed = [], False
+    read = reading.read()
+    inspections, failed = [], []
     for source in logs:
         try:
-            for inspection in _inspect(source, read_options):
+            for inspection in _inspect(source, read):
                 inspections.append(inspection)
                 if not as_json:
                     _show(inspection)
         except TumbleError as error:
-            failed = True
+            failed.append({"log": source, "reason": str(error)})
             print(f"tumble: error: {error}", file=sys.stderr)
     if as_json:
-        print_json([inspection.content() for inspection in inspections])
+        content = {"logs": [inspection.content() for inspection in inspections], "not_read": failed}
+        print_document(INSPECTION, "partly read" if failed else "read", content)
     if failed:
         raise typer.Exit(ExitCode.USER_ERROR)
 

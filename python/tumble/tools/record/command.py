@@ -10,22 +10,19 @@ import typer
 
 from tumble.cli.durations import seconds_of
 from tumble.cli.exit_code import ExitCode
-from tumble.cli.json_option import JsonOption
 from tumble.cli.live_options import AlwaysLiveSenderOption
 from tumble.cli.output import OutputFolder
-from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
+from tumble.cli.read_options import ReadingOptionsOfSeveral
+from tumble.cli.shared_options import JsonOption
 from tumble.cli.stopping import stopped_by_signals
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.words import count_of, join
-from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.logs.session import Session
 
 
-@with_read_options
 def record_command(
-    read_options: ReadOptions,
     sources: Annotated[
         list[str] | None,
         typer.Argument(
@@ -53,8 +50,9 @@ def record_command(
         ),
     ] = None,
     sender: AlwaysLiveSenderOption = None,
-    exceptions: ExceptionsOption = None,
     as_json: JsonOption = False,
+    *,
+    reading: ReadingOptionsOfSeveral,
 ) -> None:
     """Record several live sources at once, on one clock.
 
@@ -77,7 +75,7 @@ def record_command(
     typed = {name: address.text for name, address in parse_named_sources(sources or []).items()}
     if output is None:
         raise ProcedureError("give the folder to record into, as -o session")
-    options = read_options_for(read_options, exceptions or (), list(typed))
+    options = reading.read_each(list(typed))
     units = open_set(sources or [], options, sender=sender, keep_going=True)
     recorder = Recorder(
         units,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.cli.options import expanded
 from tumble.tools.simulate.flight.command import flight_command
 from tumble.tools.simulate.live.command import live_command
 from tumble.tools.simulate.multipose.command import multipose_command
@@ -21,10 +22,10 @@ def _simulate() -> None:
     """Make recordings whose truth is known."""
 
 
-simulate_app.command("turntable", cls=AbbreviatingCommand)(turntable_command)
-simulate_app.command("flight", cls=AbbreviatingCommand)(flight_command)
-simulate_app.command("spin", cls=AbbreviatingCommand)(spin_command)
-simulate_app.command("multipose", cls=AbbreviatingCommand)(multipose_command)
-simulate_app.command("static", cls=AbbreviatingCommand)(static_command)
-simulate_app.command("thermal", cls=AbbreviatingCommand)(thermal_command)
-simulate_app.command("live", cls=AbbreviatingCommand)(live_command)
+simulate_app.command("turntable", cls=AbbreviatingCommand)(expanded(turntable_command))
+simulate_app.command("flight", cls=AbbreviatingCommand)(expanded(flight_command))
+simulate_app.command("spin", cls=AbbreviatingCommand)(expanded(spin_command))
+simulate_app.command("multipose", cls=AbbreviatingCommand)(expanded(multipose_command))
+simulate_app.command("static", cls=AbbreviatingCommand)(expanded(static_command))
+simulate_app.command("thermal", cls=AbbreviatingCommand)(expanded(thermal_command))
+simulate_app.command("live", cls=AbbreviatingCommand)(expanded(live_command))

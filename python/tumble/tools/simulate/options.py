@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from enum import Enum
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeVar
 
+import typer
+
+from tumble.cli.options import Options
+from tumble.cli.screen import print_document
+from tumble.cli.shared_options import JsonOption, LogFormat, format_option
 from tumble.foundation.errors import TumbleError
 
 if TYPE_CHECKING:
     from tumble.tools.simulate import SimulatedUnit
 
 AnyFault = TypeVar("AnyFault")
+SIMULATION: Final = "tumble-simulation/1"
 
 FAULTS_HELP = (
     "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
@@ -20,12 +26,33 @@ FAULTS_HELP = (
 )
 
 
-class Format(str, Enum):
-    """Format of the logs written."""
+RateOption: TypeAlias = Annotated[float, typer.Option(help="Samples a second, Hz.")]
+GravityOption: TypeAlias = Annotated[float, typer.Option(help="Local gravity in m/s^2.")]
+GradeOption: TypeAlias = Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")]
+InstabilityOption: TypeAlias = Annotated[
+    bool, typer.Option(help="Noise with bias instability, or white noise alone.")
+]
+StepsOption: TypeAlias = Annotated[bool, typer.Option(help="Readings in steps, or unrounded.")]
+ResponseOption: TypeAlias = Annotated[
+    bool, typer.Option(help="Gyroscopes that respond to specific force, or none.")
+]
+SeedOption: TypeAlias = Annotated[int, typer.Option(help="All random numbers follow from it.")]
 
-    CSV = "csv"
-    PARQUET = "parquet"
-    MCAP = "mcap"
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationOptions(Options):
+    """What all recordings that are simulated share."""
+
+    seed: SeedOption = 1
+    format_name: Annotated[LogFormat, format_option("csv|parquet|mcap", "csv")] = LogFormat.CSV
+    as_json: JsonOption = False
+
+
+def print_simulation(content: Mapping[str, Any]) -> None:
+    """Print, as JSON, what was simulated, and the files it was written to."""
+    from tumble.foundation.plain import finite
+
+    print_document(SIMULATION, "simulated", {key: finite(value) for key, value in content.items()})
 
 
 def faults_by_unit(specs: list[str], make: Callable[..., AnyFault]) -> dict[str, list[AnyFault]]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand, NumbersCommand
-from tumble.cli.json_option import JsonOption
-from tumble.cli.screen import print_json
+from tumble.cli.screen import LISTED, print_document
+from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import TableError
 
 if TYPE_CHECKING:
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from tumble.tools.table.guarded import GuardedTable
 
 table_app = typer.Typer(no_args_is_help=True, help="Try a rate table: list, position, goto, rate, stop.")
+
+TABLES: Final = "tumble-tables/1"
+POSITION: Final = "tumble-table-position/1"
 
 TableOption = Annotated[
     str,
@@ -61,15 +64,11 @@ def list_command(as_json: JsonOption = False) -> None:
 
     profiles = {name: load_profile(name) for name in shipped()}
     if as_json:
-        print_json(
-            {
-                "drivers": drivers(),
-                "profiles": {
-                    name: {"name": each.name, "axes": [axis.name for axis in each.axes], "tried": each.tried}
-                    for name, each in profiles.items()
-                },
-            }
-        )
+        named = {
+            name: {"name": each.name, "axes": [axis.name for axis in each.axes], "tried": each.tried}
+            for name, each in profiles.items()
+        }
+        print_document(TABLES, LISTED, {"drivers": drivers(), "profiles": named})
         return
     print(f"drivers: {', '.join(drivers())}")
     for name, profile in profiles.items():
@@ -198,7 +197,8 @@ def _show_position(table: GuardedTable, as_json: bool) -> None:
 
     angles = dict(zip((axis.name for axis in table.axes), in_degrees(table.position()), strict=True))
     if as_json:
-        print_json({"name": table.name, "position_deg": angles})
+        known = "known" if None not in angles.values() else "partly known"
+        print_document(POSITION, known, {"name": table.name, "position_deg": angles})
         return
     for name, angle in angles.items():
         print(f"{name}: not known" if angle is None else f"{name}: {angle:.4f} deg")

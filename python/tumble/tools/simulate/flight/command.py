@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tumble.cli.json_option import JsonOption
+from tumble.cli.options import Options
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.screen import print_json
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import TumbleError
 from tumble.tools.simulate.options import (
     FAULTS_HELP,
-    Format,
+    GravityOption,
+    InstabilityOption,
+    ResponseOption,
+    SimulationOptions,
+    StepsOption,
     faults_by_unit,
     numbers_of,
+    print_simulation,
     unit_line,
 )
 
@@ -44,9 +49,92 @@ class Carrier(str, Enum):
     VEHICLE = "vehicle"
 
 
-def flight_command(
-    output: OutputFolder = None,
-    motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionOptions(Options):
+    """What carries the units, and what it does."""
+
+    motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR
+    flights: Annotated[int, typer.Option(help="Flights or drives, with rests between.")] = 1
+    rest: Annotated[float, typer.Option(help="Rest before each and after the last, s.")] = 10.0
+    duration: Annotated[float, typer.Option(help="Manoeuvres of each flight, or each drive, s.")] = 60.0
+    stops: Annotated[int, typer.Option(help="Stops of a vehicle on each drive.")] = 1
+    stop: Annotated[float, typer.Option(help="Each stop, s.")] = 5.0
+    intensity: Annotated[float, typer.Option(help="How strong the motion is, from 0, the least, to 1.")] = 0.6
+    sway: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="Factor on the usual motion forward, left and up, 0 to 1.")
+    ] = "1,1,1"
+    turning: Annotated[float, typer.Option(help="Factor on the usual motion about the vertical, 0 to 1.")] = (
+        1.0
+    )
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        forward, left, up = numbers_of("--sway", self.sway, 3)
+        return {
+            "motion": self.motion.value,
+            "flights": self.flights,
+            "rest_seconds": self.rest,
+            "motion_seconds": self.duration,
+            "stops": self.stops,
+            "stop_seconds": self.stop,
+            "intensity": self.intensity,
+            "sway": (forward, left, up),
+            "turning": self.turning,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VibrationOptions(Options):
+    """What shakes the units."""
+
+    vibration: Annotated[
+        float | None,
+        typer.Option(help="Vibration while motors run, m/s^2 rms; 4 for a quadrotor, 0.4 for a vehicle."),
+    ] = None
+    angular_vibration: Annotated[
+        float | None, typer.Option(help="The same, rad/s rms; 0.05 for a quadrotor, 0.005 for a vehicle.")
+    ] = None
+    vibration_at_rest: Annotated[
+        float, typer.Option(help="Share of it at rest: 1 for vibration that never stops.")
+    ] = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaceOptions(Options):
+    """Where it flies or drives, and how the primary sits in it."""
+
+    ground_tilt: Annotated[float, typer.Option(help="Tilt of the ground, deg.")] = 1.0
+    uphill: Annotated[
+        float, typer.Option(help="Uphill, deg counter-clockwise from forward at the start.")
+    ] = 40.0
+    mounting: Annotated[
+        str, typer.Option(metavar="ROLL,PITCH,YAW", help="Mounting of the primary in the body, deg.")
+    ] = "0,0,0"
+    gravity: GravityOption = STANDARD_GRAVITY
+    latitude: Annotated[
+        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none if not given.")
+    ] = None
+    warm_up: Annotated[float, typer.Option(help="Rise of the temperature in the long run, K.")] = 10.0
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        roll, pitch, yaw = numbers_of("--mounting", self.mounting, 3)
+        return {
+            "ground_tilt_deg": self.ground_tilt,
+            "uphill_deg": self.uphill,
+            "roll_deg": roll,
+            "pitch_deg": pitch,
+            "yaw_deg": yaw,
+            "gravity": self.gravity,
+            "latitude_deg": self.latitude,
+            "warm_up_kelvin": self.warm_up,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitOptions(Options):
+    """What is on board, and what is wrong with it."""
+
     unit: Annotated[
         list[str] | None,
         typer.Option(
@@ -58,38 +146,7 @@ def flight_command(
             "clock-offset (s), clock-skew (ppm), latency (s). Where none is given: an industrial primary "
             "and two consumer secondaries, one of them upside down.",
         ),
-    ] = None,
-    flights: Annotated[int, typer.Option(help="Flights or drives, with rests between.")] = 1,
-    rest: Annotated[float, typer.Option(help="Rest before each and after the last, s.")] = 10.0,
-    duration: Annotated[float, typer.Option(help="Manoeuvres of each flight, or each drive, s.")] = 60.0,
-    stops: Annotated[int, typer.Option(help="Stops of a vehicle on each drive.")] = 1,
-    stop: Annotated[float, typer.Option(help="Each stop, s.")] = 5.0,
-    intensity: Annotated[
-        float, typer.Option(help="How strong the motion is, from 0, the least, to 1.")
-    ] = 0.6,
-    sway: Annotated[
-        str, typer.Option(metavar="X,Y,Z", help="Factor on the usual motion forward, left and up, 0 to 1.")
-    ] = "1,1,1",
-    turning: Annotated[
-        float, typer.Option(help="Factor on the usual motion about the vertical, 0 to 1.")
-    ] = 1.0,
-    ground_tilt: Annotated[float, typer.Option(help="Tilt of the ground, deg.")] = 1.0,
-    uphill: Annotated[
-        float, typer.Option(help="Uphill, deg counter-clockwise from forward at the start.")
-    ] = 40.0,
-    mounting: Annotated[
-        str, typer.Option(metavar="ROLL,PITCH,YAW", help="Mounting of the primary in the body, deg.")
-    ] = "0,0,0",
-    vibration: Annotated[
-        float | None,
-        typer.Option(help="Vibration while motors run, m/s^2 rms; 4 for a quadrotor, 0.4 for a vehicle."),
-    ] = None,
-    angular_vibration: Annotated[
-        float | None, typer.Option(help="The same, rad/s rms; 0.05 for a quadrotor, 0.005 for a vehicle.")
-    ] = None,
-    vibration_at_rest: Annotated[
-        float, typer.Option(help="Share of it at rest: 1 for vibration that never stops.")
-    ] = 0.0,
+    ] = None
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -97,74 +154,70 @@ def flight_command(
             help="Something wrong with a unit, such as primary:dead:start=60; may be repeated. "
             f"{FAULTS_HELP}",
         ),
-    ] = None,
-    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = STANDARD_GRAVITY,
-    latitude: Annotated[
-        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none if not given.")
-    ] = None,
-    warm_up: Annotated[float, typer.Option(help="Rise of the temperature in the long run, K.")] = 10.0,
-    bias_instability: Annotated[
-        bool, typer.Option(help="Noise with bias instability, or white noise alone.")
-    ] = True,
-    quantisation: Annotated[bool, typer.Option(help="Readings in steps, or unrounded.")] = True,
-    g_sensitivity: Annotated[
-        bool, typer.Option(help="Gyroscopes that respond to specific force, or none.")
-    ] = True,
+    ] = None
+    bias_instability: InstabilityOption = True
+    quantisation: StepsOption = True
+    g_sensitivity: ResponseOption = True
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        from tumble.tools.simulate import Fault
+
+        return {
+            "units": _with_faults(_units(self.unit), faults_by_unit(self.fault or [], Fault)),
+            "bias_instability": self.bias_instability,
+            "quantisation": self.quantisation,
+            "g_sensitivity": self.g_sensitivity,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VelocityOptions(Options):
+    """A receiver of satellites on board."""
+
     velocity_rate: Annotated[
         float | None,
         typer.Option(
             metavar="HZ", help="Write velocity.csv as a satellite receiver would give it, for --witness."
         ),
-    ] = None,
-    velocity_sigma: Annotated[float, typer.Option(metavar="M/S", help="Noise of each of its axes.")] = 0.3,
-    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
-    format_name: Annotated[
-        Format, typer.Option("--format", help="Format of the logs; MCAP is one log with all units.")
-    ] = Format.CSV,
-    as_json: JsonOption = False,
+    ] = None
+    velocity_sigma: Annotated[float, typer.Option(metavar="M/S", help="Noise of each of its axes.")] = 0.3
+
+
+def flight_command(
+    output: OutputFolder = None,
+    *,
+    moved: MotionOptions,
+    shaken: VibrationOptions,
+    place: PlaceOptions,
+    units: UnitOptions,
+    receiver: VelocityOptions,
+    shared: SimulationOptions,
 ) -> None:
     """Simulate a quadrotor or a vehicle with several IMUs on board: a primary and secondaries.
 
     Example: tumble simulate flight --motion vehicle --fault primary:dead:start=60 --seed 7 -o flight
 
     Writes primary.csv, secondary_1.csv ..., units.yaml for tumble redundancy and, to hold results against,
-    ideal.csv of a unit without errors and truth.yaml; with --velocity-rate also velocity.csv.
+    ideal.csv of a unit without errors and truth.yaml; with --velocity-rate also velocity.csv. MCAP is one log
+    with all units.
     """
     from tumble.cli.progress import sample_progress
-    from tumble.tools.simulate import Fault, simulate_flight, write_flight
+    from tumble.tools.simulate import simulate_flight, write_flight
 
-    forward, left, up = numbers_of("--sway", sway, 3)
-    roll, pitch, yaw = numbers_of("--mounting", mounting, 3)
     flight = simulate_flight(
-        seed=seed,
-        motion=motion.value,
-        units=_with_faults(_units(unit), faults_by_unit(fault or [], Fault)),
-        flights=flights,
-        rest_seconds=rest,
-        motion_seconds=duration,
-        stops=stops,
-        stop_seconds=stop,
-        intensity=intensity,
-        sway=(forward, left, up),
-        turning=turning,
-        ground_tilt_deg=ground_tilt,
-        uphill_deg=uphill,
-        roll_deg=roll,
-        pitch_deg=pitch,
-        yaw_deg=yaw,
-        vibration=_vibration(motion, vibration, angular_vibration, vibration_at_rest),
-        gravity=gravity,
-        latitude_deg=latitude,
-        warm_up_kelvin=warm_up,
-        bias_instability=bias_instability,
-        quantisation=quantisation,
-        g_sensitivity=g_sensitivity,
+        seed=shared.seed,
+        vibration=_vibration(moved.motion, shaken),
+        **moved.stated(),
+        **place.stated(),
+        **units.stated(),
     )
-    velocity = None if velocity_rate is None else flight.velocity(velocity_rate, velocity_sigma)
+    rate, sigma = receiver.velocity_rate, receiver.velocity_sigma
+    velocity = None if rate is None else flight.velocity(rate, sigma)
     with sample_progress("writing") as advance:
         folder = output or folder_named_after("flight")
-        paths = write_flight(flight, folder, format_name.value, velocity=velocity, progress=advance)
-    _show(flight, {name: str(path) for name, path in paths.items()}, as_json)
+        paths = write_flight(flight, folder, shared.format_name.value, velocity=velocity, progress=advance)
+    _show(flight, {name: str(path) for name, path in paths.items()}, shared.as_json)
 
 
 def _units(specs: list[str] | None) -> Sequence[FlightUnit]:
@@ -208,9 +261,8 @@ def _with_faults(
     )
 
 
-def _vibration(
-    motion: Carrier, specific_force: float | None, angular_rate: float | None, at_rest: float
-) -> Vibration:
+def _vibration(motion: Carrier, asked: VibrationOptions) -> Vibration:
+    """Give the vibration of the carrier, but for what was typed of it."""
     from dataclasses import replace
 
     from tumble.tools.simulate import VIBRATIONS
@@ -218,9 +270,9 @@ def _vibration(
     usual = VIBRATIONS[motion.value]
     return replace(
         usual,
-        specific_force=usual.specific_force if specific_force is None else specific_force,
-        angular_rate=usual.angular_rate if angular_rate is None else angular_rate,
-        at_rest=at_rest,
+        specific_force=usual.specific_force if asked.vibration is None else asked.vibration,
+        angular_rate=usual.angular_rate if asked.angular_vibration is None else asked.angular_vibration,
+        at_rest=asked.vibration_at_rest,
     )
 
 
@@ -235,7 +287,7 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
             "manoeuvres": flight.manoeuvres.tolist(),
             "files": paths,
         }
-        print_json(content)
+        print_simulation(content)
         return
     for unit in flight.units:
         print(unit_line(_source(unit.name, paths), unit))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tumble.cli.json_option import JsonOption
+from tumble.cli.options import Options
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.screen import print_json
+from tumble.cli.shared_options import JsonOption
 from tumble.foundation.words import count_of
-from tumble.tools.simulate.options import faults_by_unit
+from tumble.tools.simulate.options import RateOption, SeedOption, faults_by_unit, print_simulation
 
 if TYPE_CHECKING:
     from tumble.tools.simulate.live.procedure import LiveSimulation
@@ -42,48 +43,91 @@ class Transport(str, Enum):
     MAVLINK = "mavlink"
 
 
-def live_command(
-    output: OutputFolder = None,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionOptions(Options):
+    """What moves the units, and for how long."""
+
     motion: Annotated[
         MotionName,
         typer.Option(
             help="What moves the units: a table that is told over TCP, a hand from face to face, or with one "
             "unit all over the sphere, a robot, or a quadrotor."
         ),
-    ] = MotionName.TABLE,
+    ] = MotionName.TABLE
     grades: Annotated[
         str,
         typer.Option(
             help="Grade of each unit, the reference or the primary first, separated by commas; what is "
             "usual for the motion if not given."
         ),
-    ] = "",
-    rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 200.0,
+    ] = ""
+    rate: RateOption = 200.0
     rest: Annotated[
         float, typer.Option(help="Time at rest first, and at each face or orientation, in s.")
-    ] = 10.0,
+    ] = 10.0
     told: Annotated[
         bool,
         typer.Option(
             "--told",
             help="A hand turns where events on standard input ask: those of tumble multipose --live --json.",
         ),
-    ] = False,
-    transport: Annotated[Transport, typer.Option(help="How the units are heard.")] = Transport.UDP,
-    host: Annotated[str, typer.Option(help="Where datagrams go to, and where TCP is served.")] = "127.0.0.1",
+    ] = False
+    speed: Annotated[float, typer.Option(help="Simulated seconds in a second.")] = 1.0
+    duration: Annotated[
+        float | None,
+        typer.Option(help="Simulated s after which it ends; at the end of the motion, or with Ctrl-C."),
+    ] = None
+    seed: SeedOption = 1
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        return {
+            "motion": self.motion.value,
+            "grades": tuple(word.strip() for word in self.grades.split(",") if word.strip()),
+            "rate_hz": self.rate,
+            "rest_seconds": self.rest,
+            "told": self.told,
+            "speed": self.speed,
+            "duration_seconds": self.duration,
+            "seed": self.seed,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceOptions(Options):
+    """Where units are heard, and the table is told."""
+
+    transport: Annotated[Transport, typer.Option(help="How the units are heard.")] = Transport.UDP
+    host: Annotated[str, typer.Option(help="Where datagrams go to, and where TCP is served.")] = "127.0.0.1"
     port: Annotated[
         int, typer.Option(help="Port of the first unit, the next one's is one more; 0 for free ones.")
-    ] = 9000,
-    table_port: Annotated[int, typer.Option(help="TCP port of the table; 0 for a free one.")] = 5025,
+    ] = 9000
+    table_port: Annotated[int, typer.Option(help="TCP port of the table; 0 for a free one.")] = 5025
     table_profile: Annotated[
         str,
         typer.Option(metavar="NAME|FILE", help="Profile of the table: its words and what its axes may do."),
-    ] = "scpi",
-    clock_offset: Annotated[float, typer.Option(help="Largest offset of clocks either way in s.")] = 5.0,
-    clock_skew: Annotated[float, typer.Option(help="Skew of clocks in ppm, 1 sigma.")] = 50.0,
-    delay: Annotated[float, typer.Option(help="Time that every sample is on its way, ms.")] = 2.0,
-    jitter: Annotated[float, typer.Option(help="How much longer samples take, mean in ms.")] = 1.0,
-    batch: Annotated[float, typer.Option(help="Samples sent together: all of so many ms; 0 for each.")] = 0.0,
+    ] = "scpi"
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        return {
+            "transport": self.transport.value,
+            "host": self.host,
+            "port": self.port,
+            "table_port": self.table_port,
+            "table_profile": self.table_profile,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineOptions(Options):
+    """What clocks and lines do to samples."""
+
+    clock_offset: Annotated[float, typer.Option(help="Largest offset of clocks either way in s.")] = 5.0
+    clock_skew: Annotated[float, typer.Option(help="Skew of clocks in ppm, 1 sigma.")] = 50.0
+    delay: Annotated[float, typer.Option(help="Time that every sample is on its way, ms.")] = 2.0
+    jitter: Annotated[float, typer.Option(help="How much longer samples take, mean in ms.")] = 1.0
+    batch: Annotated[float, typer.Option(help="Samples sent together: all of so many ms; 0 for each.")] = 0.0
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -91,13 +135,28 @@ def live_command(
             help="Something wrong with a unit, such as target_2:unplugged:start=20:end=25; may be repeated. "
             f"{FAULTS_HELP}",
         ),
-    ] = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds in a second.")] = 1.0,
-    duration: Annotated[
-        float | None,
-        typer.Option(help="Simulated s after which it ends; at the end of the motion, or with Ctrl-C."),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
+    ] = None
+
+    def stated(self) -> dict[str, Any]:
+        """Give them as the simulation takes them."""
+        from tumble.tools.simulate.live.fault import LiveFault
+
+        return {
+            "clock_offset_seconds": self.clock_offset,
+            "clock_skew_ppm": self.clock_skew,
+            "delay_seconds": 1e-3 * self.delay,
+            "jitter_seconds": 1e-3 * self.jitter,
+            "batch_seconds": 1e-3 * self.batch,
+            "faults": faults_by_unit(self.fault or [], LiveFault),
+        }
+
+
+def live_command(
+    output: OutputFolder = None,
+    *,
+    moved: MotionOptions,
+    service: ServiceOptions,
+    line: LineOptions,
     as_json: JsonOption = False,
 ) -> None:
     """Serve units that move, and a table that turns them, as if they were there.
@@ -107,7 +166,6 @@ def live_command(
     Prints where each unit is read and the table is commanded, then serves them until the motion ends, or
     Ctrl-C or SIGTERM. Writes truth.yaml.
     """
-    from tumble.tools.simulate.live.fault import LiveFault
     from tumble.tools.simulate.live.files import write_live
     from tumble.tools.simulate.live.procedure import LiveSimulation
     from tumble.tools.simulate.live.scenario import LiveScenario
@@ -115,31 +173,11 @@ def live_command(
     from tumble.tools.simulate.live.told import follow_events
 
     folder = output or folder_named_after("live")
-    scenario = LiveScenario(
-        seed=seed,
-        motion=motion.value,
-        grades=tuple(word.strip() for word in grades.split(",") if word.strip()),
-        rate_hz=rate,
-        rest_seconds=rest,
-        transport=transport.value,
-        host=host,
-        port=port,
-        table_port=table_port,
-        table_profile=table_profile,
-        told=told,
-        clock_offset_seconds=clock_offset,
-        clock_skew_ppm=clock_skew,
-        delay_seconds=1e-3 * delay,
-        jitter_seconds=1e-3 * jitter,
-        batch_seconds=1e-3 * batch,
-        faults=faults_by_unit(fault or [], LiveFault),
-        speed=speed,
-        duration_seconds=duration,
-    )
+    scenario = LiveScenario(**moved.stated(), **service.stated(), **line.stated())
     with ended_by_signals() as wait_until_ended, LiveSimulation(scenario, folder) as simulation:
         truth = str(write_live(simulation, folder))
         _show(simulation, truth, as_json)
-        if told:
+        if moved.told:
             follow_events(simulation, sys.stdin)
         wait_until_ended(simulation)
     _show_end(simulation)
@@ -149,7 +187,7 @@ def _show(simulation: LiveSimulation, truth: str, as_json: bool) -> None:
     table = simulation.table_address
     if as_json:
         content = {"seed": simulation.scenario.seed, "units": simulation.addresses, "truth": truth}
-        print_json(content | ({} if table is None else {"table": table}))
+        print_simulation(content | ({} if table is None else {"table": table}))
     else:
         print(f"seed {simulation.scenario.seed}; {truth}: the truth")
         words = [f"'{name}={address}'" for name, address in simulation.addresses.items()]

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
-from tumble.cli.json_option import JsonOption
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.screen import print_json
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import TumbleError
-from tumble.tools.simulate.options import Format
+from tumble.tools.simulate.options import (
+    GradeOption,
+    GravityOption,
+    RateOption,
+    SimulationOptions,
+    print_simulation,
+)
 
 if TYPE_CHECKING:
     from tumble.tools.simulate import SimulatedStatic
@@ -24,8 +28,8 @@ _LETTERS = "qnbkr"
 def static_command(
     output: OutputFolder = None,
     duration: Annotated[str, typer.Option(metavar="TIME", help="Length, such as 90s, 20min or 3h.")] = "1h",
-    sample_rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 100.0,
-    grade: Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")] = "consumer",
+    rate: RateOption = 100.0,
+    grade: GradeOption = "consumer",
     accelerometer: Annotated[
         str | None,
         typer.Option(
@@ -39,10 +43,9 @@ def static_command(
         list[str] | None,
         typer.Option(metavar="START:END", help="The logger misses what lies between, s; repeatable."),
     ] = None,
-    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = STANDARD_GRAVITY,
-    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
-    format_name: Annotated[Format, typer.Option("--format", help="Format of the log.")] = Format.CSV,
-    as_json: JsonOption = False,
+    gravity: GravityOption = STANDARD_GRAVITY,
+    *,
+    shared: SimulationOptions,
 ) -> None:
     """Simulate a unit that stands still, with noise of known terms.
 
@@ -54,9 +57,9 @@ def static_command(
     from tumble.tools.simulate import simulate_static, write_static
 
     static = simulate_static(
-        seed=seed,
+        seed=shared.seed,
         duration=seconds_of("--duration", duration),
-        rate_hz=sample_rate,
+        rate_hz=rate,
         grade=grade,
         accelerometer=_terms("--accelerometer", accelerometer),
         gyroscope=_terms("--gyroscope", gyroscope),
@@ -65,8 +68,8 @@ def static_command(
     )
     folder = output or folder_named_after("static")
     with sample_progress("writing") as advance:
-        paths = write_static(static, folder, format_name.value, progress=advance)
-    _show(static, {name: str(path) for name, path in paths.items()}, as_json)
+        paths = write_static(static, folder, shared.format_name.value, progress=advance)
+    _show(static, {name: str(path) for name, path in paths.items()}, shared.as_json)
 
 
 def _terms(option: str, text: str | None) -> dict[str, float]:
@@ -91,7 +94,7 @@ def _gap(text: str) -> tuple[float, float]:
 def _show(static: SimulatedStatic, paths: dict[str, str], as_json: bool) -> None:
     scenario = static.scenario
     if as_json:
-        print_json(
+        print_simulation(
             {"seed": scenario.seed, "samples": scenario.samples, "truth": static.truth, "files": paths}
         )
         return

@@ -7,11 +7,9 @@ from typing import Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
-from tumble.cli.json_option import JsonOption
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.screen import print_json
 from tumble.foundation.errors import TumbleError
-from tumble.tools.simulate.options import Format
+from tumble.tools.simulate.options import GradeOption, RateOption, SimulationOptions, print_simulation
 
 _POWERS = "Coefficients of T, T^2, T^3 from mid-range, with commas between"
 
@@ -19,8 +17,8 @@ _POWERS = "Coefficients of T, T^2, T^3 from mid-range, with commas between"
 def thermal_command(
     output: OutputFolder = None,
     duration: Annotated[str, typer.Option(metavar="TIME", help="Length, such as 20min or 3h.")] = "1h",
-    sample_rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 20.0,
-    grade: Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")] = "consumer",
+    rate: RateOption = 20.0,
+    grade: GradeOption = "consumer",
     low: Annotated[float, typer.Option(help="Lowest temperature, degC.")] = -10.0,
     high: Annotated[float, typer.Option(help="Highest temperature, degC.")] = 60.0,
     cycles: Annotated[float, typer.Option(help="How often it warms and cools; 0.5 is warming alone.")] = 1.0,
@@ -42,9 +40,8 @@ def thermal_command(
     step: Annotated[
         float | None, typer.Option(help="Step of the thermometer, K; that of the grade if not given.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
-    format_name: Annotated[Format, typer.Option("--format", help="Format of the log.")] = Format.CSV,
-    as_json: JsonOption = False,
+    *,
+    shared: SimulationOptions,
 ) -> None:
     """Simulate a unit that rests while it warms and cools, with a drift that is known.
 
@@ -56,9 +53,9 @@ def thermal_command(
     from tumble.tools.simulate import simulate_thermal, write_thermal
 
     session = simulate_thermal(
-        seed=seed,
+        seed=shared.seed,
         duration=seconds_of("--duration", duration),
-        rate_hz=sample_rate,
+        rate_hz=rate,
         grade=grade,
         low=low,
         high=high,
@@ -74,11 +71,13 @@ def thermal_command(
     )
     folder = output or folder_named_after("thermal")
     with sample_progress("writing") as advance:
-        paths = write_thermal(session, folder, format_name.value, progress=advance)
+        paths = write_thermal(session, folder, shared.format_name.value, progress=advance)
     files = {name: str(path) for name, path in paths.items()}
     scenario = session.scenario
-    if as_json:
-        print_json({"seed": seed, "samples": scenario.samples, "truth": session.truth, "files": files})
+    if shared.as_json:
+        print_simulation(
+            {"seed": shared.seed, "samples": scenario.samples, "truth": session.truth, "files": files}
+        )
         return
     print(f"{files['log']}: {scenario.unit_grade.name}, {scenario.samples} samples, {low:g} to {high:g} degC")
     print(f"{files['truth']}: the truth")

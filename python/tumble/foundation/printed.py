@@ -1,0 +1,65 @@
+"""JSON documents that commands print, as models of which their published schemas are made.
+
+What is not finite is null in them. Nothing is read with these models: a command prints what it found.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+
+class Printed(BaseModel):
+    """A document, or a part of one: every key is known."""
+
+    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
+
+
+class PrintedResult(Printed):
+    """What a procedure found."""
+
+    event: Literal["result"] = "result"
+    """Of a live session, where the document is its last event."""
+    software: str
+    warnings: list[str]
+    """What a user should know before using it."""
+    files: dict[str, Path]
+    """Path of each file that was written, by what it is."""
+
+
+class PrintedParameter(Printed):
+    """One estimated number with its uncertainty."""
+
+    name: str
+    unit: str
+    value: float
+    sigma: float
+    """1-sigma; null where it is not observable."""
+    low: float
+    high: float
+    """Ends of the 95 % interval."""
+    observable: bool
+    reason: str
+    """Why it could not be observed."""
+
+
+class PrintedSchema(GenerateJsonSchema):
+    """Makes schemas of what is printed: the keys are titles enough, arrays are nested lists."""
+
+    def field_title_should_be_set(self, schema: object) -> bool:
+        """Leave titles out."""
+        return False
+
+    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
+        """Allow null for what is not finite."""
+        return super().float_schema(schema) | {"type": ["number", "null"]}
+
+    def is_instance_schema(self, schema: core_schema.IsInstanceSchema) -> JsonSchemaValue:
+        """Take an array as the nested list that it is printed as."""
+        kind: Any = schema["cls"]
+        return {"type": "array"} if issubclass(kind, np.ndarray) else super().is_instance_schema(schema)

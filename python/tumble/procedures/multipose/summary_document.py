@@ -1,0 +1,81 @@
+"""JSON that `tumble multipose` prints."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from tumble.foundation.printed import Printed, PrintedResult
+from tumble.procedures.multipose.result import (
+    Faces,
+    NextOrientation,
+    NextTurn,
+    NominalScale,
+    PoseFit,
+    TurnFit,
+)
+from tumble.procedures.multipose.summary import SCHEMA
+
+
+class Gravity(Printed):
+    """Local gravity."""
+
+    value: float
+    """m/s^2."""
+    source: str
+
+
+class NormErrors(Printed):
+    """How far the length of specific force at rest is from gravity, m/s^2."""
+
+    before: float
+    after: float
+    held_out: float
+    """Of poses that were left out of the fit."""
+
+
+class AngleErrors(Printed):
+    """How far gravity is turned wrongly between rests, deg."""
+
+    before: float
+    after: float
+
+
+class PrintedRest(Printed):
+    """A stretch in which the unit stood still, s of the clock of the log."""
+
+    start: float
+    end: float
+    used: bool
+    remark: str
+
+
+class MultiposeDocument(PrintedResult):
+    """Calibration of a unit that was held still in many orientations."""
+
+    schema_: Literal["tumble-multipose-result/1"] = Field(SCHEMA, alias="schema")
+    verdict: Literal["calibrated", "partly calibrated", "model not met"]
+    name: str
+    source: str
+    gravity: Gravity
+    options: dict[str, Any]
+    norm: NormErrors
+    angle: AngleErrors
+    directions: int
+    tolerance: float
+    nominal_scale: NominalScale | None
+    parameters: list[dict[str, Any]]
+    """The result as a table, a line a parameter."""
+    gyroscope_reason: str
+    """Why the gyroscope could not be calibrated; empty if it was."""
+    poses: list[PoseFit]
+    turns: list[TurnFit]
+    next_orientation: NextOrientation | None
+    next_turn: NextTurn | None
+    faces: Faces | None
+    rests: list[PrintedRest]
+    start: str
+    """sha256 of the calibration that it is added to; empty if there was none."""
+    calibration: dict[str, Any]
+    """As in the calibration file."""

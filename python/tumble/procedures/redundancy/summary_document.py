@@ -1,0 +1,50 @@
+"""JSON that `tumble redundancy` prints."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from tumble.foundation.printed import Printed, PrintedResult
+from tumble.foundation.setting_table import Explained
+from tumble.procedures.redundancy.explain import SETTINGS
+from tumble.procedures.redundancy.result import SecondaryError, Selected
+from tumble.procedures.redundancy.summary import SCHEMA
+
+
+class RedundancyDocument(PrintedResult):
+    """What became of the units of a redundant set."""
+
+    schema_: Literal["tumble-redundancy-result/1"] = Field(SCHEMA, alias="schema")
+    verdict: Literal["pass", "calibrated", "not calibrated", "fail"]
+    primary: str
+    secondaries: list[str]
+    start: float
+    """s of the clock of the logs."""
+    end: float
+    settings: dict[str, Any]
+    preset: str
+    """`as published`, or empty."""
+    events: dict[str, int]
+    """How often each happened."""
+    known_faults: list[str]
+    """What was known to be wrong and stayed so, the worst first."""
+    output: list[str]
+    """What is known to be wrong with what the platform would have used."""
+    degraded: float
+    """s in which the output was degraded."""
+    errors: list[SecondaryError]
+    selected: list[Selected]
+    """Who was the source, when and why."""
+    calibration_hash: str
+    replay_rate: float
+    """s of the logs in a second."""
+
+
+class SettingsDocument(Printed):
+    """All settings of the monitor, that `--explain` prints."""
+
+    schema_: Literal["tumble-settings/1"] = Field(SETTINGS, alias="schema")
+    verdict: Literal["listed"]
+    settings: list[Explained]

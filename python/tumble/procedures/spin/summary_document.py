@@ -1,0 +1,85 @@
+"""JSON that `tumble spin` prints."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from tumble.foundation.printed import Printed, PrintedParameter, PrintedResult
+from tumble.foundation.recording import FloatArray
+from tumble.procedures.spin.result import BiasEstimate
+from tumble.procedures.spin.summary import SCHEMA
+
+
+class Gravity(Printed):
+    """Local gravity."""
+
+    value: float
+    """m/s^2."""
+    source: str
+
+
+class Span(Printed):
+    """A stretch of the log, s of its clock."""
+
+    start: float
+    end: float
+
+
+class RefusedSpan(Span):
+    """A stretch that is no spin."""
+
+    reason: str
+
+
+class PrintedSpin(Span):
+    """One spin: rests, and turns between them."""
+
+    label: str
+    rests: list[Span]
+    turned_clockwise: float
+    """rad."""
+    turned_counter_clockwise: float
+    """rad."""
+    heading_span: float
+    """rad."""
+    rate: float
+    """rad/s."""
+    turning_time: float
+    """s."""
+    method: Literal["level-free", "published"]
+    level_free: BiasEstimate
+    published: BiasEstimate
+    gyroscope_bias: BiasEstimate
+    up: FloatArray
+    """(3,) unit vector in the case frame."""
+    parameters: list[PrintedParameter]
+    slow_turn: PrintedParameter
+    chi_square: float
+    degrees_of_freedom: int
+    widening: float
+    """Factor on the sigmas because residuals exceed the noise."""
+    covariance: FloatArray
+    warnings: list[str]
+
+
+class SpinDocument(PrintedResult):
+    """Biases of a robot's IMU from a turn on the spot."""
+
+    schema_: Literal["tumble-spin-result/1"] = Field(SCHEMA, alias="schema")
+    verdict: Literal["calibrated", "partly calibrated", "model not met", "not calibrated"]
+    name: str
+    source: str
+    gravity: Gravity
+    options: dict[str, Any]
+    calibration_hash: str
+    """sha256 of the calibration that was applied first; empty if there was none."""
+    accelerometer_bias: BiasEstimate
+    gyroscope_bias: BiasEstimate
+    covariance: FloatArray
+    agreement: PrintedParameter
+    spins: list[PrintedSpin]
+    refused: list[RefusedSpan]
+    calibration: dict[str, Any]
+    """As in the calibration file."""

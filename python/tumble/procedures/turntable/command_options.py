@@ -1,0 +1,213 @@
+"""Options of `tumble turntable`, by what they are about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.options import Options
+from tumble.cli.shared_options import JobsOption
+from tumble.foundation.errors import ProcedureError, TumbleError
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
+    from tumble.calibration.limits import Limits
+    from tumble.poses.pose_list import PoseList
+
+SIX_FACES_WORD = "six-faces"
+NO_POSES = "none"
+
+
+class TruthOption(str, Enum):
+    """What the target is held against; see docs/theory/turntable.md."""
+
+    REFERENCE = "reference"
+    ROTATE_TRUTH = "rotate-truth"
+    ROTATE_MEASUREMENT = "rotate-measurement"
+    IDEAL = "ideal"
+    TABLE = "table"
+
+
+class ClocksOption(str, Enum):
+    """Whether reference and targets were stamped by one clock."""
+
+    AUTO = "auto"
+    SHARED = "shared"
+    APART = "apart"
+
+
+class PagesOption(str, Enum):
+    """Which targets get a page of their own."""
+
+    ALL = "all"
+    FAILED = "failed"
+    NONE = "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReferenceOptions(Options):
+    """Which unit is the reference, and what is known of it."""
+
+    name: Annotated[
+        str | None,
+        typer.Option(
+            "--reference",
+            metavar="NAME",
+            help="Of a session or of --live: the unit that is the reference; that of the name reference if "
+            "not given.",
+            show_default=False,
+        ),
+    ] = None
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference-calibration",
+            metavar="FILE",
+            help="Calibration to apply to the reference first; its uncertainty goes to the targets.",
+        ),
+    ] = None
+    grade: Annotated[
+        str | None,
+        typer.Option(
+            "--reference-grade",
+            metavar="NAME",
+            help="Grade of the reference, whose figures go to the targets where no calibration states its "
+            "uncertainty: consumer, industrial, tactical or reference.",
+            show_default=False,
+        ),
+    ] = None
+
+    def applied(self) -> Calibration | None:
+        """Read its calibration, if there is one."""
+        from tumble.calibration.document import Calibration
+
+        return Calibration.load(self.calibration) if self.calibration else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodOptions(Options):
+    """What is used as truth, and what is fitted."""
+
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|six-faces|none",
+            help="Pose list; that of the session, or the six faces, if not given; `none` for unknown poses.",
+        ),
+    ] = None
+    truth: Annotated[TruthOption, typer.Option(help="What is used as truth for the targets.")] = (
+        TruthOption.REFERENCE
+    )
+    rates: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RATES",
+            help="With --truth table: magnitudes of the commanded rates, deg/s, such as 10,30,60; those "
+            "of the pose list if not given.",
+            show_default=False,
+        ),
+    ] = None
+    rate_accuracy: Annotated[
+        float | None,
+        typer.Option(
+            metavar="PPM",
+            help="With --truth table: 1-sigma of what all its rates are wrong by alike; 100 if not given.",
+            show_default=False,
+        ),
+    ] = None
+    as_published: Annotated[
+        bool,
+        typer.Option("--as-published", help="As in the literature: the same as --truth rotate-measurement."),
+    ] = False
+    clock: Annotated[ClocksOption, typer.Option(help="Whether all recordings were stamped by one clock.")] = (
+        ClocksOption.AUTO
+    )
+    g_sensitivity: Annotated[
+        bool | None,
+        typer.Option(
+            "--g-sensitivity/--no-g-sensitivity",
+            help="Fit how the gyroscopes respond to specific force; if not given, where residuals show it.",
+            show_default=False,
+        ),
+    ] = None
+
+    def wanted_truth(self) -> TruthOption:
+        """Give the truth, that of the literature where it was asked for."""
+        if not self.as_published:
+            return self.truth
+        if self.truth not in (TruthOption.REFERENCE, TruthOption.ROTATE_MEASUREMENT):
+            raise TumbleError(
+                f"--as-published is --truth rotate-measurement, not {self.truth.value}; leave one out"
+            )
+        return TruthOption.ROTATE_MEASUREMENT
+
+    def wanted_rates(self) -> list[float] | None:
+        """Read the commanded rates, if they were typed."""
+        return None if self.rates is None else _numbers("--rates", self.rates)
+
+    def wanted_poses(self, session: str | None) -> PoseList | None:
+        """Give the poses that are typed, those that a recorded session brings, or the six faces."""
+        from tumble.poses.pose_list import SIX_FACES, PoseList
+        from tumble.procedures.turntable.session_poses import poses_of
+
+        if self.poses == NO_POSES:
+            return None
+        if self.poses is not None and self.poses != SIX_FACES_WORD:
+            return PoseList.load(self.poses)
+        listed = poses_of(session) if session and self.poses is None else None
+        return listed or SIX_FACES
+
+    def live_poses(self) -> PoseList | None:
+        """Give the poses that are typed for a live session; None where a table may choose them."""
+        if self.poses == NO_POSES:
+            raise ProcedureError(
+                "--poses none: a live session has to know which poses are wanted; leave it out"
+            )
+        return None if self.poses is None else self.wanted_poses(None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatchOptions(Options):
+    """Which targets are calibrated, and what is written of them."""
+
+    limit_file: Annotated[
+        Path | None, typer.Option("--limits", metavar="FILE", help="Limits that targets pass or fail.")
+    ] = None
+    name_by: Annotated[
+        str,
+        typer.Option(
+            metavar="file|folder|serial|REGEX", help="What targets are named by; of REGEX what it matches."
+        ),
+    ] = "file"
+    pages: Annotated[
+        PagesOption | None,
+        typer.Option(
+            help="Targets with a page; all of up to 50, of more those that failed.", show_default=False
+        ),
+    ] = None
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Leave out what is done in the folder and unchanged; with --live go on with its session.",
+        ),
+    ] = False
+    jobs: JobsOption = None
+
+    def limits(self) -> Limits | None:
+        """Read the limits, if there are any."""
+        from tumble.calibration.limits import Limits
+
+        return Limits.load(self.limit_file) if self.limit_file else None
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    """Read numbers between commas."""
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise TumbleError(f"{option} {text}: give numbers between commas, such as 10,30,60") from None

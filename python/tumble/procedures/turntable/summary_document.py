@@ -1,0 +1,97 @@
+"""JSON that `tumble turntable` prints."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from tumble.foundation.printed import Printed, PrintedResult
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.results import LimitCheck
+from tumble.procedures.turntable.result import UncertaintySources
+from tumble.procedures.turntable.summary import SCHEMA
+
+
+class Gravity(Printed):
+    """Local gravity."""
+
+    value: float
+    """m/s^2."""
+    source: str
+
+
+class Mounting(Printed):
+    """How the reference is mounted on the table."""
+
+    rotation_vector: FloatArray
+    sigma: FloatArray
+
+
+class PrintedReference(Printed):
+    """What the reference showed."""
+
+    name: str
+    serial: str
+    calibration_hash: str
+    """sha256 of the calibration that was applied first; empty if there was none."""
+    sha256: str
+    """Of its log."""
+    missing_samples: int
+    bias: FloatArray
+    """(3,) m/s^2."""
+    bias_sigma: FloatArray
+    mounting: Mounting | None
+    mounting_reason: str
+    """Why the mounting angle was not estimated; empty if it was."""
+    uncertainty: UncertaintySources
+
+
+class PrintedPose(Printed):
+    """How far the table was from a pose, deg."""
+
+    name: str
+    table_error_angle: float
+    sigma: float
+
+
+class PrintedTarget(Printed):
+    """The last attempt at a target."""
+
+    name: str
+    source: str
+    serial: str
+    attempt: int
+    date: str
+    """UTC, ISO 8601."""
+    operator: str
+    station: str
+    sha256: str
+    """Of its log."""
+    duration: float
+    """s."""
+    missing_samples: int
+    verdict: Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
+    reason: str
+    """Why it has no calibration, or is not within its limits."""
+    warnings: list[str]
+    checks: list[LimitCheck]
+    calibration: dict[str, Any] | None
+    """As in the calibration file; null for targets of earlier runs."""
+    calibration_sha256: str
+    """Of the calibration file; empty where there is none."""
+
+
+class TurntableDocument(PrintedResult):
+    """All targets of a batch."""
+
+    schema_: Literal["tumble-turntable-result/1"] = Field(SCHEMA, alias="schema")
+    verdict: Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
+    """That of the worst target of the run."""
+    truth: str
+    gravity: Gravity
+    options: dict[str, Any]
+    limits: dict[str, Any]
+    reference: PrintedReference
+    poses: list[PrintedPose]
+    targets: list[PrintedTarget]

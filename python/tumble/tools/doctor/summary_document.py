@@ -1,0 +1,20 @@
+"""JSON that `tumble doctor` prints."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tumble.foundation.printed import Printed
+from tumble.tools.doctor.command import DIAGNOSIS
+from tumble.tools.doctor.result import Finding
+
+
+class DiagnosisDocument(Printed):
+    """What is installed, and what of it works."""
+
+    schema_: Literal["tumble-diagnosis/1"] = Field(DIAGNOSIS, alias="schema")
+    verdict: Literal["works", "does not work"]
+    works: bool
+    sections: dict[str, list[Finding]]
