@@ -20,17 +20,13 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
+from tumble.foundation.procedures import PROCEDURES
+
 ROOT = Path(__file__).parents[1]
 HOW_TOS = (
     "install",
-    "turntable",
-    "spin",
-    "multipose",
+    *(procedure.word for procedure in PROCEDURES),
     "live",
-    "redundancy",
-    "align",
-    "noise",
-    "thermal",
     "export",
     "compare",
     "read-logs",

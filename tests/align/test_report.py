@@ -98,3 +98,11 @@ def test_badge_states_whether_all_rotations_and_arms_were_observable(result, hid
     assert "● Aligned Rotation and lever arm" in Page(ALIGN_REPORT.render(result)).words
     assert hidden.verdict == "partly aligned"
     assert "◐ Partly aligned The motion did not show all" in Page(ALIGN_REPORT.render(hidden)).words
+
+
+def test_a_notebook_shows_every_parameter_and_what_was_not_shown(result, hidden):
+    shown = Page(result._repr_html_())
+    assert [row[0] for row in shown.rows[1:]] == [each.name for each in result.units[0].parameters]
+    assert shown.rows[0][1:] == [unit.name for unit in result]
+    assert "not observable" not in result._repr_html_()
+    assert "not observable" in hidden._repr_html_()

@@ -91,10 +91,18 @@ def test_a_formula_that_cannot_be_set_ends_the_build():
 
 
 def test_every_public_name_stands_on_the_api_page_once():
-    page = (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
+    page = hook("site_procedures").on_page_markdown(
+        (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
+    )
     assert sorted(re.findall(r"^::: tumble\.(\w+)$", page, re.MULTILINE)) == sorted(
         set(tumble.__all__) - {"__version__"}
     )
+
+
+def test_every_procedure_has_its_page_in_the_list_of_pages():
+    config = hook("site_procedures").on_config(load_config(str(ROOT / "mkdocs.yml"), hooks=[]))
+    listed = re.findall(r"how-to/([\w-]+)\.md", str(config.nav))
+    assert sorted(listed) == sorted(path.stem for path in (DOCS / "how-to").glob("*.md"))
 
 
 def test_links_that_leave_the_documentation_lead_to_pages_of_the_site():

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import get_args
 
 import pytest
 
 from tumble._core import VOCABULARY
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.results import Verdict
 from tumble.logs.witness import WitnessKind
-from tumble.procedures.align import messages as align
-from tumble.procedures.multipose import messages as multipose
 from tumble.procedures.redundancy import messages as redundancy
 from tumble.procedures.redundancy.report import text
 from tumble.procedures.redundancy.result import Rung, Sensor
@@ -19,6 +19,13 @@ from tumble.procedures.spin import messages as spin
 from tumble.procedures.spin.failure import SpinFailureKind
 from tumble.procedures.turntable import messages as turntable
 from tumble.report.text import VERDICT_SIGNS
+
+OF_PROCEDURES = {
+    f"{row.word} error": import_module(f"{row.folder}.messages").MESSAGES
+    for row in PROCEDURES
+    if f"{row.word} error" in VOCABULARY and row.word != "turntable"
+}
+"""Messages of each procedure that the core has errors of; the turntable has two kinds, see below."""
 
 STORE = {"corrupt", "against another primary"}
 """Why the store of a host, and not the monitor, rejects a record."""
@@ -50,8 +57,7 @@ TABLES = {
     "sensor": get_args(Sensor),
     "rung": get_args(Rung),
     "setting error": redundancy.MESSAGES,
-    "align error": align.MESSAGES,
-    "multipose error": multipose.MESSAGES,
+    **OF_PROCEDURES,
     "spin failure": {kind.value for kind in spin.MESSAGES} - ONLY_OF_A_LOG - REST_REJECTIONS.keys(),
     "rejected rest": REST_REJECTIONS,
     "verdict": get_args(Verdict),

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from decimal import Decimal
 
+from tumble.foundation.procedures import PROCEDURES
 from turntable_sessions import typed
 
 EPOCH = 1777900930
 """s since 1970 of `START`, at which all logs begin."""
 START = "2026-05-04 13:22:10 UTC"
-SIMULATED = {
+QUICK = {
     "turntable": ("--grades", "consumer,industrial"),
-    "spin": (),
-    "multipose": (),
     "static": ("--duration", "600", "--rate", "50"),
     "thermal": ("--rate", "20"),
-    "flight": (),
 }
+"""Options of some recordings, so that none is long."""
 
 
 @dataclass(frozen=True)
@@ -31,26 +31,12 @@ class Shown:
 
 def shown_by_all(folder):
     """Runs every procedure on dated logs, and returns what it shows, by the word it is called by."""
-    for kind, options in SIMULATED.items():
-        done = typed("simulate", kind, "--seed", "7", *options, "-o", folder / kind)
+    for kind in dict.fromkeys(row.simulated for row in PROCEDURES):
+        done = typed("simulate", kind, "--seed", "7", *QUICK.get(kind, ()), "-o", folder / kind)
         assert done.code == 0, done.err
     for log in sorted(folder.glob("*/*.csv")):
         give_date(log)
-    flight = folder / "flight"
-    secondaries = (word for k in (1, 2) for word in ("--secondary", flight / f"secondary_{k}.csv"))
-    units = ("--primary", flight / "primary.csv", *secondaries)
-    targets = (folder / f"turntable/target_{number}.csv" for number in (1, 2))
-    poses = ("--poses", folder / "turntable/poses.yaml")
-    words = {
-        "turntable": (folder / "turntable/reference.csv", *targets, *poses),
-        "spin": (folder / "spin/spin.csv",),
-        "multipose": (folder / "multipose/multipose.csv",),
-        "noise": (folder / "static/static.csv",),
-        "thermal": (folder / "thermal/thermal.csv",),
-        "redundancy": (*units, "--settings", flight / "units.yaml"),
-        "align": units,
-    }
-    shown = {procedure: _shown(procedure, given, folder) for procedure, given in words.items()}
+    shown = {row.word: _shown(row.word, words_of(row, folder), folder) for row in PROCEDURES}
     both = (folder / "out/turntable/target_1.yaml", folder / "out/turntable/target_2.yaml")
     log, calibration = folder / "turntable/target_1.csv", folder / "out/turntable/target_1.yaml"
     applied = typed("apply", calibration, log, "-o", folder / "corrected.csv")
@@ -60,6 +46,11 @@ def shown_by_all(folder):
         "apply": Shown({}, applied.out + applied.err, ""),
         "inspect": Shown({}, inspected.out + inspected.err, ""),
     }
+
+
+def words_of(row, folder):
+    """Give what the command of a procedure is given of the recordings in a folder."""
+    return shlex.split(row.typed.format(folder / row.simulated))
 
 
 def give_date(log):

@@ -28,7 +28,7 @@ COMPARE_PAGE = "compare.html"
 
 _OF_UNITS = tuple(ending for procedure in PROCEDURES for ending in procedure.endings)
 
-TAKEN = frozenset((*_OF_UNITS, "turntable", "summary", "events", "align", "batch", "compare"))
+TAKEN = frozenset((*_OF_UNITS, *(name for procedure in PROCEDURES for name in procedure.files), "compare"))
 """Names of files, without their endings, that no target may bear."""
 
 

@@ -12,22 +12,44 @@ if TYPE_CHECKING:
 
 
 class Procedure:
-    """A folder `procedures/WORD`: `procedure.py` has the function WORD, `result.py` what it finds."""
+    """A folder `procedures/WORD`: `procedure.py` has the function WORD, `result.py` what it finds.
 
-    __slots__ = ("endings", "result", "serves", "summary", "word")
+    `command.py` has WORD_command, `summary_document.py` WordDocument, which `--json` prints, and
+    docs/how-to/WORD.md says how it is used.
+    """
+
+    __slots__ = ("endings", "files", "result", "serves", "simulated", "summary", "title", "typed", "word")
 
     def __init__(
-        self, word: str, result: str, summary: str, *, endings: tuple[str, ...] = (), serves: bool = True
+        self,
+        word: str,
+        result: str,
+        summary: str,
+        *,
+        title: str,
+        endings: tuple[str, ...] = (),
+        files: tuple[str, ...] = (),
+        serves: bool = True,
+        simulated: str = "",
+        typed: str = "",
     ) -> None:
         self.word = word
         self.result = result
         """Type of what it finds."""
         self.summary = summary
         """First line of the help of its command."""
+        self.title = title
+        """Title of its page, in the list of pages."""
         self.endings = endings
         """Behind the name of a unit in the names of its files."""
+        self.files = files
+        """Names of its other files, without extension."""
         self.serves = serves
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
+        self.simulated = simulated
+        """Simulated recording for trials: a word of `tumble simulate`."""
+        self.typed = typed
+        """Arguments of its command for that recording, in the folder `{0}`."""
 
     @property
     def folder(self) -> str:
@@ -37,43 +59,70 @@ class Procedure:
 
 PROCEDURES = (
     Procedure(
-        "turntable", "TurntableResult", "Calibrate targets on a turntable against a co-mounted reference."
+        "turntable",
+        "TurntableResult",
+        "Calibrate targets on a turntable against a co-mounted reference.",
+        title="On a turntable",
+        files=("turntable", "summary", "batch"),
+        simulated="turntable",
+        typed="{0}/reference.csv {0}/target_1.csv {0}/target_2.csv --poses {0}/poses.yaml",
     ),
     Procedure(
         "spin",
         "SpinResult",
         "Find the biases of a robot's IMU from a turn on the spot.",
+        title="By a spin of a robot",
         endings=("spin", "live"),
+        simulated="spin",
+        typed="{0}/spin.csv",
     ),
     Procedure(
         "redundancy",
         "RedundancyResult",
         "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
+        title="In a redundant set",
         endings=("redundancy",),
+        files=("events",),
+        simulated="flight",
+        typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv "
+        "--settings {0}/units.yaml",
     ),
     Procedure(
         "multipose",
         "MultiposeResult",
         "Calibrate an IMU that was held still in many orientations, without equipment.",
+        title="In many orientations",
         endings=("multipose",),
+        simulated="multipose",
+        typed="{0}/multipose.csv",
     ),
     Procedure(
         "noise",
         "NoiseResult",
         "Find the noise of a sensor that stands still: Allan deviations and the terms they show.",
+        title="Noise",
         endings=("noise",),
+        simulated="static",
+        typed="{0}/static.csv",
     ),
     Procedure(
         "thermal",
         "ThermalResult",
         "Find how bias and scale of a unit change with temperature.",
+        title="Temperature",
         endings=("thermal",),
+        simulated="thermal",
+        typed="{0}/thermal.csv",
     ),
     Procedure(
         "align",
         "AlignResult",
         "Find rotation, time offset and lever arm between units that moved together.",
+        title="Align units",
         serves=False,
+        files=("align",),
+        simulated="flight",
+        typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv",
     ),
 )
 """Procedures in the order of their presentation."""

@@ -133,3 +133,8 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
             if each.observable
         ]
         return "\n  ".join([f"AlignResult(primary {self.primary})", *shown])
+
+    def _repr_html_(self) -> str:
+        from tumble.procedures.align.report.notebook import align_html
+
+        return align_html(self)

@@ -1,0 +1,106 @@
+"""What commands print with `--json` says its schema and a verdict, and is what that schema says."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from tumble.foundation.procedures import PROCEDURES
+from tumble.foundation.schemas import PRINTED
+from turntable_sessions import typed
+
+SCHEMAS = Path(__file__).parents[2] / "docs" / "schema"
+QUICK = {
+    "static": "--duration 5min --rate 20",
+    "multipose": "--rate 50",
+    "thermal": "--duration 20min --rate 10",
+    "turntable": "--grades consumer,consumer --rest 4 --rate 50",
+    "flight": "--duration 30",
+}
+"""Options of recordings, so that none is long."""
+MADE = dict.fromkeys(row.simulated for row in PROCEDURES)
+PRINTS = {
+    "formats": "formats",
+    "export-formats": "export --format list",
+    "settings": "redundancy --explain",
+    "diagnosis": "doctor",
+    "tables": "table list",
+    "table-position": "table position --table simulated:two-axis",
+    "inspection": "inspect {0}/static/static.csv nothing.csv",
+    "conversion": "convert {0}/static/static.csv -o {0}/static.parquet",
+    **{
+        f"{row.word}-result": f"{row.word} {row.typed} -o {{0}}".replace("{0}", f"{{0}}/{row.simulated}")
+        for row in PROCEDURES
+    },
+    "compare-result": "compare {0}/multipose/multipose.yaml {0}/turntable/target_1.yaml -o {0}/out",
+    "export": "export {0}/turntable/target_1.yaml --format imucal -o {0}/target_1.json",
+    "import": "import {0}/target_1.json -o {0}/imported",
+    "error": "spin {0}/nothing.csv",
+}
+"""A command for each document, in an order in which each finds what it needs."""
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """What each command prints, and its exit code."""
+    folder = tmp_path_factory.mktemp("documents")
+    found = {}
+    for kind in MADE:
+        done = typed("simulate", kind, *shlex.split(QUICK.get(kind, "")), "-o", folder / kind, "--json")
+        assert done.code == 0, done.err
+        found[f"simulation of {kind}"] = done
+    for name, command in PRINTS.items():
+        found[name] = typed(*shlex.split(command.format(folder)), "--json")
+    return found
+
+
+@pytest.mark.parametrize("name", [*PRINTS, *(f"simulation of {kind}" for kind in MADE)])
+def test_a_document_is_what_its_schema_says(printed, name):
+    document = json.loads(printed[name].out)
+    schema = name.partition(" ")[0]
+    published = json.loads((SCHEMAS / f"{schema}.schema.json").read_text())
+    Draft202012Validator(published).validate(document)
+    assert document["schema"] == f"tumble-{schema}/1"
+    assert isinstance(document["verdict"], str)
+
+
+def test_every_document_that_is_printed_is_tried():
+    assert set(PRINTED) == {*PRINTS, "simulation"}
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_schemas_are_listed_and_printed(name):
+    assert typed("schema", name).out == (SCHEMAS / f"{name}.schema.json").read_text()
+    assert f"{name}: {PRINTED[name].what}\n" in typed("schema").out
+
+
+@pytest.mark.parametrize(
+    ("words", "kind", "about"),
+    [
+        (("spin", "nothing.csv", "--json"), "LogError", ""),
+        (("spin", "--js"), "ProcedureError", ""),
+        (("spin", "--json", "--turns", "x"), "CommandError", ""),
+        (("align", "--json"), "CommandError", ""),
+        (("inspec", "--json"), "CommandError", ""),
+        (("turntable", "--live", "a=udp://:x", "--json"), "LogError", ""),
+    ],
+)
+def test_a_mistake_is_told_in_json_too(words, kind, about):
+    done = typed(*words)
+    assert done.code == 2
+    told = json.loads(done.out.splitlines()[-1])
+    assert (told["schema"], told["verdict"]) == ("tumble-error/1", "error")
+    assert len(done.out.splitlines()) == 1
+    Draft202012Validator(json.loads((SCHEMAS / "error.schema.json").read_text())).validate(told)
+    assert told["error"]["kind"] == kind
+    assert f"tumble: error: {told['error']['message']}\n" in done.err
+
+
+@pytest.mark.parametrize("words", [("spin", "nothing.csv"), ("inspect", "--", "--json")])
+def test_a_mistake_is_a_line_alone_where_no_json_was_asked_for(words):
+    done = typed(*words)
+    assert (done.code, done.out) == (2, "")
