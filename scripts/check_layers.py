@@ -95,7 +95,7 @@ LAYERS: dict[str, set[str]] = {
     "body_axes": set(),
     "errors": {"words"},
     "folder_lock": {"errors"},
-    "files": {"errors", "words", "folder_lock"},
+    "files": {"errors", "words", "folder_lock", "debugging"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names"},
     "arrays": {"errors"},
@@ -133,7 +133,7 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "bounded_yaml",
     }
-    | {"clock_skew"},
+    | {"clock_skew", "debugging"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

@@ -38,7 +38,7 @@ def test_a_run_says_what_it_reads_finds_and_writes(log, tmp_path, monkeypatch, w
     told = dict(said(done.err))
     assert "csv, accelerometer and gyroscope in m/s^2" in told["tumble.logs.reading"]
     assert re.search(r"rests, \d+ turns", told["tumble.acquisition.acquire"])
-    assert told["tumble.cli.results"] == f"wrote report: {tmp_path / 'spin.html'}"
+    assert told["tumble.foundation.files"] == f"wrote {tmp_path / 'spin.yaml'}"
     assert told["tumble.cli"] == "done"
 
 

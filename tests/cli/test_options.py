@@ -15,6 +15,7 @@ import tumble
 from log_fixtures import made_up, write
 from tumble.cli.commands import COMMANDS, command_line
 from tumble.cli.options import Options, expanded
+from tumble.foundation.procedures import PROCEDURES
 from turntable_sessions import typed
 
 READING = "Reading options"
@@ -109,10 +110,7 @@ def test_a_format_is_that_of_a_file_everywhere(parameters):
         assert {"convert", "export", "import"}.isdisjoint(parameters[word])
 
 
-PROCEDURES = ("turntable", "spin", "redundancy", "multipose", "noise", "thermal", "align")
-
-
-@pytest.mark.parametrize("word", PROCEDURES)
+@pytest.mark.parametrize("word", [row.word for row in PROCEDURES])
 def test_every_procedure_takes_the_options_that_procedures_share(parameters, word):
     for option in (
         "--json",

@@ -11,7 +11,6 @@ import typer
 
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.screen import print_document, print_event, print_summary
-from tumble.foundation.debugging import debug
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -61,10 +60,7 @@ class Summary(Protocol[_Shown]):
 
 def write_results(result: Found, folder: Path) -> dict[str, Path]:
     """Write all that a procedure writes into a folder; give the path of each file by what it is."""
-    files = result.save(folder)
-    for what, path in files.items():
-        debug(__name__, "wrote %s: %s", what, path)
-    return files
+    return result.save(folder)
 
 
 def list_files(files: Mapping[str, Path]) -> None:

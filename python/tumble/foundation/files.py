@@ -20,6 +20,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
+from tumble.foundation.debugging import debug
 from tumble.foundation.errors import OutputError
 from tumble.foundation.folder_lock import FolderLock
 from tumble.foundation.words import utf8
@@ -187,6 +188,7 @@ def replacing(
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
+    debug(__name__, "wrote %s%s", path, " in place of what stood there" if stood_there else "")
     if stood_there and not renews and _running is not None and path not in _running.replaced:
         _running.replaced.append(path)
 

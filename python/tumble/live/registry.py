@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
+from tumble.foundation.debugging import debug
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address, parse_address
 from tumble.live.shared_line import SharedLine, SharedLines
@@ -63,6 +64,7 @@ def open_source(
     if sender is not None:
         address = _heard_from(address, sender)
     options = options or ReadOptions()
+    debug(__name__, "opening %s, to be read as %s", address.text, options)
     if address.scheme in LINES:
         make = cast("LineMaker", _imported(*LINES[address.scheme]))
         line = (lines or SharedLines()).line(address, lambda: make(address, options))

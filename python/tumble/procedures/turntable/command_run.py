@@ -12,6 +12,7 @@ from tumble.procedures.turntable.production import Made, Production, write_views
 from tumble.procedures.turntable.summary import ScreenSummary, target_content
 
 WORST_FIRST: tuple[Verdict, ...] = ("not calibrated", "model not met", "fail", "calibrated")
+"""Of verdicts of targets; where there is none of them, all pass."""
 
 
 class TurntableRun:
