@@ -1,6 +1,6 @@
 """List every procedure in the documentation site: its page, its function and its result.
 
-A hook of mkdocs, named in `mkdocs.yml`. Pages stand where the list of pages says `Calibrate and measure`,
+A hook of mkdocs, named in `mkdocs.yml`. Pages stand in the list of pages under `Calibrate and measure`,
 functions and results take the place of `<!-- procedures -->` and `<!-- results of procedures -->`.
 """
 
@@ -15,7 +15,7 @@ PLACES = {
     "<!-- procedures -->": [procedure.word for procedure in PROCEDURES],
     "<!-- results of procedures -->": [procedure.result for procedure in PROCEDURES],
 }
-"""What stands where."""
+"""Names by the mark that they replace."""
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:

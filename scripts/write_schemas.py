@@ -1,4 +1,4 @@
-"""Write docs/schema/*.json from the models of what is read and printed; --check says if they are stale."""
+"""Write docs/schema/*.json from the models of all documents; with --check report whether they are stale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands print with `--json` says its schema and a verdict, and is what that schema says."""
+"""Documents that commands print with `--json` have a schema and a verdict, and satisfy that schema."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ PRINTS = {
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory):
-    """What each command prints, and its exit code."""
+    """Output and exit code of each command."""
     folder = tmp_path_factory.mktemp("documents")
     found = {}
     for kind in MADE:

@@ -75,7 +75,7 @@ def commands_below(command, name=""):
 
 @pytest.fixture(scope="module")
 def parameters():
-    """What can be typed of each option, by option and command."""
+    """Parameters by option and command."""
     found = defaultdict(dict)
     root = typer.main.get_command(command_line(list(COMMANDS)))
     for name, command in commands_below(root):
@@ -151,7 +151,7 @@ class RestOptions(Options):
     at: Annotated[list[str] | None, typer.Option(help="Where; repeatable.")] = None
 
 
-def test_options_of_a_class_are_options_of_the_command_and_come_back_as_one():
+def test_options_of_a_class_are_options_of_the_command():
     given = []
 
     def command(log: str, rest: RestOptions, loud: bool = False) -> None:

@@ -18,7 +18,7 @@ from tumble.foundation.procedures import PROCEDURES
 
 ROOT = Path(__file__).parents[2]
 COPIED = ("python/tumble", "scripts", "docs/how-to", "docs/reference", "docs/schema", "mkdocs.yml")
-"""What may have to know a procedure."""
+"""Files that may have to know a procedure."""
 FOLDER = "python/tumble/procedures/magnetometer"
 DUMMY = {
     "__init__.py": "",

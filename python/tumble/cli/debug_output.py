@@ -16,7 +16,7 @@ VARIABLE = "TUMBLE_DEBUG"
 
 
 def without_debug(words: Sequence[str]) -> tuple[list[str], bool]:
-    """Take `--debug` out of what was typed, before any `--`; tell whether it, or the variable, was there."""
+    """Take `--debug` out of the words before any `--`; true if it, or the variable, was there."""
     end = words.index("--") if "--" in words else len(words)
     kept = [word for word in words[:end] if word != OPTION]
     return [*kept, *words[end:]], len(kept) < end or os.environ.get(VARIABLE, "") not in ("", "0")
@@ -24,7 +24,7 @@ def without_debug(words: Sequence[str]) -> tuple[list[str], bool]:
 
 @contextmanager
 def debugged(words: Sequence[str]) -> Iterator[None]:
-    """Show what modules of Tumble say while the block runs, and at its end how long it took."""
+    """Show the messages of all modules while the block runs, and when it ended."""
     import logging
 
     shown = logging.StreamHandler(sys.stderr)  # as commands have it, which escapes names from outside

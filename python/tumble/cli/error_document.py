@@ -11,14 +11,14 @@ from tumble.foundation.printed import Printed
 
 
 class Mistake(Printed):
-    """What is wrong, where, why, and what to do."""
+    """The mistake, its place, its cause and the remedy."""
 
     kind: str
     """`LogError`, `ProcedureError` ...: which part of what was given is wrong."""
     about: str
     """The file or unit; empty where the message names it, or it is about none."""
     why: str
-    """What is wrong with it, and what to do."""
+    """Cause and remedy."""
     message: str
     """Both, as on standard error."""
 
@@ -29,9 +29,9 @@ class ErrorDocument(Printed):
     schema_: Literal["tumble-error/1"] = Field(ERROR, alias="schema")
     verdict: Literal["error"]
     event: Literal["failed"] = "failed"
-    """Of a live session, where the document is its last event."""
+    """Present in a live session, whose last event the document is."""
     reason: str = ""
     """The message again, as other events have their reasons."""
     recorded: str = ""
-    """Of a live session, the folder that holds what was received."""
+    """Folder that holds the samples received in a live session."""
     error: Mistake

@@ -1,4 +1,4 @@
-"""Mistakes of the user as they are told: a line on standard error, and with `--json` a document as well."""
+"""Reports of mistakes: a line on standard error, and with `--json` a document as well."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _JSON, _SHORTEST = "--json", len("--js")
 
 
 def tell_error(error: TumbleError, words: Sequence[str]) -> None:
-    """Tell an error, escaped, each line with whom it is from; as JSON too where `words` ask for that."""
+    """Print an error, escaped, with the name of the program; as JSON too if `words` ask for that."""
     if wants_json(words) and not error.is_told:
         print_json_line(_content(error))
     for line in str(error).splitlines():
@@ -23,7 +23,7 @@ def tell_error(error: TumbleError, words: Sequence[str]) -> None:
 
 
 def tell_as_event(error: TumbleError, **figures: str) -> None:
-    """Tell an error as the last event of a live session, which is its document too."""
+    """Print an error as the last event of a live session, which is its document too."""
     print_event("failed", {"reason": str(error), **figures, **_content(error)})
     error.is_told = True
 
@@ -34,6 +34,6 @@ def _content(error: TumbleError) -> dict[str, object]:
 
 
 def wants_json(words: Sequence[str]) -> bool:
-    """Whether `--json` was typed, cut short or not, before any `--`; other words may make no sense."""
+    """Return whether `--json` was typed, cut short or not, before any `--`; other words may make no sense."""
     before = words[: words.index("--")] if "--" in words else words
     return any(len(word) >= _SHORTEST and _JSON.startswith(word) for word in before)

@@ -13,7 +13,7 @@ from tumble.foundation.errors import ProcedureError
 
 
 class Gravity(TypedDict):
-    """Local gravity as procedures are told it."""
+    """Local gravity as procedures take it."""
 
     gravity: float | None
     latitude: float | None

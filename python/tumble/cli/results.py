@@ -26,15 +26,15 @@ _FILES = {
     "store": "Store",
     "output": "Output",
 }
-"""What a file is called that is not named after a unit."""
+"""Titles of files that are not named after a unit."""
 
 
 class Found(Protocol):
-    """What a procedure finds."""
+    """Result of a procedure."""
 
     @property
     def verdict(self) -> str:
-        """What it says of the unit, or of a set of them, in a word."""
+        """The unit, or a set of them, in a word."""
 
     def save(self, folder: Path | str, /) -> dict[str, Path]:
         """Write all files into a folder; give the path of each by what it is."""
@@ -83,7 +83,7 @@ def show_results(
 ) -> None:
     """Print what was found and where it is; the JSON of a live session is an event on a line of its own.
 
-    `draw` takes the place of the summary's own table. If quiet, only what failed is said, on standard error:
+    `draw` takes the place of the summary's own table. If quiet, only failures are printed, on standard error:
     the `failures`, or the verdict where not all is `well`.
     """
     if voice.as_json:

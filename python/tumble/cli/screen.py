@@ -21,7 +21,7 @@ LISTED = "listed"
 
 
 def print_document(schema: str, verdict: str, content: Mapping[str, Any]) -> None:
-    """Print one JSON document, of a schema that `tumble schema` has; `verdict` says it all in a word."""
+    """Print one JSON document, of a schema that `tumble schema` has; `verdict` is the result in a word."""
     json.dump({"schema": schema, **content, "verdict": verdict}, sys.stdout, indent=2, allow_nan=False)
     print()
 

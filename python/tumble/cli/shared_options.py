@@ -50,7 +50,7 @@ PrimaryCalibrationOption: TypeAlias = Annotated[Path | None, _calibration("The p
 
 
 def format_option(formats: str, usual: str) -> Any:  # noqa: ANN401 - what typer makes of an option
-    """Give the option that names the format of a file; `usual` says which one it is if not given."""
+    """Return the option that names the format of a file; `usual` is the one taken without it."""
     return typer.Option(
         "--format", metavar=formats, help=f"Format of the file; {usual} if not given.", show_default=False
     )
@@ -66,7 +66,7 @@ class LogFormat(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoiceOptions(Options):
-    """How results are told."""
+    """Form and extent of the output."""
 
     as_json: JsonOption = False
     quiet: QuietOption = False
@@ -81,7 +81,7 @@ class LongVoiceOptions(VoiceOptions):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MakerOptions(Options):
-    """Who makes a result and where, which its page and its files carry."""
+    """Operator and station, which pages and files of a result carry."""
 
     operator: OperatorOption = ""
     station: StationOption = ""

@@ -1,4 +1,4 @@
-"""What a run does, for whoever asks: `--debug`, `TUMBLE_DEBUG=1`, or Python's `logging` at level DEBUG.
+"""Messages about the steps of a run: `--debug`, `TUMBLE_DEBUG=1`, or Python's `logging` at level DEBUG.
 
 Python's `logging` is used where somebody has imported it, and costs nothing where nobody has.
 """
@@ -12,13 +12,13 @@ DEBUG = 10
 
 
 def debug(module: str, message: str, *figures: object) -> None:
-    """Say something under the name of a module; `figures` take the place of `%s` if it is shown."""
+    """Log a message of a module; `figures` take the place of `%s` if it is shown."""
     logging = sys.modules.get("logging")
     if logging is not None and (logger := logging.getLogger(module)).isEnabledFor(DEBUG):
         logger.debug(message, *figures)
 
 
 def is_debugged(module: str) -> bool:
-    """Whether what is said under the name of a module is shown, for what takes time to say."""
+    """Return whether messages of a module are shown; asked before work that only serves a message."""
     logging = sys.modules.get("logging")
     return logging is not None and bool(logging.getLogger(module).isEnabledFor(DEBUG))

@@ -18,7 +18,7 @@ class TumbleError(Exception):
         self.why = why
         self.about = _printable(about)
         self.is_told = False
-        """Whether a live session has told it as its last event."""
+        """True if a live session has reported it as its last event."""
 
 
 def _printable(text: str) -> str:

@@ -1,6 +1,6 @@
 """JSON documents that commands print, as models of which their published schemas are made.
 
-What is not finite is null in them. Nothing is read with these models: a command prints what it found.
+Numbers that are not finite are null in them. Nothing is read with these models.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ class Printed(BaseModel):
 
 
 class PrintedResult(Printed):
-    """What a procedure found."""
+    """Result of a procedure."""
 
     event: Literal["result"] = "result"
-    """Of a live session, where the document is its last event."""
+    """Present in a live session, whose last event the document is."""
     software: str
     warnings: list[str]
-    """What a user should know before using it."""
+    """Remarks to read before the result is used."""
     files: dict[str, Path]
     """Path of each file that was written, by what it is."""
 

@@ -39,7 +39,7 @@ class Procedure:
         self.summary = summary
         """First line of the help of its command."""
         self.title = title
-        """Title of its page, in the list of pages."""
+        """Title of its page in the list of pages."""
         self.endings = endings
         """Behind the name of a unit in the names of its files."""
         self.files = files

@@ -20,7 +20,7 @@ from tumble.procedures.multipose.command_live import LiveOptions, run_live
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoseOptions(Options):
-    """What is known of the poses, and what is to be found."""
+    """Knowledge of the poses, and parameters to be found."""
 
     raw: Annotated[
         bool,

@@ -22,7 +22,7 @@ Show: TypeAlias = "Callable[[MultiposeStep], None]"
 """Told every step of the session."""
 
 TROUBLE = ("warning", "ended early")
-"""What is said even where little is."""
+"""Steps that are reported even if quiet."""
 SAID = ("rest done", "orientation wanted", "warning", "done", "ended early")
 """Kinds of steps that stay on a terminal, above what is drawn."""
 

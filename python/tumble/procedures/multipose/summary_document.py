@@ -27,16 +27,16 @@ class Gravity(Printed):
 
 
 class NormErrors(Printed):
-    """How far the length of specific force at rest is from gravity, m/s^2."""
+    """Distance of the length of specific force at rest from gravity, m/s^2."""
 
     before: float
     after: float
     held_out: float
-    """Of poses that were left out of the fit."""
+    """Error at poses that were left out of the fit."""
 
 
 class AngleErrors(Printed):
-    """How far gravity is turned wrongly between rests, deg."""
+    """Angle by which gravity is turned wrongly between rests, deg."""
 
     before: float
     after: float
@@ -78,4 +78,4 @@ class MultiposeDocument(PrintedResult):
     start: str
     """sha256 of the calibration that it is added to; empty if there was none."""
     calibration: dict[str, Any]
-    """As in the calibration file."""
+    """Content of the calibration file."""

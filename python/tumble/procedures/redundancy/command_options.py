@@ -32,7 +32,7 @@ class PrecisionOption(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayOptions(Options):
-    """What logs are replayed, and how."""
+    """Logs to be replayed, and commands during the replay."""
 
     secondary: Annotated[
         list[str] | None,
@@ -84,7 +84,7 @@ class ReplayOptions(Options):
 
 
 class Stated(TypedDict):
-    """How the monitor works, as the procedure is told it."""
+    """Settings of the monitor as the procedure takes them."""
 
     settings: RedundancySettings
     precision: Precision
@@ -93,7 +93,7 @@ class Stated(TypedDict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettingsOptions(Options):
-    """How the monitor works."""
+    """Settings of the monitor."""
 
     settings: Annotated[
         list[Path] | None,
@@ -138,7 +138,7 @@ class SettingsOptions(Options):
 
 
 class Known(TypedDict):
-    """What is known of the units, as the procedure is told it."""
+    """Knowledge of the units as the procedure takes it."""
 
     calibration: Calibration | None
     store: Path | None
@@ -147,7 +147,7 @@ class Known(TypedDict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOptions(Options):
-    """What is known of the units beforehand."""
+    """Knowledge of the units beforehand."""
 
     calibration: PrimaryCalibrationOption = None
     store: Annotated[
@@ -180,7 +180,7 @@ class SetOptions(Options):
 
 
 class Witnesses(TypedDict):
-    """Who else is asked, as the procedure is told it."""
+    """Aiding measurements as the procedure takes them."""
 
     witness: Sequence[str]
     witness_sigma: float | None
@@ -188,7 +188,7 @@ class Witnesses(TypedDict):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WitnessOptions(Options):
-    """What something else on board says."""
+    """Measurements of other sensors on board."""
 
     witness: Annotated[
         list[str] | None,

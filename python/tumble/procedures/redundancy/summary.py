@@ -192,7 +192,7 @@ def _refusals(result: RedundancyResult) -> Iterator[str]:
 
 
 def _faults(result: RedundancyResult, most: int) -> Iterator[str]:
-    """Say what was wrong with units; what happened again and again once, with its first time."""
+    """Name the faults of units; what happened again and again once, with its first time."""
     first: dict[tuple[str, str], RedundancyEvent] = {}
     counts: Counter[tuple[str, str]] = Counter()
     for event in result.events:

@@ -14,7 +14,7 @@ from tumble.procedures.redundancy.summary import SCHEMA
 
 
 class RedundancyDocument(PrintedResult):
-    """What became of the units of a redundant set."""
+    """Result for the units of a redundant set."""
 
     schema_: Literal["tumble-redundancy-result/1"] = Field(SCHEMA, alias="schema")
     verdict: Literal["pass", "calibrated", "not calibrated", "fail"]
@@ -27,16 +27,16 @@ class RedundancyDocument(PrintedResult):
     preset: str
     """`as published`, or empty."""
     events: dict[str, int]
-    """How often each happened."""
+    """Number of each kind."""
     known_faults: list[str]
-    """What was known to be wrong and stayed so, the worst first."""
+    """Faults that were known and stayed, the worst first."""
     output: list[str]
-    """What is known to be wrong with what the platform would have used."""
+    """Known faults of the output that the platform would have used."""
     degraded: float
     """s in which the output was degraded."""
     errors: list[SecondaryError]
     selected: list[Selected]
-    """Who was the source, when and why."""
+    """Sources over time, with their reasons."""
     calibration_hash: str
     replay_rate: float
     """s of the logs in a second."""

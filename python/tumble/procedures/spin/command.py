@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnOptions(Options):
-    """What the robot was, or is, to do."""
+    """Motion that the robot was, or is, to make."""
 
     still: Annotated[
         str | None,
@@ -78,7 +78,7 @@ class TurnOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownOptions(Options):
-    """What is known of turns and floor, and where in a log the spins are."""
+    """Knowledge of turns and floor, and times of the spins in a log."""
 
     true_turns: Annotated[
         str | None,
@@ -115,7 +115,7 @@ class KnownOptions(Options):
         return None if self.true_turns is None else TrueTurns.parse(self.true_turns, self.true_turns_sigma)
 
     def floor_is_level(self) -> bool:
-        """Whether the published method is asked for."""
+        """Return whether the published method is asked for."""
         return self.level_floor or self.as_published
 
 

@@ -128,13 +128,13 @@ def run_live(
     height: float | None,
     calibration: Calibration | None,
 ) -> None:
-    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what a source may be.
+    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` lists the sources.
 
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. `latitude` is in deg,
     `height` in m; `calibration` is applied first. All samples are recorded into the folder of `--record`, or
     beside the results unless they come from a log, or not to be kept. Once the calibration is found, samples
-    go on corrected, where `asked` says to where. As JSON, every event is a line on standard output, and
-    nothing else is.
+    go on corrected, where `asked` says to where. With `--json` every event is a line on standard output,
+    and nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.

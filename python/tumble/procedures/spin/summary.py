@@ -162,7 +162,7 @@ def _refused(result: SpinResult, most: int) -> Iterator[str]:
 
 
 def _unobserved(result: SpinResult) -> Iterator[str]:
-    """Say what spins do not show, with its reason; what goes for several in one line."""
+    """Name parameters that spins do not show, with the reason; what goes for several in one line."""
     for reason, names, labels in unobserved({spin.label: spin.parameters for spin in result.spins}):
         whose = "" if len(labels) == len(result.spins) else f"{', '.join(labels)}: "
         yield f"{whose}{', '.join(names)}: {reason}"

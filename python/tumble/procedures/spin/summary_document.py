@@ -82,4 +82,4 @@ class SpinDocument(PrintedResult):
     spins: list[PrintedSpin]
     refused: list[RefusedSpan]
     calibration: dict[str, Any]
-    """As in the calibration file."""
+    """Content of the calibration file."""

@@ -13,7 +13,7 @@ from tumble.procedures.thermal.summary import SCHEMA
 
 
 class ThermalDocument(PrintedResult):
-    """How bias and scale of a unit change with temperature."""
+    """Change of bias and scale of a unit with temperature."""
 
     schema_: Literal["tumble-thermal-result/1"] = Field(SCHEMA, alias="schema")
     verdict: Literal["measured", "partly measured"]
@@ -35,4 +35,4 @@ class ThermalDocument(PrintedResult):
     parameters: list[dict[str, Any]]
     """The result as a table, a line a parameter."""
     calibration: dict[str, Any]
-    """As in the calibration file."""
+    """Content of the calibration file."""

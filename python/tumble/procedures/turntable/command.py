@@ -115,7 +115,7 @@ def turntable_command(
             )
             if recorded is None:
                 return
-            # What was recorded is in SI units and the case frame: nothing is left to be said of it.
+            # The session is in SI units and the case frame: reading options no longer hold for it.
             words, read = [str(recorded.folder)], TargetReading(ReadOptions(), [])
         else:
             live.refuse_without_live()

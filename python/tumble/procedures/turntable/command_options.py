@@ -23,7 +23,7 @@ NO_POSES = "none"
 
 
 class TruthOption(str, Enum):
-    """What the target is held against; see docs/theory/turntable.md."""
+    """Truth that the target is compared with; see docs/theory/turntable.md."""
 
     REFERENCE = "reference"
     ROTATE_TRUTH = "rotate-truth"
@@ -33,7 +33,7 @@ class TruthOption(str, Enum):
 
 
 class ClocksOption(str, Enum):
-    """Whether reference and targets were stamped by one clock."""
+    """Clocks of reference and targets: one, or apart."""
 
     AUTO = "auto"
     SHARED = "shared"
@@ -90,7 +90,7 @@ class ReferenceOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodOptions(Options):
-    """What is used as truth, and what is fitted."""
+    """Truth that is used, and parameters that are fitted."""
 
     poses: Annotated[
         str | None,

@@ -1,4 +1,4 @@
-"""A run of targets as it is told: targets are taken one by one, and what is shown of them is kept."""
+"""A run of targets for its report: takes targets one by one, and keeps the parts that are shown."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tumble.procedures.turntable.production import Made, Production, write_views
 from tumble.procedures.turntable.summary import ScreenSummary, target_content
 
 WORST_FIRST: tuple[Verdict, ...] = ("not calibrated", "model not met", "fail", "calibrated")
-"""Of verdicts of targets; where there is none of them, all pass."""
+"""Verdicts of targets, the worst first; without any of them all pass."""
 
 
 class TurntableRun:
-    """What the targets of a run came to."""
+    """Results of all targets of a run."""
 
     def __init__(self, production: Production, expected: int, *, everything: bool, as_json: bool) -> None:
         self.shared = production.session.batch
@@ -39,7 +39,7 @@ class TurntableRun:
 
     @property
     def is_well(self) -> bool:
-        """Whether every target has a calibration within its limits."""
+        """True if every target has a calibration within its limits."""
         return not self.screen.failed
 
     @property

@@ -126,7 +126,7 @@ class ScreenSummary:
         return Group(*head, "", *table, *notes, Text(self.counts() + skipped))
 
     def warnings(self) -> Iterator[str]:
-        """Say each warning once, with how many targets share it."""
+        """Give each warning once, with how many targets share it."""
         total = self.verdicts.total()
         for shared in self._warnings.values():
             again = shared.times - shared.targets

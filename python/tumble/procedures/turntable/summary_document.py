@@ -22,21 +22,21 @@ class Gravity(Printed):
 
 
 class Mounting(Printed):
-    """How the reference is mounted on the table."""
+    """Mounting of the reference on the table."""
 
     rotation_vector: FloatArray
     sigma: FloatArray
 
 
 class PrintedReference(Printed):
-    """What the reference showed."""
+    """Figures of the reference."""
 
     name: str
     serial: str
     calibration_hash: str
     """sha256 of the calibration that was applied first; empty if there was none."""
     sha256: str
-    """Of its log."""
+    """Digest of its log."""
     missing_samples: int
     bias: FloatArray
     """(3,) m/s^2."""
@@ -48,7 +48,7 @@ class PrintedReference(Printed):
 
 
 class PrintedPose(Printed):
-    """How far the table was from a pose, deg."""
+    """Distance of the table from a pose, deg."""
 
     name: str
     table_error_angle: float
@@ -67,7 +67,7 @@ class PrintedTarget(Printed):
     operator: str
     station: str
     sha256: str
-    """Of its log."""
+    """Digest of its log."""
     duration: float
     """s."""
     missing_samples: int
@@ -77,9 +77,9 @@ class PrintedTarget(Printed):
     warnings: list[str]
     checks: list[LimitCheck]
     calibration: dict[str, Any] | None
-    """As in the calibration file; null for targets of earlier runs."""
+    """Content of the calibration file; null for targets of earlier runs."""
     calibration_sha256: str
-    """Of the calibration file; empty where there is none."""
+    """Digest of the calibration file; empty where there is none."""
 
 
 class TurntableDocument(PrintedResult):

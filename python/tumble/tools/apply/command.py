@@ -94,7 +94,7 @@ def apply_command(
 
 
 def _live_output(live: LiveOptions, output: Path | None, format_name: str | None) -> str:
-    """Say where live samples go; raises `ProcedureError` where logs and live samples are mixed up."""
+    """Return where live samples go; raises `ProcedureError` where logs and live samples are mixed up."""
     if not live.live:
         raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
     if live.to is None:

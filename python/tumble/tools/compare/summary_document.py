@@ -65,7 +65,7 @@ class PrintedHistory(Printed):
 
 
 class CompareDocument(PrintedResult):
-    """Whether calibrations are the same within what is known of each."""
+    """Comparison of calibrations within their uncertainties."""
 
     schema_: Literal["tumble-compare-result/1"] = Field(SCHEMA, alias="schema")
     verdict: Literal["same", "differ", "cannot be told"]

@@ -67,7 +67,7 @@ def convert_command(
 
 
 def _output(log: str, format_name: str | None) -> Path:
-    """Name the file after the log; raises `CommandError` where nothing says its format."""
+    """Name the file after the log; raises `CommandError` if its format is not given."""
     if format_name is None:
         raise CommandError("give -o FILE, whose ending says the format, or --format")
     folder = folder_named_after(stem_of(parse_spec(log).path))

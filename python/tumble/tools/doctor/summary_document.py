@@ -12,7 +12,7 @@ from tumble.tools.doctor.result import Finding
 
 
 class DiagnosisDocument(Printed):
-    """What is installed, and what of it works."""
+    """Parts that are installed, and their state."""
 
     schema_: Literal["tumble-diagnosis/1"] = Field(DIAGNOSIS, alias="schema")
     verdict: Literal["works", "does not work"]

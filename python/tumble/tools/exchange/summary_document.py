@@ -14,7 +14,7 @@ from tumble.tools.exchange.command_import import IMPORT
 
 
 class Lost(Printed):
-    """What a format cannot hold, with the error that stays."""
+    """A part that a format cannot hold, with the error that stays."""
 
     unit: str
     triad: str
@@ -41,12 +41,12 @@ class PrintedTarget(Printed):
     ending: str
     holds: dict[str, list[str]]
     needs: dict[str, str]
-    """What it has to be told with `--set`, and what that means."""
+    """Settings that it needs (`--set`), with their meanings."""
     imported: bool
-    """Whether it is read back."""
+    """True if it is read back."""
     axes: str
     source: str
-    """Of names, units and formulas."""
+    """Source of names, units and formulas."""
 
 
 class TargetsDocument(Printed):
@@ -62,7 +62,7 @@ class Imported(Printed):
 
     file: Path
     calibration: dict[str, Any]
-    """As in the calibration file."""
+    """Content of the calibration file."""
 
 
 class ImportDocument(Printed):
@@ -80,7 +80,7 @@ class ReadFormat(Printed):
     what: str
     endings: list[str]
     extra: str
-    """Of the package, that it needs; empty if it needs none."""
+    """Extra of the package that it needs; empty if it needs none."""
     installed: bool
     example: str
 

@@ -19,7 +19,7 @@ class NotRead(Printed):
 
 
 class InspectionDocument(Printed):
-    """What logs hold."""
+    """Contents of logs."""
 
     schema_: Literal["tumble-inspection/1"] = Field(INSPECTION, alias="schema")
     verdict: Literal["read", "partly read"]

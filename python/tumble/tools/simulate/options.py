@@ -41,7 +41,7 @@ SeedOption: TypeAlias = Annotated[int, typer.Option(help="All random numbers fol
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulationOptions(Options):
-    """What all recordings that are simulated share."""
+    """Options of all simulated recordings."""
 
     seed: SeedOption = 1
     format_name: Annotated[LogFormat, format_option("csv|parquet|mcap", "csv")] = LogFormat.CSV

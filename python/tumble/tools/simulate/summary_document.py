@@ -12,13 +12,13 @@ from tumble.tools.simulate.options import SIMULATION
 
 
 class SimulationDocument(Printed):
-    """What was simulated; keys that a kind of recording has no use for are left out."""
+    """A simulation; keys that a kind of recording has no use for are left out."""
 
     schema_: Literal["tumble-simulation/1"] = Field(SIMULATION, alias="schema")
     verdict: Literal["simulated"]
     seed: int
     samples: int | dict[str, int] = 0
-    """Of the unit, or of each by its name."""
+    """Number for the unit, or for each by its name."""
     duration: float = 0.0
     """s."""
     turned: list[float] = Field(default_factory=list)
@@ -28,7 +28,7 @@ class SimulationDocument(Printed):
     manoeuvres: list[tuple[float, float]] = Field(default_factory=list)
     """Start and end, s."""
     truth: dict[str, Any] | Path = Path()
-    """What is true; of live units the file that says it."""
+    """The truth; for live units the file that holds it."""
     files: dict[str, Path] = Field(default_factory=dict)
     """Path of each file by what it is."""
     units: dict[str, str] = Field(default_factory=dict)

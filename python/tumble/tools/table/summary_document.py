@@ -11,7 +11,7 @@ from tumble.tools.table.command import POSITION, TABLES
 
 
 class PrintedProfile(Printed):
-    """What a table says and does."""
+    """Profile of a table."""
 
     name: str
     axes: list[str]

@@ -51,7 +51,7 @@ class Carrier(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionOptions(Options):
-    """What carries the units, and what it does."""
+    """Carrier of the units, and its motion."""
 
     motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR
     flights: Annotated[int, typer.Option(help="Flights or drives, with rests between.")] = 1
@@ -85,7 +85,7 @@ class MotionOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VibrationOptions(Options):
-    """What shakes the units."""
+    """Vibration of the units."""
 
     vibration: Annotated[
         float | None,
@@ -133,7 +133,7 @@ class PlaceOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitOptions(Options):
-    """What is on board, and what is wrong with it."""
+    """Units on board, and their faults."""
 
     unit: Annotated[
         list[str] | None,

@@ -45,7 +45,7 @@ class Transport(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionOptions(Options):
-    """What moves the units, and for how long."""
+    """Motion of the units, and its length."""
 
     motion: Annotated[
         MotionName,
@@ -95,7 +95,7 @@ class MotionOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceOptions(Options):
-    """Where units are heard, and the table is told."""
+    """Addresses of units and table."""
 
     transport: Annotated[Transport, typer.Option(help="How the units are heard.")] = Transport.UDP
     host: Annotated[str, typer.Option(help="Where datagrams go to, and where TCP is served.")] = "127.0.0.1"
@@ -121,7 +121,7 @@ class ServiceOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineOptions(Options):
-    """What clocks and lines do to samples."""
+    """Clocks and lines of the units."""
 
     clock_offset: Annotated[float, typer.Option(help="Largest offset of clocks either way in s.")] = 5.0
     clock_skew: Annotated[float, typer.Option(help="Skew of clocks in ppm, 1 sigma.")] = 50.0

@@ -32,7 +32,7 @@ DISTURBANCES = ("picked-up", "sill", "lifted")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TurnOptions(Options):
-    """What the robot does."""
+    """Motion of the robot."""
 
     plan: Annotated[
         str | None,
@@ -118,7 +118,7 @@ class PlaceOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitOptions(Options):
-    """What the IMU is, and what is wrong with it."""
+    """The IMU, and its faults."""
 
     grade: GradeOption = "consumer"
     accelerometer_bias: Annotated[

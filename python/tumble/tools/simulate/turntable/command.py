@@ -46,7 +46,7 @@ class TurnProfile(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitOptions(Options):
-    """What is on the table, and what is wrong with it."""
+    """Units on the table, and their faults."""
 
     grades: Annotated[
         str,
@@ -95,7 +95,7 @@ class UnitOptions(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableOptions(Options):
-    """What the table does."""
+    """Motion of the table."""
 
     poses: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Pose list; the six faces if not given.")
