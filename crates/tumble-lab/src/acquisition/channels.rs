@@ -1,5 +1,6 @@
 //! Channels that cannot be trusted: stuck at one value, or pinned at the end of their range.
 
+use tumble_core::gravity::STANDARD as STANDARD_GRAVITY;
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
@@ -63,6 +64,9 @@ pub struct ChannelMonitor {
 struct Levels {
     lowest: f64,
     highest: f64,
+    /// Blocks within the smallest range, and how many of these are without scatter.
+    within: u32,
+    flat: u32,
     first: u64,
     last: u64,
     moved: bool,
@@ -87,6 +91,8 @@ struct End {
     nearly: f64,
     at: u32,
     near: u32,
+    /// The largest reading below the end, and how often it was seen.
+    below: (f64, u32),
     /// Times of the first and the last sample of each run at this value, microseconds.
     runs: Vec<(u64, u64)>,
 }
@@ -94,11 +100,26 @@ struct End {
 /// Samples closer than this are of one run, microseconds.
 const ONE_RUN: u64 = 50_000;
 
-/// Relative difference of the two ends of a range, from a bias that was taken off.
-const ALIKE: f64 = 0.01;
-
 /// Longest time for which a hand or a vehicle clips without a break, microseconds.
 const EVEN_TURN: u64 = 2_000_000;
+
+/// Share of an end below which no reading is the next step of a coarse sensor.
+const STEP_BELOW: f64 = 0.5;
+
+/// Share of blocks without scatter from which on a sensor repeats its readings wherever it turns evenly.
+const FLAT: f64 = 0.1;
+
+/// Relative distance within which a value is a full scale: sensitivities are rounded.
+const AT_FULL_SCALE: f64 = 1.5e-3;
+
+/// Full scales that sensors are sold with: specific force, m/s^2 as multiples of g, and angular rate, deg/s.
+const FULL_SCALES: [&[f64]; 2] = [
+    &[2.0, 4.0, 6.0, 8.0, 16.0, 24.0, 30.0, 32.0],
+    &[125.0, 245.0, 250.0, 450.0, 500.0, 1000.0, 2000.0, 4000.0],
+];
+
+/// Longest gap between the runs of an even turn, in which noise moves a coarse sensor by a step, microseconds.
+const BRIDGED: u64 = 250_000;
 
 /// Runs kept; those after belong to the last.
 const MOST_RUNS: usize = 4096;
@@ -119,16 +140,22 @@ impl End {
             nearly: f64::NEG_INFINITY,
             at: 0,
             near: 0,
+            below: (f64::NEG_INFINITY, 0),
             runs: Vec::new(),
         }
     }
 
     #[inline]
     fn push(&mut self, y: f64, time: u64) {
-        if y < self.nearly {
+        if y < self.nearly && (y < self.below.0 || y < STEP_BELOW * self.value) {
             return;
         }
         if y > self.value {
+            self.below = if self.value < STEP_BELOW * y {
+                (f64::NEG_INFINITY, 0)
+            } else {
+                (self.value, self.at)
+            };
             let nearly = if y > 0.0 { NEAR_END * y } else { y / NEAR_END };
             self.near = if self.value >= nearly {
                 self.near + self.at
@@ -142,7 +169,12 @@ impl End {
             self.at += 1;
             self.run_on(time);
         } else {
-            self.near += 1;
+            self.near += u32::from(y >= self.nearly);
+            if y > self.below.0 {
+                self.below = (y, 1);
+            } else if y == self.below.0 {
+                self.below.1 += 1;
+            }
         }
     }
 
@@ -154,14 +186,27 @@ impl End {
         }
     }
 
-    /// Readings pile up at the end of a range, and hardly any lie just below it.
+    /// Readings pile up at the end of a range, and hardly any lie just below it; a coarse sensor has its next step there.
     fn piled_up(&self) -> bool {
-        self.at >= PILED_UP && self.at > self.near
+        self.at >= PILED_UP && self.at > self.near && self.at > self.below.1
+    }
+
+    /// Returns true where the value stood for longer than anybody clips, but for single readings beside it.
+    fn lasts(&self) -> bool {
+        let mut begun = u64::MAX;
+        let mut ended = 0;
+        self.runs.iter().any(|&(first, last)| {
+            if begun == u64::MAX || first > ended + BRIDGED {
+                begun = first;
+            }
+            ended = last;
+            ended - begun > EVEN_TURN
+        })
     }
 }
 
 impl Levels {
-    fn push(&mut self, block: &Segment<f64>, mean: f64, variance: f64) {
+    fn push(&mut self, block: &Segment<f64>, smallest_range: f64, mean: f64, variance: f64) {
         let fresh = self.highest == f64::NEG_INFINITY;
         if fresh {
             self.first = block.start;
@@ -170,6 +215,10 @@ impl Levels {
         self.last = block.end;
         self.highest = self.highest.max(mean);
         self.lowest = self.lowest.min(mean);
+        if mean.abs() < smallest_range && block.moments.samples() > 4 {
+            self.within += 1;
+            self.flat += u32::from(variance == 0.0);
+        }
         if variance > 0.0 {
             self.frozen_last = 0;
         } else if block.moments.samples() > 4 && self.frozen.len() < MOST {
@@ -205,10 +254,11 @@ impl Levels {
     }
 }
 
-/// Returns true where both ends are rates at which a coarse sensor turned evenly: ends of a range are alike and seldom last.
-fn turns_evenly(low: &End, high: &End) -> bool {
-    let lasts = |end: &End| end.runs.iter().any(|(first, last)| last - first > EVEN_TURN);
-    (low.value - high.value).abs() > ALIKE * high.value && lasts(low) && lasts(high)
+/// Returns true where a value is a full scale of the sensors of that kind.
+fn is_full_scale(value: f64, kind: usize) -> bool {
+    let unit = [STANDARD_GRAVITY, 1_f64.to_radians()][kind];
+    let at = |scale: &f64| (value - scale * unit).abs() < AT_FULL_SCALE * scale * unit;
+    FULL_SCALES[kind].iter().any(at)
 }
 
 /// Tests whether all readings lie within the smallest range of any sensor, where they are finite and no end is near.
@@ -235,6 +285,8 @@ impl ChannelMonitor {
         let levels = Levels {
             lowest: f64::INFINITY,
             highest: f64::NEG_INFINITY,
+            within: 0,
+            flat: 0,
             first: 0,
             last: 0,
             moved: false,
@@ -258,8 +310,9 @@ impl ChannelMonitor {
     /// Takes in a block.
     pub fn push_block(&mut self, block: &Segment<f64>) {
         let variance = block.moments.variance();
-        for ((levels, &mean), &variance) in self.levels.iter_mut().zip(block.moments.mean()).zip(&variance) {
-            levels.push(block, mean, variance);
+        let of_channels = block.moments.mean().iter().zip(&variance);
+        for (channel, (levels, (&mean, &variance))) in self.levels.iter_mut().zip(of_channels).enumerate() {
+            levels.push(block, SMALLEST_RANGE[channel / 3], mean, variance);
         }
     }
 
@@ -309,7 +362,13 @@ impl ChannelMonitor {
     /// most of the rest: one step above the noise, a value may repeat for a block by chance.
     fn at_rest(&self, channel: usize, rests: &[Segment<f64>]) -> Option<ChannelFault> {
         let levels = &self.levels[channel];
-        let at_end = |value: f64| value == levels.highest || value == levels.lowest;
+        // Turned one way only, a coarse gyroscope shows the least of all at rest, where no range ends.
+        let least = if channel < CHANNELS / 2 {
+            0.0
+        } else {
+            SMALLEST_RANGE[1]
+        };
+        let at_end = |value: f64| value.abs() > least && (value == levels.highest || value == levels.lowest);
         if levels.frozen.iter().any(|frozen| !at_end(frozen.value)) {
             return None;
         }
@@ -335,19 +394,36 @@ impl ChannelMonitor {
         })
     }
 
+    /// Whether the sensor of a kind repeats its readings away from any end too: noise does not move it from step to step.
+    fn repeats(&self, kind: usize) -> bool {
+        let flat = |levels: &Levels| levels.moved && f64::from(levels.flat) > FLAT * f64::from(levels.within);
+        self.levels[3 * kind..3 * kind + 3].iter().any(flat)
+    }
+
+    /// Returns true where readings pile up at the end of a range. A sensor that repeats its readings does so at any even
+    /// rate: its range ends where it stands but briefly, or at a full scale, and not below what another axis or sign reached.
+    fn is_end(&self, end: &End, kind: usize) -> bool {
+        if end.value <= SMALLEST_RANGE[kind] || !end.piled_up() {
+            return false;
+        }
+        let ends = self.ends[3 * kind..3 * kind + 3].iter().flatten();
+        let largest = ends.map(|end| end.value).fold(0.0, f64::max);
+        let even_turn = end.lasts() || end.value < NEAR_END * largest;
+        !(self.repeats(kind) && even_turn && !is_full_scale(end.value, kind))
+    }
+
     /// Either end of the range may be reached, or both; where readings pile up at one end, all ends of the sensor are known.
     fn in_motion(&self, channel: usize) -> Option<ChannelFault> {
-        let moving = SMALLEST_RANGE[channel / 3];
-        let is_end = |end: &End| end.value > moving && end.piled_up();
-        let of_sensor = self.ends.iter().skip(channel / 3 * 3).take(3).flatten();
-        let ranges: Vec<f64> = of_sensor.filter(|end| is_end(end)).map(|end| end.value).collect();
-        let reached = |end: &End| is_end(end) || ranges.contains(&end.value);
+        let kind = channel / 3;
+        let of_sensor = self.ends.iter().skip(3 * kind).take(3).flatten();
+        let ranges: Vec<f64> = of_sensor
+            .filter(|end| self.is_end(end, kind))
+            .map(|end| end.value)
+            .collect();
         let [low, high] = &self.ends[channel];
-        // Even turns of a coarse sensor pile up at two unlike rates, of which one at most is an end: that is left out.
-        let one_only = is_end(low) && is_end(high) && turns_evenly(low, high);
+        let reached = |end: &End| ranges.contains(&end.value);
         let value = if reached(low) { -low.value } else { high.value };
-        let reached_ends = [low, high].into_iter().filter(|end| reached(end));
-        let ends: Vec<&End> = reached_ends.take(if one_only { 1 } else { 2 }).collect();
+        let ends: Vec<&End> = [low, high].into_iter().filter(|end| reached(end)).collect();
         let runs = ends.iter().flat_map(|end| &end.runs);
         let mut runs: Vec<_> = runs
             .map(|(first, last)| (seconds(*first), seconds(*last)))

@@ -2,12 +2,13 @@
 
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
+use tumble_core::gravity::STANDARD;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit};
-use crate::unit::{Recording, six_faces};
+use crate::unit::{Recording, on_the_grid, six_faces};
 
 fn recording(seed: u64) -> Recording {
     Recording::of(&six_faces(2.5), &Unit::noisy(0.02, 0.002), &mut Draws::new(seed))
@@ -19,6 +20,13 @@ fn faults(found: &Acquired) -> Vec<(usize, ChannelFaultKind, f64)> {
         .iter()
         .map(|fault| (fault.channel, fault.kind, fault.value))
         .collect()
+}
+
+/// Turns of four seconds about z, one way and back, with a rest before, between and after.
+fn even_turns(rate: f64, back: f64) -> Vec<Phase> {
+    let rest = Phase::Rest(2.5);
+    let spin = |rate: f64| Phase::Spin(Vector3::z() * rate, 4.0);
+    on_the_grid(vec![rest, spin(rate), rest, spin(-back), rest])
 }
 
 /// One channel changed from some time on.
@@ -71,6 +79,50 @@ proptest! {
         let found: Vec<_> = faults(&found);
         prop_assert_eq!(found.len(), 3, "{:?}", found);
         prop_assert!(found.iter().all(|(channel, kind, value)| *channel >= 3 && *kind == ChannelFaultKind::SaturatedInMotion && (value - limit).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_coarse_gyroscope_that_clips_in_the_hand_is_saturated(limit in 0.6..1.5_f64, noise in 0.01..2.0_f64, seed in any::<u64>()) {
+        let step = limit / 64.0;
+        let clip = |y: f64| ((y / step).round() * step).clamp(-limit, limit);
+        // Askew: an axis that feels no turn looks stuck where noise is less than a step.
+        let unit = Unit { mounting: Rotation3::new(Vector3::new(0.3, 0.2, 0.25)), ..Unit::noisy(0.02, noise * step) };
+        let found = Recording::of(&six_faces(2.5), &unit, &mut Draws::new(seed)).change(|f| f, |w| w.map(clip)).acquire();
+        let found: Vec<_> = found.faults.iter().filter(|fault| fault.kind == ChannelFaultKind::SaturatedInMotion).collect();
+        prop_assert_eq!(found.len(), 3, "{:?}", found);
+    }
+
+    #[test]
+    fn an_even_turn_of_a_coarse_gyroscope_is_no_end_of_its_range(
+        rate in 0.6..2.1_f64, back in 0.6..2.1_f64, steps in 20.0..2000.0_f64, noise in 0.0..0.3_f64, seed in any::<u64>(),
+    ) {
+        let schedule = even_turns(rate, back);
+        let step = rate / steps;
+        let coarse = |y: f64| (y / step).round() * step;
+        let unit = Unit { bias: (Vector3::zeros(), Vector3::new(0.31, -0.73, 0.17) * step), ..Unit::noisy(0.02, noise * step) };
+        let found = Recording::of(&schedule, &unit, &mut Draws::new(seed)).change(|f| f, |w| w.map(coarse)).acquire();
+        prop_assert!(found.faults.iter().all(|fault| fault.kind != ChannelFaultKind::SaturatedInMotion), "{:?}", found.faults);
+    }
+
+    #[test]
+    fn plateaus_at_a_full_scale_are_its_end_however_long(gyroscope in prop::bool::ANY, noise in 0.01..2.0_f64, seed in any::<u64>()) {
+        let (end, step) = if gyroscope { (2000_f64.to_radians(), 1_f64.to_radians()) } else { (2.0 * STANDARD, 0.04) };
+        let clip = move |y: f64| ((y / step).round() * step).clamp(-end, end);
+        let unit = Unit::noisy(if gyroscope { 0.02 } else { noise * step }, if gyroscope { noise * step } else { 0.002 });
+        let recording = Recording::of(&even_turns(1.0, 1.0), &unit, &mut Draws::new(seed));
+        // As if it turned at 2300 deg/s, or pushed up with 2.3 g as long as it turns.
+        let pushed = recording.rate.clone();
+        let mut recording = if gyroscope {
+            recording.change(|f| f, |w| w.map(|w| clip(40.0 * w)))
+        } else { recording };
+        if !gyroscope {
+            for (f, w) in recording.force.iter_mut().zip(&pushed) {
+                *f = f.map(|y| clip(y + 1.3 * STANDARD * w[2].abs()));
+            }
+        }
+        let found = recording.acquire();
+        let channel = if gyroscope { 5 } else { 2 };
+        prop_assert!(found.faults.iter().any(|fault| fault.channel == channel && fault.kind != ChannelFaultKind::Stuck), "{:?}", found.faults);
     }
 
     #[test]
