@@ -169,7 +169,7 @@ def test_level_free_and_published_differ_by_the_tilt(pages):
 
 
 def test_fit_worse_than_the_noise_is_reported_at_the_top():
-    bad = spins.session(replace(spins.spin(), chi_square=290.0, widening=3.2))
+    bad = spins.session(replace(spins.spin(), chi_square=290.0, widening=16.2))
     words = Page(SPIN_REPORT.render(bad)).words
     assert "The model does not explain all that spin 1 measured" in words
     assert "differs from the model by more than its noise" in words

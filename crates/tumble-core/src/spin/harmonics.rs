@@ -6,7 +6,7 @@
 
 use nalgebra::{SVector, Vector3};
 
-use crate::products::{combined, zeros};
+use crate::products::{combined, squared, total, zeros};
 use crate::real::{Real, count, real};
 use crate::spin::block::Block;
 
@@ -205,11 +205,29 @@ impl<T: Real> Harmonics<T> {
 
     /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over.
     ///
+    /// Where the axes differ by no more than chance makes them, they share one variance: few rows tell that of an axis too badly to
+    /// weight axes by it.
+    ///
     /// Residuals are divided by it, and intervals made of it as if it were known: with two degrees of freedom less
     /// their squares are on average one all the same, and the intervals hold as often as they state.
     pub fn variance(&self) -> Option<Vector3<T>> {
-        self.freedom()
-            .map(|freedom| self.squares / count::<T>(freedom.saturating_sub(2))) // eq. 14
+        // Times chance, over two ways in which three axes differ: once in twenty, and once in a thousand.
+        const UNUSUAL: f64 = 3.0;
+        const UNLIKELY: f64 = 7.0;
+        self.freedom().map(|freedom| {
+            let own = self.squares / count::<T>(freedom.saturating_sub(2)); // eq. 14
+            let shared = total(&self.squares) / count((3 * freedom).saturating_sub(2));
+            let differ = squared(&own.map(|own| own - shared)) * count::<T>(freedom);
+            let times_chance = differ / (shared * shared * real(4.0));
+            let beyond = (times_chance - real(UNUSUAL)) / real(UNLIKELY - UNUSUAL);
+            // Without any noise it is no number.
+            let apart = if beyond > T::zero() {
+                beyond.min(T::one())
+            } else {
+                T::zero()
+            };
+            own.map(|own| shared + (own - shared) * apart) // eq. 25
+        })
     }
 
     /// Rows left over beyond the functions, that variance is found with; `None` where they are too few.

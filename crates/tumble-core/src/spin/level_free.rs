@@ -124,17 +124,22 @@ impl<T: Real> LevelFree<T> {
 
     /// Factor by which the sigmas are widened where the model does not fit the harmonics, one where it does.
     ///
-    /// A chi-square beyond the limit chance makes once in a thousand spins, at one turn as at ten. All that is too much of
-    /// it may lie in one direction of the unknowns: a wheel that slips as the robot starts is seen in few rows.
+    /// Chance makes a chi-square beyond the upper limit once in a thousand spins, at one turn as at ten, and beyond the lower
+    /// once in a hundred: between the two the widening sets in. All that is too much of it may lie in one direction of the
+    /// unknowns: a wheel that slips as the robot starts is seen in few rows.
     pub(super) fn widening(&self) -> T {
+        const UNUSUAL: f64 = 1.8;
         const UNLIKELY: f64 = 2.2;
         // Few rows are a poor measure of the noise in the test.
-        let limit = self.turning_freedom.map_or(T::one(), |freedom| {
+        let usual = self.turning_freedom.map_or(T::one(), |freedom| {
             count::<T>(freedom) / count(freedom.saturating_sub(4).max(1)) // eq. 15
-        }) * real(UNLIKELY);
+        });
         let (chi_square, freedom) = (self.solution.chi_square, self.degrees_of_freedom);
-        if reduced(chi_square, freedom) > limit {
-            (chi_square - count(freedom.saturating_sub(1))).square_root() // eq. 15
+        let beyond = reduced(chi_square, freedom) / usual - real(UNUSUAL);
+        if beyond > T::zero() {
+            let share = (beyond / real(UNLIKELY - UNUSUAL)).min(T::one());
+            let all = (chi_square - count(freedom.saturating_sub(1))).square_root(); // eq. 15
+            T::one() + (all - T::one()) * share
         } else {
             T::one()
         }

@@ -160,12 +160,22 @@ class Spin:
 
     @property
     def fits(self) -> bool:
-        """Whether the model and the noise explain what was measured."""
-        return self.widening == 1.0
+        """Whether model and noise explain what was measured: sigmas are widened in part, or not at all."""
+        return self.widening == 1.0 or _is_partial(self.chi_square, self.degrees_of_freedom, self.widening)
+
+
+def _is_partial(chi_square: float, freedom: int, widening: float) -> bool:
+    """Tell whether sigmas are widened by less than all that chi-square has too much (spin.md, eq. 15)."""
+    return widening**2 < 0.999 * (chi_square - (freedom - 1))
 
 
 def misfit(chi_square: float, freedom: int, widening: float) -> str:
     """Say what the model does not explain, and what was done about it: the same on screen and page."""
+    if _is_partial(chi_square, freedom, widening):
+        return (
+            f"chi-square of the specific force is {chi_square:.3g} for {freedom}: chance makes it once in a "
+            f"hundred spins, slipping wheels more often; all sigmas are widened {widening:.1f} times"
+        )
     return (
         f"the specific force differs from the model by more than its noise (chi-square {chi_square:.3g} for "
         f"{freedom}), as with slipping wheels, an uneven floor or a swaying robot; all sigmas are widened "

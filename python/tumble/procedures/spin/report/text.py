@@ -88,7 +88,7 @@ def fit_sentence(spin: Spin) -> str:
     freedom = spin.degrees_of_freedom
     if freedom <= 0 or not math.isfinite(spin.chi_square):
         return "As many parameters as measurements, so that the fit cannot be tested."
-    if not spin.fits:
+    if spin.widening > 1.0:
         return f"{misfit(spin.chi_square, freedom, spin.widening).capitalize()}."
     figures = f"Chi-square {significant(spin.chi_square)} for {freedom} degrees of freedom: "
     return figures + "the model and the noise explain what was measured."
