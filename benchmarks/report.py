@@ -586,7 +586,7 @@ def constant_rates(content: Content) -> Iterator[str]:
 def spin_disturbed(content: Content) -> Iterator[str]:
     """Intervals of spins that slip, turn fast, or have a coarse gyroscope."""
     groups = list(content["rows"][0]["groups"])
-    yield _row(["95 % hold, largest error over sigma", *groups, "said not to fit"])
+    yield _row(["95 % hold, largest error over sigma", *groups, "sigmas widened"])
     yield "|" + "---|" * (2 + len(groups))
     for row in content["rows"]:
         held = (_held(of) for of in row["groups"].values())

@@ -331,3 +331,13 @@ def test_the_order_of_the_imu_axes_does_not_matter(tmp_path):
     found = spun(session, tmp_path)
     assert_recovered(found, session.robot)
     assert_near(parameter(found, "mounting roll"), 178.0)
+
+
+def test_a_lever_arm_of_turns_one_way_is_counted_from_where_the_robot_turned(tmp_path):
+    one_way = record((still(), turn(3), still()), 91)
+    words = "turned one way only: the lever arm is counted from the point about which the robot turned"
+    (line,) = [line for line in spun(one_way, tmp_path)["spins"][0]["warnings"] if words in line]
+    assert "1 cm/s move that point by 1" in line
+    assert words in (tmp_path / "out/robot.spin.html").read_text()
+    both = spun(record(BOTH_WAYS, 91), tmp_path)["spins"][0]["warnings"]
+    assert not any("lever arm" in line for line in both)

@@ -11,7 +11,14 @@ from tumble import _core
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL, NOT_SHOWN, Parameter, Rest
 from tumble.procedures.spin.preset import TurnPreset
-from tumble.procedures.spin.result import FULL_TURN, BiasEstimate, Spin, SpinBlocks, misfit
+from tumble.procedures.spin.result import (
+    FULL_TURN,
+    SMALLEST_DIRECTION,
+    BiasEstimate,
+    Spin,
+    SpinBlocks,
+    misfit,
+)
 
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
@@ -187,6 +194,13 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
         )
     if figures["widening"] > 1.0:
         yield misfit(figures["chi_square"], figures["degrees_of_freedom"], figures["widening"])
+    ways = [figures["turned_clockwise"], figures["turned_counter_clockwise"]]
+    if min(ways) < SMALLEST_DIRECTION and np.isfinite(figures["lever_arm_sigma"]).all():
+        yield (
+            "turned one way only: the lever arm is counted from the point about which the robot turned, and "
+            f"wheels that slip by 1 cm/s move that point by {10.0 / figures['rate']:.2g} mm; turn both ways "
+            "to show that"
+        )
 
 
 def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:
