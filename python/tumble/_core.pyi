@@ -343,6 +343,8 @@ def multipose_of(
     bias_instability: FloatArray | None = None,
     faces: bool = False,
     sections: list[tuple[str, int, int]] = ...,
+    pace_sigma: float = 0.0,
+    stamp_sigma: float = 0.0,
 ) -> MultiposeFigures: ...
 def held_rests(
     time: FloatArray, force: FloatArray, rate: FloatArray, shortest: float

@@ -115,6 +115,52 @@ def test_bursts_a_microsecond_apart_are_known_and_fitted():
     assert np.std(found - taken[: len(found)]) < 1e-4
 
 
+def bursts(numbers, size, full, generator):
+    """Give stamps of samples read when `size` have come or, with `full`, when as many are due."""
+    rows = np.arange(len(numbers))
+    burst = numbers // size if full else rows // size
+    last = np.array([numbers[burst == each][-1] for each in np.unique(burst)])
+    due = ((np.unique(burst) + 1) * size if full else last + 1) * PERIOD
+    ends = due + generator.uniform(0.0, 3e-3, len(due))
+    place = np.searchsorted(np.unique(burst), burst)
+    first = np.searchsorted(burst, np.unique(burst))
+    return np.maximum.accumulate(ends[place] + 1e-6 * (rows - first[place]))
+
+
+LOSSES = {
+    "samples": lambda size, generator: generator.choice(12_000, 8, replace=False),
+    "whole bursts": lambda size, generator: np.ravel(
+        size * generator.choice(12_000 // size, (4, 1), replace=False) + np.arange(size)
+    ),
+    "parts of bursts": lambda size, generator: np.ravel(
+        size * generator.choice(12_000 // size, (4, 1), replace=False) + np.arange(size // 3)
+    ),
+    "a long stretch": lambda size, generator: generator.integers(3000, 8000) + np.arange(150),
+}
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["as they come", "as they are due"])
+@pytest.mark.parametrize("size", [4, 16, 64])
+@pytest.mark.parametrize("lost", LOSSES.values(), ids=LOSSES)
+def test_bursts_with_losses_are_fitted_right_or_warned_of(lost, size, full):
+    for seed in range(4):
+        generator = np.random.default_rng(seed)
+        numbers = np.delete(np.arange(12_000), lost(size, generator))
+        taken = numbers * PERIOD
+        found = with_sample_times(turning(taken, bursts(numbers, size, full, generator), seed))
+        off = np.ptp(times_of(found) - taken)
+        words = ("nothing shows where in a burst", "no even sampling that they could be fitted to")
+        assert off < 2e-3 or any(word in line for line in found.metadata.remarks for word in words), off
+
+
+def test_bursts_without_losses_are_not_warned_of():
+    numbers = np.arange(12_000)
+    found = with_sample_times(
+        turning(numbers * PERIOD, bursts(numbers, 16, True, np.random.default_rng(1)), 1)
+    )
+    assert not any("lost" in line for line in found.metadata.remarks)
+
+
 def test_a_log_of_bursts_is_read_without_a_word_on_time_unit(tmp_path):
     taken = np.arange(6400) * PERIOD
     stamps = (taken[31::32][:, None] + 1e-6 * np.arange(32)).ravel()

@@ -22,10 +22,11 @@ use crate::turntable::{CoreError, triad};
 
 /// Calibrates a unit from finite samples in order of time: time (n,) s, accelerometer (n, 3) m/s^2, gyroscope (n, 3) rad/s,
 /// or both in counts where `raw`. Latitude in rad. Noise that is known, (6,), with NaN where it is not, goes before that of
-/// the rests. With `faces` the unit lay on six faces; `sections` are label, first sample and the one after the last.
+/// the rests. With `faces` the unit lay on six faces; `sections` are label, first sample and the one after the last. `pace_sigma` is that of the
+/// clock, relative, `stamp_sigma` that of the time of a sample, s.
 #[pyfunction]
 #[pyo3(signature = (time, force, rate, gravity, *, gyroscope=true, g_sensitivity=false, latitude=None, raw=false,
-    shortest_rest=1.0, noise_density=None, bias_instability=None, faces=false, sections=Vec::new()))]
+    shortest_rest=1.0, noise_density=None, bias_instability=None, faces=false, sections=Vec::new(), pace_sigma=0.0, stamp_sigma=0.0))]
 #[allow(clippy::too_many_arguments)]
 fn multipose_of<'py>(
     py: Python<'py>,
@@ -42,6 +43,8 @@ fn multipose_of<'py>(
     bias_instability: Option<[f64; CHANNELS]>,
     faces: bool,
     sections: Vec<(String, usize, usize)>,
+    pace_sigma: f64,
+    stamp_sigma: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let sections: PyResult<Vec<Section>> = sections
         .into_iter()
@@ -60,6 +63,8 @@ fn multipose_of<'py>(
             bias_instability: stated(bias_instability, k),
         }),
         faces,
+        pace_sigma,
+        stamp_sigma,
         sections: sections?,
     };
     let samples = unit_samples(&time, &force, &rate)?;

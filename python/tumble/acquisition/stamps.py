@@ -14,15 +14,19 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble import _core
-from tumble.foundation.recording import Chunk, Recording, RecordingSource
+from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource
+from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 
 MILLISECONDS = 1e3
 
+RAMP_SECONDS = 0.25
+"""Shortest time in which a hand or a robot gets up to its rate."""
+
 UNSOLVED = "stamps scatter, but no even sampling fits them: times were left as they are"
 
-Fitted: TypeAlias = tuple[_core.SampleTimes | None, str]
-"""Times by row, None where stamps stay, and a remark, empty where there is nothing to know."""
+Fitted: TypeAlias = tuple[_core.SampleTimes | None, str, float]
+"""Times by row, None where stamps stay; a remark, or nothing; 1-sigma of stamps that stay, s."""
 
 
 class SampledStream(ChunkStream):
@@ -68,13 +72,14 @@ def with_sample_times(recording: Recording) -> Recording:
             recording.metadata,
             remarks=tuple(dict.fromkeys((*recording.metadata.remarks, *of_parts))),
             pace_sigma=max(part.metadata.pace_sigma for part in parts),
+            stamp_sigma=max(part.metadata.stamp_sigma for part in parts),
         )
         return Recording(metadata, lambda: (chunk for part in parts for chunk in part.chunks()), parts)
     if recording.metadata.rate is not None or not _begins_late(recording):
         return recording
-    times, remark = _fitted(recording)
+    times, remark, stamp_sigma = _fitted(recording)
     remarks = (*recording.metadata.remarks, *([remark] if remark else []))
-    metadata = replace(recording.metadata, remarks=remarks)
+    metadata = replace(recording.metadata, remarks=remarks, stamp_sigma=stamp_sigma)
     if times is None:
         return recording if not remark else replace(recording, metadata=metadata)
     metadata = replace(metadata, pace_sigma=float(np.hypot(metadata.pace_sigma, times.rate_sigma)))
@@ -90,35 +95,55 @@ def _begins_late(recording: Recording) -> bool:
 
 
 def _fitted(recording: Recording) -> Fitted:
-    stamps = [chunk.time for chunk in recording.chunks()]
-    times = _core.SampleTimes.fit(np.concatenate(stamps))
+    stamps = np.concatenate([chunk.time for chunk in recording.chunks()])
+    times = _core.SampleTimes.fit(stamps)
     if times is None:
         return (
             None,
             "stamps scatter, and show no even sampling that they could be fitted to: taken as they are",
+            0.0,
         )
     for chunk in recording.chunks():
         # What was not recorded shows nothing.
         triads = (np.nan_to_num(chunk.accelerometer), np.nan_to_num(chunk.gyroscope))
         times.push(chunk.time, *map(np.ascontiguousarray, triads))
-    return _judged(times)
+    return _judged(times, stamps)
 
 
-def _judged(times: _core.SampleTimes) -> Fitted:
+def _scatter_of_means(times: _core.SampleTimes, stamps: FloatArray) -> float:
+    """Scatter, s, of how late stamps are in the mean over the time in which a turn gets up to its rate."""
+    late = stamps - times.times(0, len(stamps))
+    size = max(1, round(RAMP_SECONDS / times.interval))
+    means = np.add.reduceat(late, np.arange(0, len(late), size)) / size
+    return float(np.std(means[:-1]))
+
+
+def _judged(times: _core.SampleTimes, stamps: FloatArray) -> Fitted:
     """Decide, by what the signal shows, whether the stamps or the fitted times are right."""
     late = f"stamps are late by up to {times.latest * MILLISECONDS:.2g} ms"
     if times.sampling == "between":
         share, sigma = times.share or (np.nan, np.nan)
-        return None, (
+        scatter = (1.0 - share + 2.0 * sigma) * _scatter_of_means(times, stamps)  # clocks.md, eq. 15
+        remark = (
             f"{late} against even sampling, of which the signal shows {share:.2f} ± {sigma:.2f} as real: the "
             "sensor samples neither evenly nor when it is stamped; times were left as they are, and "
-            "integrals over turns are more uncertain than the sigmas; stamp samples by the sensor's own clock"
+            f"angles of turns are widened by {scatter * MILLISECONDS:.1g} ms of their rate; stamp samples by "
+            "the sensor's own clock"
         )
+        return None, remark, scatter
     is_burst = times.burst > 1.0
     if times.sampling == "stamped" or (times.sampling == "unshown" and not is_burst):
-        return None, ""
+        return None, "", 0.0
     bursts = f" (bursts of {times.burst:.3g} samples)" if is_burst else ""
-    return times, (
+    lost = ""
+    if is_burst and times.lost:
+        lost = (
+            f"; nothing shows where in a burst {count_of('sample', times.lost)} got lost: the times of its "
+            "other samples may be wrong by as many periods; repeat the recording without losses"
+        )
+    remark = (
         f"{late}{bursts}; times were fitted, sampling period {times.interval * MILLISECONDS:.6g} ms, "
         f"uncertainty {times.sigma * MILLISECONDS:.1g} ms and {times.rate_sigma * 1e6:.1g} ppm of a span"
+        f"{lost}"
     )
+    return times, remark, 0.0

@@ -6,6 +6,7 @@ use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
 use tumble_core::model::{Covariance, ErrorModel, PARAMETERS};
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
+use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 use tumble_core::turntable::reference::earth_variance;
 
@@ -449,7 +450,7 @@ impl<'a> Centred<'a> {
         };
         let rates = fit_rates(&data)?;
         let turns = data.turns.iter().map(|turn| (turn.before, turn.after)).collect();
-        let calibration = rate_calibration(&data, &rates)?;
+        let calibration = rate_calibration(&data, &rates, settings.pace_sigma)?;
         Ok(Gyroscope {
             implausible_scale: implausible_scale(&calibration),
             angles: rates.angle_before.iter().copied().zip(rates.angles()).collect(),
@@ -790,13 +791,24 @@ fn rest_directions(
     each.collect()
 }
 
+/// Mean of the squared rate of a turn, (rad/s)^2.
+fn mean_square_rate(turn: &Segment<f64>) -> f64 {
+    let (mean, variance) = (turn.moments.mean(), turn.moments.variance());
+    (CHANNELS / 2..CHANNELS)
+        .map(|i| mean[i] * mean[i] + variance[i])
+        .sum()
+}
+
 /// Variance of the angle of a turn about any axis, rad^2.
 fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSettings) -> f64 {
     let (span, duration) = (interval(turn), turn.duration());
     let noise = unit.rate_noise();
+    // Late by one time as it gets up to its rate, and by another as it slows down.
+    let by_stamps = 2.0 * settings.stamp_sigma.powi(2) * mean_square_rate(turn); // eq. 38
     let of_axis = |i: usize| {
         noise[i].covariance(&span, &span, &unit.session()) * duration * duration
             + turn.interpolation.variance[i]
+            + by_stamps
     };
     // Only its level part takes gravity from where the turn led it.
     let earth = settings.latitude.map_or(earth_variance(), |latitude| {
@@ -861,10 +873,27 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
     })
 }
 
-fn rate_calibration(data: &Rotations, fit: &RatesFit) -> Result<TriadCalibration, MultiposeError> {
+/// Covariance of `[M row by row, b]` from a clock that is fast or slow: all angles, and so all of M, err by the same share.
+fn covariance_by_pace(matrix: &Matrix3<f64>, pace_sigma: f64) -> Covariance<f64> {
+    let by_pace = Covariance::<f64>::from_fn(|i, j| {
+        if i < 9 && j < 9 {
+            matrix[(i / 3, i % 3)] * matrix[(j / 3, j % 3)]
+        } else {
+            0.0
+        }
+    });
+    by_pace * pace_sigma.powi(2) // eq. 37
+}
+
+fn rate_calibration(
+    data: &Rotations,
+    fit: &RatesFit,
+    pace_sigma: f64,
+) -> Result<TriadCalibration, MultiposeError> {
     let widened = widening(fit.chi_square, fit.degrees_of_freedom);
-    let covariance = fit.covariance.fixed_view::<12, 12>(0, 0) * widened;
     let model = fit.errors.model;
+    let covariance =
+        fit.covariance.fixed_view::<12, 12>(0, 0) * widened + covariance_by_pace(&model.matrix, pace_sigma);
     let parts = model.decompose()?;
     let g_sensitivity = data.g_sensitivity.then(|| {
         let sigma = |i: usize| (fit.covariance[(12 + i, 12 + i)] * widened).sqrt();

@@ -29,6 +29,10 @@ pub struct MultiposeSettings {
     pub shortest_rest: u64,
     /// True if the unit was laid on the six faces of a box.
     pub faces: bool,
+    /// 1-sigma of the pace of the clock that stamped the samples, relative: turns are integrated by it.
+    pub pace_sigma: f64,
+    /// 1-sigma of the time of a sample, s, where nobody knows when between an even clock and its stamp it was taken.
+    pub stamp_sigma: f64,
     /// Labelled stretches, whose rests are taken for such; none where rests are to be found.
     pub sections: Vec<Section>,
     /// Noise of the channels where it is known from elsewhere.

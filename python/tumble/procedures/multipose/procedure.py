@@ -167,6 +167,8 @@ def multipose(
             bias_instability=_known(before, "bias_instability"),
             faces=on_faces,
             sections=_placed(labelled, unit),
+            pace_sigma=recording.metadata.pace_sigma,
+            stamp_sigma=recording.metadata.stamp_sigma,
         )
 
     try:

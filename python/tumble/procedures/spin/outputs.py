@@ -44,8 +44,14 @@ def describe_spin(
     gravity: float,
     level_floor: bool,
     preset: TurnPreset,
+    pace_sigma: float = 0.0,
+    stamp_sigma: float = 0.0,
 ) -> Spin:
-    """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept."""
+    """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept.
+
+    `pace_sigma` and `stamp_sigma` are those of its times, as `tumble.foundation.recording.Metadata` has them.
+    """
+    figures = _with_uncertain_time(figures, pace_sigma, stamp_sigma)
     default = figures["level_free_is_default"]
     level_free = _level_free(figures)
     covariance, published = _published(figures, gravity, level_floor)
@@ -78,6 +84,30 @@ def describe_spin(
             *_about_the_rests(figures, rests),
         ),
     )
+
+
+def _with_uncertain_time(
+    figures: _core.SpinFigures, pace_sigma: float, stamp_sigma: float
+) -> _core.SpinFigures:
+    """Add to the sigmas of scale and lever arm that of the times by which the gyroscope was integrated."""
+    turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
+    if not turned or not (pace_sigma or stamp_sigma):
+        return figures
+    # The robot is late by one time as it gets up to its rate, and by another as it slows down.
+    of_angle = math.sqrt(2.0) * stamp_sigma * figures["rate"] / turned
+    share = math.hypot(pace_sigma, of_angle)
+
+    def widened(scale: tuple[float, float]) -> tuple[float, float]:
+        return scale[0], math.hypot(scale[1], share * (1.0 + scale[0]))  # spin.md, eq. 26
+
+    arm = figures["lever_arm"]
+    return {
+        **figures,
+        "heading_scale": widened(figures["heading_scale"]),
+        "scale_clockwise": widened(figures["scale_clockwise"]),
+        "scale_counter_clockwise": widened(figures["scale_counter_clockwise"]),
+        "lever_arm_sigma": np.hypot(figures["lever_arm_sigma"], 2.0 * share * np.abs(arm)),  # spin.md, eq. 26
+    }
 
 
 def _turns(figures: _core.SpinFigures) -> float:

@@ -117,6 +117,8 @@ def spin(
             gravity=strength,
             level_floor=level_floor,
             preset=preset,
+            pace_sigma=recording.metadata.pace_sigma,
+            stamp_sigma=recording.metadata.stamp_sigma,
         )
         for number, each in enumerate(fitted, start=1)
     )
