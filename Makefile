@@ -38,6 +38,7 @@ test-rust:  ## Run the tests of Rust
 
 test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python, C and firmware
 	scripts/install_test_tools.sh
+	scripts/install_postgres.sh
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
 
 test-commands: $(VENV)/.native $(VENV)/.requirements-test  ## Run the commands of README and how-tos

@@ -47,6 +47,9 @@ PARTS = {"tumble", *(f"tumble.{room}" for room in ROOMS)}
 PROCEDURES = TOOLS | {procedure.word for procedure in procedures.PROCEDURES}
 """Folders of one procedure or tool each; layers of files: `result`, `procedure`, `page`, `command`."""
 
+LABORATORY = "laboratory"
+"""Room of the registry, whose command is a layer of its own."""
+
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
 
@@ -75,6 +78,7 @@ DATA = {
     ),
     "firmware",
     "log_formats",
+    "project_file",
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -98,6 +102,7 @@ LAYERS: dict[str, set[str]] = {
     "files": {"errors", "words", "folder_lock", "debugging"},
     "file_names": {"procedures"},
     "log_formats": {"body_axes", "file_names"},
+    "project_file": {"errors", "files", "words"},
     "arrays": {"errors"},
     "recording": {"errors", "arrays", "units", "words"},
     "firmware": {"errors", "recording", "units"},
@@ -153,6 +158,7 @@ LAYERS: dict[str, set[str]] = {
     | {"_core"},
     "report": DATA,
     "page": DATA | {"result", "report", "poses"},
+    "laboratory": DATA | {"calibration", "report", "_core"},
     "cli": DATA | {"logs"},
     "__main__": {"cli"},
     "command": DATA
@@ -166,6 +172,7 @@ LAYERS: dict[str, set[str]] = {
         "procedure",
         "report",
         "page",
+        "laboratory",
         "cli",
     },
 }
@@ -268,6 +275,8 @@ def python_breaches() -> Iterator[str]:
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
+    if parts[:2] == (LABORATORY, "command"):
+        return "command"
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room
     if room == "foundation":

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         TumbleError,
     )
     from tumble.foundation.recording import Chunk, Recording
+    from tumble.laboratory.registry import Registry
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.logs.witness import Witness
     from tumble.poses.pose_list import Pose, PoseList
@@ -77,6 +78,7 @@ __all__ = [
     "RedundancyMonitor",
     "RedundancyResult",
     "RedundancySettings",
+    "Registry",
     "SpinMachine",
     "SpinResult",
     "TargetResult",
@@ -135,6 +137,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
         "simulate_thermal",
         "simulate_turntable",
     ),
+    "tumble.laboratory.registry": ("Registry",),
     "tumble.poses.pose_list": ("Pose", "PoseList"),
     "tumble.calibration.limits": ("Limits",),
     "tumble.procedures.redundancy.monitor": ("RedundancyMonitor",),

@@ -109,7 +109,11 @@ def test_help_lists_every_command():
 
 @pytest.mark.parametrize("name", sorted(COMMANDS))
 def test_the_help_of_every_command_has_an_example(name, run):
-    words = {"simulate": ("simulate", "turntable"), "table": ("table", "goto")}.get(name, (name,))
+    words = {
+        "simulate": ("simulate", "turntable"),
+        "table": ("table", "goto"),
+        "registry": ("registry", "add"),
+    }.get(name, (name,))
     done = run(*words, "--help")
     assert done.code == 0, done.err
     assert f"tumble {' '.join(words)} " in " ".join(done.out.replace("Usage: ", "").split())

@@ -12,6 +12,7 @@ import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.options import expanded
+from tumble.cli.registry_option import with_registry
 from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.procedures import PROCEDURES
@@ -80,6 +81,11 @@ COMMANDS = {
         "demo_command",
         "Calibrate a simulated turntable session, one target of it faulty, and compare with the truth.",
     ),
+    "registry": CommandEntry(
+        "tumble.laboratory.command",
+        "registry_app",
+        "Keep and ask a laboratory's record of calibrations: which unit, how well, good until when.",
+    ),
     "doctor": CommandEntry(
         "tumble.tools.doctor.command",
         "doctor_command",
@@ -92,6 +98,12 @@ COMMANDS = {
     ),
 }
 
+
+_WITHOUT_SETTINGS = ("doctor", "schema", "formats", "--version", "--install-completion")
+_SETTINGS_OF_A_PROCEDURE = ("operator", "station", "registry", "limits")
+_SETTINGS_OF_THE_REGISTRY = ("operator", "laboratory", "registry", "limits")
+_SUBCOMMANDS = (*("init", "list", "show", "history", "due", "equipment", "export", "verify", "backup"),)
+"""Of `tumble registry`; `add` also takes what is said of the units."""
 
 _UsageError: Any = typer.BadParameter.__mro__[1]
 """What typer calls a command that was typed wrongly; the module it is in changes with the version."""
@@ -115,13 +127,34 @@ def command_line_for(words: Sequence[str]) -> Any:  # noqa: ANN401 - typer keeps
 def run_command_line(command: Any, words: Sequence[str]) -> int:  # noqa: ANN401
     """Run what `command_line_for` gave; the rest is as of `run_command`."""
     try:
-        code: int | None = command(args=list(words), prog_name="tumble", standalone_mode=False)
+        code: int | None = command(
+            args=list(words), prog_name="tumble", standalone_mode=False, default_map=_defaults(words)
+        )
     except _UsageError as error:
         if message := " ".join(error.format_message().split()).rstrip("."):
             command = error.ctx.command_path if error.ctx else "tumble"
             raise CommandError(f"{message[0].lower()}{message[1:]}; see {command} --help") from error
         code = error.exit_code  # of a command without arguments, whose help was shown
     return code or 0
+
+
+def _defaults(words: Sequence[str]) -> dict[str, Any]:
+    """Return values of options that are not typed: those of the project file, for every command alike.
+
+    Raises `TumbleError` where that file is wrong; help and `doctor`, which shows it, need none.
+    """
+    if not words or words[0] in _WITHOUT_SETTINGS or {"--help", "-h"} & {*words}:
+        return {}
+    from tumble.foundation.project_file import project_settings
+
+    values = {setting.name: setting.value for setting in project_settings().values()}
+
+    def only(names: Sequence[str]) -> dict[str, Any]:
+        return {name: value for name, value in values.items() if name in names}
+
+    registry = dict.fromkeys(_SUBCOMMANDS, only(_SETTINGS_OF_THE_REGISTRY)) | {"add": values}
+    others = dict.fromkeys(COMMANDS, only(("operator", "station")))
+    return others | dict.fromkeys(_PROCEDURES, only(_SETTINGS_OF_A_PROCEDURE)) | {"registry": registry}
 
 
 def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401
@@ -152,9 +185,13 @@ def command_line(words: Sequence[str]) -> typer.Typer:
         found = entry.load() if name in words else _listed_only
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, help=entry.summary)
-        else:
-            help_text = entry.summary if found is _listed_only else None
-            app.command(name, cls=AbbreviatingCommand, help=help_text)(expanded(found))
+            continue
+        is_listed = found is _listed_only
+        command = expanded(found)
+        if name in _PROCEDURES and not is_listed:
+            command = with_registry(command)
+        help_text = entry.summary if is_listed else None
+        app.command(name, cls=AbbreviatingCommand, help=help_text)(command)
     return app
 
 

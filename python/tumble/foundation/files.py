@@ -67,10 +67,11 @@ PAGE = FileKind("an HTML page", re.compile(rb"\A\s*<!doctype html", re.IGNORECAS
 
 @dataclass(slots=True)
 class FilesOfCommand:
-    """Files that the running command reads, and files that it has replaced."""
+    """Files that the running command reads, has written and has replaced."""
 
     inputs: dict[FileIdentity, Path] = field(default_factory=dict)
     replaced: list[Path] = field(default_factory=list)
+    written: list[Path] = field(default_factory=list)
     made: list[Path] = field(default_factory=list)
     """Folders, one in another the inner first."""
     locks: dict[FileIdentity, FolderLock] = field(default_factory=dict)
@@ -137,6 +138,11 @@ def note_input(path: Path) -> None:
         _running.inputs.setdefault(_identity(path), path)
 
 
+def files_written() -> tuple[Path, ...]:
+    """Return the files that the running command has written so far, each once; none where no command runs."""
+    return () if _running is None else tuple(dict.fromkeys(_running.written))
+
+
 def once_per_file(read: Callable[[Path], Found]) -> Callable[[Path], Found]:
     """Makes a function read a file again only after its size or time of change differs."""
 
@@ -182,6 +188,8 @@ def replacing(
                     file.flush()
                     os.fsync(file.fileno())
             temporary.replace(place)
+            if _running is not None:
+                _running.written.append(place)
             if durable:
                 _sync_folder(place.parent)
         finally:
@@ -341,6 +349,25 @@ def prepare_folder(folder: Path | str) -> Path:
     if _running is not None:
         _running.hold(folder)
     return folder
+
+
+def make_file(path: Path) -> None:
+    """Make an empty file where there is none; raises `OutputError` where that cannot be done."""
+    try:
+        with path.open("ab"):
+            pass
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be made: {error.strerror or error}; give another place") from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it where they are missing; raises `OutputError` where that fails."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"{folder}: cannot be made: {error.strerror or error}; give another place"
+        ) from error
 
 
 def hold_folder(folder: Path) -> Callable[[], None]:

@@ -53,6 +53,9 @@ def _content(
         "name": unit,
         "serial": result.serials.get(unit, ""),
         "software": result.software,
+        "date": result.provenance.date,
+        "operator": result.provenance.operator,
+        "station": result.provenance.station,
         "method": {
             "procedure": "redundancy",
             "truth": f"readings of {result.primary}{', calibrated' if primary else ''}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,6 +15,7 @@ PACKAGE = "tumble-imu"
 _REQUIREMENT = re.compile(
     r"(?P<name>[\w.-]+)(?:\[[^\]]*\])?\s*(?P<versions>[^;]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?"
 )
+_EARLIER_PYTHON = re.compile(r"python_version\s*<\s*['\"](?P<version>[\d.]+)['\"]")
 _VERSION = re.compile(r"(>=|<)\s*([\d.]+)")
 
 
@@ -43,8 +45,14 @@ def requirements() -> Iterator[Requirement]:
     """Reads what the installed package asks for."""
     for line in metadata.requires(PACKAGE) or ():
         found = _REQUIREMENT.match(line)
-        if found and found["name"] != PACKAGE:
+        if found and found["name"] != PACKAGE and _applies(line):
             yield Requirement(found["name"], found["versions"].strip(), found["extra"] or "")
+
+
+def _applies(line: str) -> bool:
+    """Whether a requirement is one of this Python: some libraries stand in for what a later one brings."""
+    earlier = _EARLIER_PYTHON.search(line)
+    return earlier is None or sys.version_info[:2] < _numbers(earlier["version"])
 
 
 def library(requirement: Requirement, remedy: str) -> Finding:

@@ -11,6 +11,7 @@ from pathlib import Path
 from tumble.logs.optional import EXTRAS, install_command
 from tumble.tools.doctor.devices import iio_devices, serial_ports
 from tumble.tools.doctor.libraries import PACKAGE, Requirement, library, requirements
+from tumble.tools.doctor.project import project
 from tumble.tools.doctor.result import Diagnosis, Finding, Section, State
 from tumble.tools.doctor.terminal import terminal
 
@@ -32,6 +33,7 @@ def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:
             _section("Data frames", lambda: [library(DATA_FRAMES, "python -m pip install pandas")]),
             _section("Serial ports", partial(serial_ports, root)),
             _section("Sensors of Linux (IIO)", partial(iio_devices, root)),
+            _section("Settings", partial(project, home)),
             _section("Terminal", partial(terminal, home or Path.home())),
         )
     )

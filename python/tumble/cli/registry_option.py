@@ -1,0 +1,97 @@
+"""The option `--registry`: results that a procedure has written are handed over to a laboratory's record."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import shlex
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from typing import Annotated, Any, TypeAlias, get_type_hints
+
+import typer
+
+from tumble.cli.exit_code import ExitCode
+from tumble.foundation.errors import CommandError, TumbleError
+from tumble.foundation.files import files_written
+from tumble.foundation.words import count_of
+from tumble.logs.optional import install_command
+
+RegistryOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        "--registry",
+        envvar="TUMBLE_REGISTRY",
+        metavar="FILE|URL",
+        help="Registry of the laboratory: a file, or postgresql://USER@HOST/DATABASE.",
+        show_default=False,
+    ),
+]
+
+
+def with_registry(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give the command of a procedure `--registry`, and enter there what it has written."""
+    signature = inspect.signature(command)
+    hints = get_type_hints(command, include_extras=True)
+    own = [
+        parameter.replace(annotation=hints.get(name, parameter.annotation), kind=parameter.KEYWORD_ONLY)
+        for name, parameter in signature.parameters.items()
+    ]
+    added = inspect.Parameter(
+        "registry", inspect.Parameter.KEYWORD_ONLY, default="", annotation=RegistryOption
+    )
+
+    @functools.wraps(command)
+    def wrapper(registry: str = "", **arguments: Any) -> None:  # noqa: ANN401
+        end: typer.Exit | None = None
+        try:
+            command(**arguments)
+        except typer.Exit as error:
+            end = error
+        if registry and not _entered(registry):
+            raise typer.Exit(ExitCode.NOT_ALL_WELL)
+        if end is not None:
+            raise end
+
+    parameters = [*own, added]
+    wrapper.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    wrapper.__annotations__ = {each.name: each.annotation for each in parameters} | {"return": None}
+    return wrapper
+
+
+def laboratory(module: str) -> Any:  # noqa: ANN401 - a module has no type of its own
+    """Import a module of the laboratory, a room above this one, as all commands are.
+
+    Raises `CommandError`, with how to get it, where a library that it needs is not installed.
+    """
+    try:
+        return import_module(f"tumble.laboratory.{module}")
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            f"the registry needs the Python package {error.name}, which is not installed; type: "
+            f"{install_command('laboratory')}"
+        ) from error
+
+
+def _entered(address: str) -> bool:
+    """Enter what was written; where that cannot be done, print how to do it later and return False."""
+    from tumble.foundation.project_file import project_settings
+
+    written = [path for path in files_written() if path.is_file()]
+    stated = {setting.name: setting.value for setting in project_settings().values()}
+    try:
+        added = laboratory("entering").enter_written(address, written, stated)
+    except TumbleError as error:
+        folders = dict.fromkeys(shlex.quote(str(path.parent)) for path in written if path.suffix == ".yaml")
+        print(
+            f"tumble: not in the registry: {error}; the results are written: type tumble registry add "
+            f"{' '.join(folders)}",
+            file=sys.stderr,
+        )
+        return False
+    new = sum(each.is_new for each in added)
+    known = f", {len(added) - new} there already" if new < len(added) else ""
+    if added:
+        print(f"tumble: {count_of('result', new)} added to the registry{known}", file=sys.stderr)
+    return True

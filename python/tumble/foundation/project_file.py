@@ -1,0 +1,169 @@
+"""The project file `tumble.toml`: settings that a laboratory would otherwise type with every command.
+
+The nearest file upwards from the working folder is the project's, the other one the user's. A setting comes
+from the option that is typed, else the environment, else the project, else the user.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.files import is_special, note_input
+from tumble.foundation.words import quoted
+
+NAME = "tumble.toml"
+LARGEST = 1 << 16
+"""Bytes."""
+LONGEST_VALUE = 1000
+"""Letters."""
+
+KEYS: Mapping[str, str] = {
+    "laboratory": "name of the laboratory",
+    "operator": "who calibrates",
+    "station": "where that is done",
+    "registry": "file or URL of the registry of calibrations",
+    "limits": "limits file against which targets are checked",
+    "manufacturer": "maker of the units",
+    "model": "model of the units",
+    "lot": "lot of the units",
+    "language": "language of certificates: en, or en and zh",
+}
+"""Settings and their meaning; `TUMBLE_` and the name in capitals is the variable of the environment."""
+PLACES = ("registry", "limits")
+"""Settings that name a file: relative to the folder of the file they stand in."""
+LANGUAGES = ("en", "en,zh")
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectSetting:
+    """A setting that applies."""
+
+    name: str
+    value: str
+    source: str
+    """File, or variable of the environment, that states it."""
+
+
+def project_settings(folder: Path | None = None, home: Path | None = None) -> dict[str, ProjectSetting]:
+    """Return each setting that the environment, the project or the user states, by name.
+
+    Raises `TumbleError`, in one line, where a file holds anything but settings.
+    """
+    found: dict[str, ProjectSetting] = {}
+    for path in reversed(list(project_files(folder, home))):
+        found |= {name: ProjectSetting(name, value, str(path)) for name, value in _read(path).items()}
+    for name in KEYS:
+        variable = f"TUMBLE_{name.upper()}"
+        if value := os.environ.get(variable):
+            found[name] = ProjectSetting(name, _checked(name, value, variable), variable)
+    return found
+
+
+def project_files(folder: Path | None = None, home: Path | None = None) -> Iterator[Path]:
+    """Yield the project's file, then the user's, as far as they exist."""
+    try:
+        start = (folder or Path.cwd()).resolve()
+    except FileNotFoundError:  # the working folder was removed
+        start = None
+    users = user_file(home)
+    upwards = [] if start is None else [each / NAME for each in (start, *start.parents)]
+    project = next((path for path in upwards if _exists(path)), None)
+    if project is not None:
+        yield project
+    if _exists(users) and users != project:
+        yield users
+
+
+def user_file(home: Path | None = None) -> Path:
+    """Return the place of the user's file, whether it exists or not."""
+    if home is None and os.name == "nt" and (roaming := os.environ.get("APPDATA")):
+        return Path(roaming) / "tumble" / NAME
+    if home is None and (configured := os.environ.get("XDG_CONFIG_HOME")):
+        return Path(configured) / "tumble" / NAME
+    return (home or Path("~").expanduser()) / ".config" / "tumble" / NAME
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a folder that this user may not look into
+        return False
+
+
+def _read(path: Path) -> dict[str, str]:
+    return {name: _placed(path, name, value) for name, value in _stated(path).items()}
+
+
+def _stated(path: Path) -> dict[str, str]:
+    text = _text(path)
+    stated: dict[str, str] = {}
+    for key, value in _parsed(path, text).items():
+        line = _line_of(text, key)
+        about = f"{path}: line {line}"
+        if key not in KEYS:
+            near = difflib.get_close_matches(key, KEYS, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(KEYS)}"
+            raise TumbleError(f"{quoted(key)} is not a setting; {hint}", about=about)
+        if not isinstance(value, str):
+            raise TumbleError(f'{key} needs to be text, such as {key} = "..."', about=about)
+        stated[key] = _checked(key, value, about)
+    return stated
+
+
+def _text(path: Path) -> str:
+    try:
+        if is_special(path) or path.is_dir():
+            raise TumbleError(f"{path}: is not a file; remove it, or write settings into it")
+        note_input(path)
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise TumbleError(f"{path}: is larger than {LARGEST >> 10} KiB; keep settings only in it")
+        return content.decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
+        raise TumbleError(f"{path}: cannot be read: {reason}; correct or remove it") from error
+
+
+def _parsed(path: Path, text: str) -> dict[str, Any]:
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    found: dict[str, Any] = {}
+    try:
+        found |= tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise TumbleError(f"{path}: is not TOML: {error}; correct it there") from error
+    except RecursionError as error:
+        raise TumbleError(f"{path}: is nested too deeply; settings are lines of NAME = TEXT") from error
+    return found
+
+
+def _line_of(text: str, key: str) -> int:
+    """Return the line on which a key stands, 1 where it is written in another way."""
+    pattern = re.compile(rf"\s*\[*\s*[\"']?{re.escape(key)}\b")
+    return next((n for n, line in enumerate(text.splitlines(), start=1) if pattern.match(line)), 1)
+
+
+def _checked(name: str, value: str, about: str) -> str:
+    if not value.strip() or len(value) > LONGEST_VALUE or not value.isprintable():
+        raise TumbleError(f"{name} needs to be a line of text; give one, or leave it out", about=about)
+    if name == "language" and value not in LANGUAGES:
+        raise TumbleError(f"{name} needs to be one of {' or '.join(LANGUAGES)}", about=about)
+    return value
+
+
+def _placed(path: Path, name: str, value: str) -> str:
+    """Return a value whose relative path begins at the folder of its file; URLs stay as they are."""
+    if name not in PLACES or "://" in value:
+        return value
+    return str(path.parent / Path(value).expanduser())

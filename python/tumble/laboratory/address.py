@@ -1,0 +1,105 @@
+"""Addresses of registries: a file of SQLite, or a URL of PostgreSQL. Passwords are never shown."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import unquote
+
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.words import plain
+
+if TYPE_CHECKING:
+    from sqlalchemy import URL
+
+HIDDEN = "***"
+_SQLITE = re.compile(r"sqlite:///?(?P<path>.+)")
+_SERVER = re.compile(r"postgres(ql)?(\+psycopg)?://")
+_KINDS = "give a file such as lab.db, or postgresql://USER@HOST/DATABASE"
+_SECRETS = ("password", "sslpassword")
+"""Parts of a URL's query that are secret."""
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Place of a registry."""
+
+    path: Path | None
+    """File of SQLite; None for a server."""
+    url: URL | None = field(repr=False, default=None)
+    """Of a server."""
+
+    def __str__(self) -> str:
+        """Name the place without any password."""
+        if self.url is None:
+            return str(self.path)
+        query = {name: HIDDEN if name in _SECRETS else value for name, value in self.url.query.items()}
+        shown = self.url.set(drivername="postgresql", query=query)
+        return plain(shown.render_as_string(hide_password=True))
+
+    @property
+    def secrets(self) -> tuple[str, ...]:
+        """Passwords that the address holds, as they are and as they are written in a URL."""
+        if self.url is None:
+            return ()
+        stated = [self.url.password, *(self.url.query.get(name) for name in _SECRETS)]
+        words = [str(each) for each in stated if each]
+        written = self.url.render_as_string(hide_password=False)
+        quoted = re.search(r"://[^@/]*:(?P<password>[^@/]*)@", written)
+        found = {*words, *((quoted["password"],) if quoted else ())}
+        return tuple(sorted((each for each in found if each), key=len, reverse=True))
+
+    def without_secrets(self, text: str) -> str:
+        """Return text of a driver on one line, with its passwords hidden."""
+        line = " ".join(text.split())
+        for secret in self.secrets:
+            line = line.replace(secret, HIDDEN)
+        return plain(line)
+
+
+def parse_address(text: str | Path) -> Address:
+    """Read an address; raises `TumbleError` where it is none."""
+    stated = str(text).strip()
+    if isinstance(text, str) and _SERVER.match(stated):
+        return Address(None, _server(stated))
+    if isinstance(text, str) and (found := _SQLITE.fullmatch(stated)):
+        return Address(_file(unquote(found["path"])))
+    if not stated or (isinstance(text, str) and "://" in stated):
+        raise TumbleError(f"registry {shown(stated)}: is not an address of a registry; {_KINDS}")
+    return Address(_file(stated))
+
+
+def shown(text: str) -> str:
+    """Return an address as it was typed, without what may be a password."""
+    scheme, mark, rest = text.partition("://")
+    if not mark:
+        return plain(text)
+    _, at, place = rest.rpartition("@")
+    visible = place.partition("?")[0] if at else ""
+    return plain(f"{scheme}{mark}{HIDDEN}{at}{visible}")
+
+
+def _file(text: str) -> Path:
+    try:
+        return Path(text).expanduser().absolute()
+    except (RuntimeError, ValueError, OSError) as error:
+        raise TumbleError(f"registry {plain(text)}: is not a file name; {_KINDS}") from error
+
+
+def _server(text: str) -> URL:
+    from sqlalchemy import make_url
+    from sqlalchemy.exc import ArgumentError
+
+    try:
+        url = make_url(text).set(drivername="postgresql+psycopg")
+    except (ArgumentError, ValueError):
+        # Whatever the parser says may hold the password, which may be what is not quoted in the URL.
+        raise TumbleError(
+            f"registry {shown(text)}: is not the URL of a database; give "
+            "postgresql://USER@HOST:PORT/DATABASE, signs such as @ or / in a password as %40 or %2F"
+        ) from None
+    if not url.database:
+        raise TumbleError(f"registry {shown(text)}: names no database; give postgresql://USER@HOST/DATABASE")
+    return url

@@ -1,0 +1,52 @@
+"""Copies of a registry: the same entries and hashes in a file of SQLite, with a folder of documents."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sqlalchemy import Connection, Table, insert, select
+
+from tumble.foundation.errors import OutputError
+from tumble.foundation.files import make_file, prepare_folder
+from tumble.laboratory import tables
+from tumble.laboratory.address import parse_address
+from tumble.laboratory.database import Database, RegistryError
+from tumble.laboratory.registry import Registry
+from tumble.laboratory.verification import Verification, verify
+
+FILE = "registry.db"
+_CHUNK = 1000
+
+
+def backup(registry: Registry, folder: Path) -> Verification:
+    """Copy a registry as it is at one moment into an empty folder, and verify the copy.
+
+    Raises `OutputError` where the folder holds anything, `RegistryError` where the copy is not intact.
+    """
+    prepare_folder(folder)
+    path = folder / FILE
+    if path.exists():
+        raise OutputError(f"{path}: is there already; give a new folder for each backup")
+    make_file(path)
+    copy = Database(parse_address(path))
+    copy.upgrade()
+    with registry.database.reading() as source:
+        with copy.writing() as target:
+            for table in (tables.entry, *tables.OF_ENTRIES):
+                _copy(source, target, table)
+        opened = Registry(path)
+        for digest in source.execute(select(tables.document.c.sha256)).scalars():
+            opened.documents.keep(registry.documents.read(digest))
+    found = verify(opened)
+    if not found.intact:
+        raise RegistryError(
+            f"{path}: the copy is not intact, since the registry is not: {found.faults[0]}; see "
+            "tumble registry verify"
+        )
+    return found
+
+
+def _copy(source: Connection, target: Connection, table: Table) -> None:
+    chosen = select(table).execution_options(yield_per=_CHUNK)
+    for rows in source.execute(chosen).mappings().partitions(_CHUNK):
+        target.execute(insert(table), [dict(row) for row in rows])

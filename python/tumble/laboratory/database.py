@@ -1,0 +1,169 @@
+"""The database below a registry: connections, transactions, and errors of drivers in one line.
+
+A transaction that writes holds the whole registry (`BEGIN IMMEDIATE` of SQLite, an advisory lock of
+PostgreSQL), so that entries follow one another; one that reads sees one state and holds nobody up.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import quote
+
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.pool import NullPool
+
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.address import Address
+
+PATIENCE = 30.0
+"""s to wait while another program writes."""
+_CONNECTING = 10
+"""s to wait for a server."""
+_LOCK = 0x74756D626C65
+"""Number of the advisory lock of PostgreSQL: `tumble` in ASCII."""
+HEAD = "1"
+"""Version of the tables that this version of Tumble reads and writes."""
+
+
+class RegistryError(TumbleError):
+    """A registry cannot be reached, is locked or damaged, or of another version."""
+
+
+class Database:
+    """A registry's database; one process opens a connection for each transaction."""
+
+    def __init__(self, address: Address, *, patience: float = PATIENCE) -> None:
+        self.address = address
+        self._engine = _sqlite(address.path, patience) if address.path else _server(address, patience)
+
+    @property
+    def is_sqlite(self) -> bool:
+        """Whether it is a file of SQLite."""
+        return self.address.path is not None
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """Open a transaction that sees one state; raises `RegistryError`."""
+        with self._transaction(writes=False) as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Open a transaction that no other writes beside, and commit it; raises `RegistryError`."""
+        with self._transaction(writes=True) as connection:
+            yield connection
+
+    @contextmanager
+    def _transaction(self, *, writes: bool) -> Iterator[Connection]:
+        try:
+            with self._engine.connect() as opened:
+                connection = opened.execution_options(writes=writes)
+                if not self.is_sqlite and not writes:
+                    connection = connection.execution_options(
+                        isolation_level="REPEATABLE READ", postgresql_readonly=True
+                    )
+                with connection.begin():
+                    if writes and not self.is_sqlite:
+                        connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": _LOCK})
+                    yield connection
+        except (SQLAlchemyError, sqlite3.Error) as error:
+            raise self._in_one_line(error) from None
+
+    def version(self, connection: Connection) -> str | None:
+        """Return the version of the tables; None where there are none."""
+        if not inspect(connection).has_table("alembic_version"):
+            return None
+        found = connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
+        return None if found is None else str(found)
+
+    def check_version(self, connection: Connection) -> None:
+        """Raise `RegistryError` unless the tables are of this version."""
+        found = self.version(connection)
+        if found is None:
+            raise RegistryError(
+                f"{self.address}: is not a registry; type tumble registry init {self.address}"
+            )
+        if found == HEAD:
+            return
+        if found.isdecimal() and int(found) < int(HEAD):
+            raise RegistryError(
+                f"{self.address}: is a registry of version {found}, and needs to be {HEAD}; back it up and "
+                f"type tumble registry init {self.address}"
+            )
+        raise RegistryError(
+            f"{self.address}: is a registry of version {found}, made by a newer Tumble than this one "
+            f"(version {HEAD}); upgrade Tumble"
+        )
+
+    def upgrade(self) -> None:
+        """Make the tables, or bring them to this version; raises `RegistryError`."""
+        from alembic import command
+        from alembic.config import Config
+
+        config = Config()
+        config.set_main_option(
+            "script_location", str(Path(__file__).with_name("migrations")).replace("%", "%%")
+        )
+        with self.writing() as connection:
+            if self.version(connection) is not None:
+                found = self.version(connection) or ""
+                if not (found.isdecimal() and int(found) <= int(HEAD)):
+                    self.check_version(connection)
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+        if self.is_sqlite:
+            self._keep_readers_apart()
+
+    def _keep_readers_apart(self) -> None:
+        """Have SQLite write ahead: who reads does not wait for who writes. The file remembers that."""
+        with self._engine.connect() as connection:
+            connection.connection.execute("PRAGMA journal_mode = WAL")
+
+    def _in_one_line(self, error: Exception) -> RegistryError:
+        cause = getattr(error, "orig", None) or error
+        why = self.address.without_secrets(str(cause))
+        low = why.lower()
+        if "locked" in low and self.is_sqlite:
+            remedy = "is locked by another program; wait until that has ended, and try again"
+        elif "unable to open" in low:
+            remedy = "cannot be opened; check the path and its permissions, or type tumble registry init"
+        elif self.is_sqlite and any(word in low for word in ("not a database", "malformed", "corrupt")):
+            remedy = f"is damaged, or is not a registry ({why}); restore it from a backup"
+        elif self.is_sqlite:
+            remedy = f"cannot be used: {why}; check it with tumble registry verify"
+        else:
+            remedy = f"the server does not answer as it should: {why}; check the address and the server"
+        return RegistryError(remedy, about=str(self.address))
+
+
+def _sqlite(path: Path, patience: float) -> Engine:
+    place = f"file:{quote(str(path))}?mode=rw"
+
+    def connect() -> sqlite3.Connection:
+        # Transactions are begun by the listener below, not by the driver.
+        made = sqlite3.connect(place, uri=True, timeout=patience, isolation_level=None)
+        made.execute("PRAGMA foreign_keys = ON")
+        made.execute("PRAGMA synchronous = FULL")
+        return made
+
+    engine = create_engine("sqlite://", creator=connect, poolclass=NullPool, hide_parameters=True)
+
+    @event.listens_for(engine, "begin")
+    def begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get("writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _server(address: Address, patience: float) -> Engine:
+    assert address.url is not None
+    # A lock that is waited for longer is said, as of SQLite.
+    settings = f"-c lock_timeout={int(1000 * patience)} -c default_transaction_isolation=read\\ committed"
+    options = {"connect_timeout": _CONNECTING, "options": settings, "application_name": "tumble"}
+    stated = {name: value for name, value in options.items() if name not in address.url.query}
+    return create_engine(address.url, connect_args=stated, poolclass=NullPool, hide_parameters=True)

@@ -1,0 +1,119 @@
+"""Wrong addresses, files that are none, locks and passwords: one line, and nothing secret in it."""
+
+from __future__ import annotations
+
+import sqlite3
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from made_up_calibrations import made_up, save
+from postgres import PASSWORD
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.address import parse_address
+from tumble.laboratory.registry import Registry
+from turntable_sessions import one_line, typed
+
+
+def refusal(*words):
+    done = typed("registry", *words)
+    assert (done.code, done.out) == (2, "")
+    return one_line(done.err)
+
+
+def test_without_a_registry_a_command_says_how_to_set_one():
+    assert "set TUMBLE_REGISTRY" in refusal("list")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"no database at all\n" * 100, b"SQLite format 3\x00" + b"\xff" * 200]
+)
+def test_a_file_that_is_no_registry_is_refused(tmp_path, content):
+    path = tmp_path / "lab.db"
+    path.write_bytes(content)
+    assert str(path) in refusal("list", "--registry", path)
+    assert path.read_bytes() == content
+
+
+def test_a_missing_registry_is_not_made_by_looking(tmp_path):
+    assert "type tumble registry init" in refusal("list", "--registry", tmp_path / "lab.db")
+    assert not (tmp_path / "lab.db").exists()
+
+
+def test_a_locked_registry_is_refused_after_a_wait(tmp_path):
+    Registry.create(tmp_path / "lab.db")
+    results = save(tmp_path / "a", made_up())
+    holder = sqlite3.connect(tmp_path / "lab.db", isolation_level=None)
+    holder.execute("BEGIN IMMEDIATE")
+    with pytest.raises(TumbleError, match="is locked by another program"):
+        Registry(tmp_path / "lab.db", patience=0.1).add(results)
+    assert len(Registry(tmp_path / "lab.db").list()) == 0
+    holder.execute("ROLLBACK")
+    holder.close()
+    assert Registry(tmp_path / "lab.db").add(results)[0].is_new
+
+
+def test_a_server_that_does_not_answer_is_one_line_without_the_password():
+    address = "postgresql://ann:sesame%40@127.0.0.1:1/lab?password=sesame%40"
+    message = refusal("list", "--registry", address)
+    assert "sesame" not in message
+    assert "postgresql://ann:***@127.0.0.1:1/lab" in message
+
+
+def test_a_wrong_password_and_a_missing_database_name_no_password(server):
+    for address in (server.url("nowhere"), server.url("postgres").replace("word", "wrong")):
+        message = refusal("list", "--registry", address)
+        assert PASSWORD not in message
+        assert "word" not in message.replace("password authentication", "")
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "postgresql://ann:secret/word@host/lab",
+        "postgresql://ann:secret@host:port/lab",
+        "postgresql://ann:secret@host",
+        "postgresql://ann:secret",
+        "mysql://ann:secret@host/lab",
+        "postgresql://ann:secret@[host/lab",
+        "postgres://ann@host/lab?password=secret&connect_timeout=x",
+    ],
+)
+def test_a_malformed_url_is_refused_without_its_password(address):
+    message = refusal("list", "--registry", address)
+    assert "secret" not in message
+
+
+@given(st.text(st.characters(codec="ascii"), min_size=6, max_size=30).filter(lambda text: "ann" not in text))
+def test_no_password_shows_in_an_address(password):
+    from urllib.parse import quote
+
+    if password in "postgresql://ann:***@host:5432/lab":
+        return
+    address = parse_address(f"postgresql://ann:{quote(password, safe='')}@host:5432/lab")
+    assert str(address) == "postgresql://ann:***@host:5432/lab"
+    assert password not in address.without_secrets(f"connection of {password} refused")
+    assert password not in repr(address)
+
+
+def test_text_of_others_is_shown_escaped(tmp_path):
+    registry = Registry.create(tmp_path / "lab.db")
+    odd = made_up(name="\x1b[31mred\u202e", serial="[bold]9[/bold]")
+    registry.add(save(tmp_path / "a", odd))
+    for words in (("list",), ("show", "[bold]9[/bold]")):
+        done = typed("registry", *words, "--registry", tmp_path / "lab.db")
+        assert done.code == 0
+        assert "\x1b" not in done.out
+        assert "\u202e" not in done.out
+        assert "[bold]9[/bold]" in done.out
+
+
+@pytest.mark.parametrize("wanted", ["nobody", "", "'; DROP TABLE unit; --", "%", "a"])
+def test_a_result_that_nobody_knows_is_said_in_one_line(tmp_path, wanted):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up()))
+    if wanted and registry.list()[0]["calibration"].startswith(wanted):
+        return
+    assert "see tumble registry list" in refusal("show", wanted, "--registry", tmp_path / "lab.db")
+    assert registry.verify().intact

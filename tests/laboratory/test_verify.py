@@ -1,0 +1,179 @@
+"""`verify` finds one flipped bit anywhere: in a row, in the chain, in a document."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import sqlite3
+from pathlib import Path
+
+import psycopg
+import pytest
+
+from made_up_calibrations import made_up, save
+from repetitions import repetitions
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.registry import Registry
+from turntable_sessions import typed
+
+LIMITS = {"accelerometer": {"bias": 0.5}}
+
+
+@pytest.fixture
+def filled(registry, tmp_path):
+    """A registry with two results and their documents."""
+    registry.add(save(tmp_path / "a", made_up(limits=LIMITS), made_up(serial="2", log="2")))
+    assert registry.verify().intact
+    return registry
+
+
+@contextlib.contextmanager
+def behind(registry):
+    """A connection past the registry, with its triggers off."""
+    if registry.address.path is None:
+        url = registry.address.url.set(drivername="postgresql").render_as_string(hide_password=False)
+        with psycopg.connect(url) as connection:
+            connection.execute("SET session_replication_role = replica")
+            yield connection
+        return
+    connection = sqlite3.connect(registry.address.path)
+    made = connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
+    for name, _ in made:
+        connection.execute(f"DROP TRIGGER {name}")
+    yield connection
+    for _, sql in made:
+        connection.execute(sql)
+    connection.commit()
+    connection.close()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE parameter SET value = value + 1e-12 WHERE name = 'accelerometer bias x'",
+        "UPDATE parameter SET u = NULL WHERE name = 'accelerometer bias y'",
+        "UPDATE calibration SET verdict = 'pass'",
+        "UPDATE unit SET serial = '0043' WHERE serial = '0042'",
+        "UPDATE session SET operator = 'Eve'",
+        "UPDATE decision SET why = 'x'",
+        "UPDATE document SET size = size + 1",
+        "UPDATE registry SET laboratory = 'Another'",
+        "UPDATE entry SET date = '2020-01-01T00:00:00Z' WHERE number = 2",
+        "UPDATE entry SET who = 'Eve' WHERE number = 3",
+        "UPDATE entry SET previous = hash WHERE number = 2",
+        "UPDATE entry SET hash = previous WHERE number = 3",
+        "DELETE FROM parameter WHERE name = 'accelerometer scale z'",
+        "DELETE FROM recording",
+        "INSERT INTO equipment VALUES ('x', 2, '', '', '', '', '', '', '', '', '', NULL)",
+        "INSERT INTO parameter (calibration, name, entry, unit, origin, measured) "
+        "SELECT calibration, 'new', entry, unit, origin, measured FROM parameter "
+        "WHERE name = 'accelerometer bias x'",
+    ],
+)
+def test_a_change_behind_the_registry_is_found(filled, change):
+    with behind(filled) as connection:
+        connection.execute(change)
+    found = filled.verify()
+    assert not found.intact, change
+    assert all("\n" not in fault for fault in found.faults)
+
+
+@pytest.mark.parametrize("change", ["UPDATE entry SET who = 'Eve'", "DELETE FROM parameter"])
+def test_the_engine_itself_refuses_changes(filled, change):
+    from sqlalchemy import text
+
+    with (
+        pytest.raises(TumbleError, match="rows of the registry are never changed"),
+        filled.database.writing() as connection,
+    ):
+        connection.execute(text(change))
+    assert filled.verify().intact
+
+
+def test_entries_cut_off_at_the_end_show_by_the_hash_noted_before(filled):
+    head = filled.verify().head
+    with behind(filled) as connection:
+        tables = ("parameter", "decision", "calibration", "recording", "session", "document", "unit", "entry")
+        for table in tables:
+            connection.execute(f"DELETE FROM {table} WHERE {'number' if table == 'entry' else 'entry'} = 3")
+    assert filled.verify().intact
+    (fault,) = filled.verify(head=head).faults
+    assert "entries at the end are missing" in fault
+
+
+def test_a_trigger_that_was_dropped_is_found(tmp_path):
+    registry = Registry.create(tmp_path / "lab.db")
+    with sqlite3.connect(tmp_path / "lab.db") as connection:
+        connection.execute("DROP TRIGGER calibration_no_update")
+    assert "calibration_no_update" in registry.verify().faults[0]
+
+
+def test_one_flipped_bit_of_a_document_is_found(filled):
+    folder = Path(filled.documents.place)
+    drawn = random.Random(7)
+    for path in sorted(folder.glob("??/*")):
+        content = bytearray(path.read_bytes())
+        place = drawn.randrange(8 * len(content))
+        content[place // 8] ^= 1 << place % 8
+        whole = path.read_bytes()
+        path.write_bytes(content)
+        (fault,) = filled.verify().faults
+        assert path.name in fault
+        with pytest.raises(TumbleError, match="was changed since it was stored"):
+            filled.document(path.name)
+        path.write_bytes(whole)
+    path.unlink()
+    assert "document is missing" in filled.verify().faults[0]
+
+
+def contents(path):
+    """All rows of all tables, as the driver reads them."""
+    with contextlib.closing(sqlite3.connect(path)) as connection:
+        connection.text_factory = bytes
+        names = [
+            name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+        ]
+        return {
+            name: sorted(map(repr, connection.execute(f"SELECT * FROM {name.decode()}"))) for name in names
+        }
+
+
+@pytest.mark.parametrize("seed", range(repetitions(160) // 40))
+def test_one_flipped_bit_of_the_file_is_found_or_changes_no_row(tmp_path, seed):
+    path = tmp_path / "lab.db"
+    registry = Registry.create(path)
+    registry.add(save(tmp_path / "a", made_up(limits=LIMITS)))
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    connection.close()
+    whole, before = path.read_bytes(), contents(path)
+    drawn = random.Random(seed)
+    print("seed", seed)
+    for _ in range(40):
+        place = drawn.randrange(8 * len(whole))
+        content = bytearray(whole)
+        content[place // 8] ^= 1 << place % 8
+        path.write_bytes(content)
+        for beside in tmp_path.glob("lab.db-*"):
+            beside.unlink()
+        if found_intact(path):
+            assert contents(path) == before, place
+
+
+def found_intact(path):
+    """Whether the registry opens and nothing is found wrong with it."""
+    try:
+        return Registry(path).verify().intact
+    except TumbleError:
+        return False
+
+
+def test_a_registry_with_a_fault_ends_the_command_with_3(tmp_path):
+    registry = Registry.create(tmp_path / "lab.db")
+    registry.add(save(tmp_path / "a", made_up()))
+    assert typed("registry", "verify", "--registry", tmp_path / "lab.db").code == 0
+    with behind(registry) as connection:
+        connection.execute("UPDATE session SET station = 'x'")
+    done = typed("registry", "verify", "--registry", tmp_path / "lab.db")
+    assert done.code == 3
+    assert "fault: entry 2" in done.out
