@@ -17,6 +17,7 @@ from tumble.cli.screen import print_json, print_summary
 from tumble.foundation.errors import CommandError
 
 if TYPE_CHECKING:
+    from tumble.calibration.limits import Limits
     from tumble.laboratory.registry import Registry
 
 registry_app = typer.Typer(
@@ -38,6 +39,9 @@ LotOption: TypeAlias = Annotated[
 ]
 ManufacturerOption: TypeAlias = Annotated[
     str, typer.Option("--manufacturer", metavar="TEXT", help="Maker of the units.", show_default=False)
+]
+LimitsOption: TypeAlias = Annotated[
+    str | None, typer.Option("--limits", metavar="FILE", help="Limits file.", show_default=False)
 ]
 OperatorOption: TypeAlias = Annotated[
     str,
@@ -196,6 +200,92 @@ def show_command(
             print(f"Written: {path}", file=sys.stderr)
 
 
+@registry_app.command("history", cls=AbbreviatingCommand)
+def history_command(
+    unit: Annotated[
+        str, typer.Argument(metavar="[UNIT]", help="Serial or name of a unit; or give --lot or --model.")
+    ] = "",
+    output: OutputFolder = None,
+    lot: LotOption = "",
+    model: ModelOption = "",
+    limits: LimitsOption = None,
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Show a unit over time, with its drift; of a lot or model how capable and repeatable it is.
+
+    Example: tumble registry history 0042 -o history
+
+    With -o a page is written. Drift is pooled over the units of the model.
+    """
+    if bool(unit) == bool(lot or model):
+        raise CommandError("give a unit, or --lot or --model")
+    opened = _open(registry)
+    from tumble.laboratory.text import DRIFT_COLUMNS, LOT_COLUMNS, drift_rows, lot_rows, signal_sentences
+
+    held = _limits(limits)
+    if not unit:
+        found = opened.lot(lot=lot, model=model, limits=held)
+        if as_json:
+            print_json({"units": found.units, "parameters": list(found.rows())})
+        else:
+            print_summary(_table(LOT_COLUMNS, lot_rows(found)))
+        return
+    history = opened.history(unit, held)
+    if as_json:
+        print_json({"unit": history.unit, "values": list(history.rows()), "due": list(history.due_rows())})
+    else:
+        print_summary(_table(DRIFT_COLUMNS, drift_rows(history)))
+        for sentence in signal_sentences(history):
+            print(f"control chart: {sentence}")
+    if output is not None:
+        from tumble.foundation.file_names import file_stem
+        from tumble.foundation.files import prepare_folder
+        from tumble.laboratory.report.page import HISTORY_REPORT
+
+        path = prepare_folder(output) / f"{file_stem(str(history.unit['name']))}.history.html"
+        HISTORY_REPORT.write(history, path)
+        print(f"Report: {path}", file=sys.stderr)
+
+
+@registry_app.command("due", cls=AbbreviatingCommand)
+def due_command(
+    units: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[UNIT...]", help="Serials or names; all units of a lot or model without."),
+    ] = None,
+    lot: LotOption = "",
+    model: ModelOption = "",
+    limits: LimitsOption = None,
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Say when units are due: when they may leave their limits with more than 5 %.
+
+    Example: tumble registry due 0042 --limits limits.yaml
+
+    Without --limits those hold that a unit was last checked against. The exit code is 3 if a unit is due.
+    """
+    opened = _open(registry)
+    from tumble.foundation.provenance import date_now
+    from tumble.laboratory.text import due_sentence
+
+    held = _limits(limits)
+    if not units and not (lot or model):
+        raise CommandError("give units, or --lot or --model")
+    wanted = units or opened.units(lot=lot or None, model=model or None)
+    names = [each if isinstance(each, str) else str(each["unit"]) for each in wanted]
+    found = [opened.history(name, held) for name in names]
+    if as_json:
+        rows = [{"unit": each.unit, "due": each.due, "parameters": list(each.due_rows())} for each in found]
+        print_json({"units": rows})
+    else:
+        for each in found:
+            print(f"{each.unit['serial'] or each.unit['name']}: {due_sentence(each)}")
+    if any(each.due and each.due <= date_now()[:10] for each in found):
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
+
+
 @registry_app.command("verify", cls=AbbreviatingCommand)
 def verify_command(
     head: Annotated[
@@ -326,6 +416,12 @@ def equipment_command(
 def _open(address: str) -> Registry:
     opened: Registry = laboratory_room("registry").Registry(_stated(address))
     return opened
+
+
+def _limits(path: str | None) -> Limits | None:
+    from tumble.calibration.limits import Limits
+
+    return Limits.load(path) if path else None
 
 
 def _stated(address: str) -> str:

@@ -39,6 +39,8 @@ from tumble.laboratory.results import (
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from tumble.calibration.limits import Limits
+    from tumble.laboratory.history import Lot, UnitHistory
     from tumble.laboratory.verification import Verification
 
 SHORT = 12
@@ -365,7 +367,7 @@ class Registry:
         column, value = (tables.unit.c.serial, serial) if serial else (tables.unit.c.name, name)
         found = [
             unit
-            for unit in _current_units(connection, column == stored(value))
+            for unit in current_units(connection, column == stored(value))
             if (unit["serial"] == stored(serial))
             and all(not ours or not theirs or ours == theirs for ours, theirs in _kinds(facts, unit))
         ]
@@ -408,7 +410,7 @@ class Registry:
                 chosen = chosen.where(column == stored(value))
         with self.database.reading() as connection:
             if serial is not None:
-                units = [unit["unit"] for unit in _units_called(connection, serial)]
+                units = [unit["unit"] for unit in units_called(connection, serial)]
                 chosen = chosen.where(c.c.unit.in_(units))
             return Listing(_rows(connection, chosen))
 
@@ -418,7 +420,7 @@ class Registry:
             whole = self._whole_identity(connection, identity)
             c = tables.calibration
             (calibration,) = _rows(connection, select(c).where(c.c.calibration == whole))
-            (unit,) = _current_units(connection, tables.unit.c.unit == calibration["unit"])
+            (unit,) = current_units(connection, tables.unit.c.unit == calibration["unit"])
             key = calibration["session"]
             (session,) = _rows(connection, select(tables.session).where(tables.session.c.session == key))
             return Shown(
@@ -462,7 +464,7 @@ class Registry:
             found = list(connection.execute(chosen).scalars())
             if len(found) == 1:
                 return str(found[0])
-        units = [unit["unit"] for unit in _units_called(connection, wanted)]
+        units = [unit["unit"] for unit in units_called(connection, wanted)]
         chosen = select(c.c.calibration).where(c.c.unit.in_(units))
         latest = connection.execute(chosen.order_by(c.c.date.desc(), c.c.entry.desc()).limit(1)).scalar()
         if latest is None:
@@ -499,6 +501,25 @@ class Registry:
         from tumble.laboratory.backup import backup
 
         return backup(self, Path(folder))
+
+    def history(self, unit: str, limits: Limits | None = None) -> UnitHistory:
+        """Return a unit, by serial or name, over time, with its drift and due date.
+
+        Without `limits` those hold that it was last checked against.
+        """
+        from tumble.laboratory.history import history_of
+
+        return history_of(self, unit, limits)
+
+    def due(self, unit: str, limits: Limits | None = None) -> str:
+        """Return the date on which a unit is due, as in `2027-06-30`; empty where there is none."""
+        return self.history(unit, limits).due
+
+    def lot(self, *, lot: str = "", model: str = "", limits: Limits | None = None) -> Lot:
+        """Return the capability of a lot or model, and how well its units are measured again."""
+        from tumble.laboratory.history import lot_of
+
+        return lot_of(self, lot=lot, model=model, limits=limits)
 
     def equipment(self) -> Listing:
         """Return references, tables and chambers with the dates at which they are due."""
@@ -588,7 +609,7 @@ def _latest_units() -> Any:  # noqa: ANN401 - a subquery
     return select(u).where(~later).subquery("units")
 
 
-def _current_units(connection: Connection, condition: Any) -> Iterator[Mapping[str, Any]]:  # noqa: ANN401
+def current_units(connection: Connection, condition: Any) -> Iterator[Mapping[str, Any]]:  # noqa: ANN401
     """Yield units of which some row meets a condition, each as its latest row has it."""
     u = tables.unit
     keys = list(connection.execute(select(u.c.unit).where(condition).distinct()).scalars())
@@ -598,11 +619,11 @@ def _current_units(connection: Connection, condition: Any) -> Iterator[Mapping[s
     yield from latest.values()
 
 
-def _units_called(connection: Connection, name: str) -> Iterator[Mapping[str, Any]]:
+def units_called(connection: Connection, name: str) -> Iterator[Mapping[str, Any]]:
     """Yield units of that serial; where there are none, those of that name."""
     u, wanted = tables.unit.c, stored(name)
-    found = list(_current_units(connection, u.serial == wanted))
-    yield from found or _current_units(connection, or_(u.name == wanted, u.unit == wanted))
+    found = list(current_units(connection, u.serial == wanted))
+    yield from found or current_units(connection, or_(u.name == wanted, u.unit == wanted))
 
 
 def _kinds(facts: UnitFacts, unit: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:

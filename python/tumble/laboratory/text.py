@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from tumble.foundation.plain import finite
+from tumble.laboratory.history import Lot, UnitHistory
 from tumble.laboratory.registry import Shown
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, round_like
 
@@ -85,3 +87,77 @@ def shown_content(found: Shown) -> dict[str, Any]:
     plain = finite(content)
     assert isinstance(plain, dict)
     return plain
+
+
+DUE_COLUMNS = ("parameter", "last value", "limit", "within it now", "due")
+DRIFT_COLUMNS = ("parameter", "calibrations", "last value", "drift a year, rms", "95 % interval")
+LOT_COLUMNS = ("parameter", "units", "Cp", "Cpk", "repeatability", "reproducibility")
+
+
+def due_sentence(history: UnitHistory) -> str:
+    """Say when a unit is due, and by which parameter."""
+    first = min((each for each in history.parameters if each.due), key=lambda each: each.due, default=None)
+    if first is not None:
+        return f"Due on {first.due}, by {first.measured.name}."
+    reasons = sorted({each.reason for each in history.parameters})
+    return f"No due date: {'; '.join(reasons) or 'no parameter with an uncertainty is on record'}."
+
+
+def due_rows(history: UnitHistory) -> Iterator[tuple[str, ...]]:
+    """Print what `DUE_COLUMNS` name of each parameter that has a limit."""
+    for each in history.parameters:
+        if each.limit is None:
+            continue
+        measured = each.measured
+        scale = readable_scale(measured.unit, measured.values[-1])
+        yield (
+            measured.name,
+            scale.measurement(measured.values[-1], measured.u[-1]),
+            f"± {scale.figure(each.limit)}",
+            "not known" if each.probability is None else f"{100.0 * each.probability:.1f} %",
+            each.due or each.reason,
+        )
+
+
+def drift_rows(history: UnitHistory) -> Iterator[tuple[str, ...]]:
+    """Print what `DRIFT_COLUMNS` name of each parameter."""
+    for each in history.parameters:
+        measured, walk = each.measured, each.walk
+        value = readable_scale(measured.unit, measured.values[-1])
+        head = (
+            measured.name,
+            str(len(measured.values)),
+            value.measurement(measured.values[-1], measured.u[-1]),
+        )
+        if walk is None:
+            yield (*head, "not known", "")
+            continue
+        scale = readable_scale(measured.unit, math.sqrt(walk.high))
+        low, q, high = (scale.figure(math.sqrt(each), 2) for each in (walk.low, walk.q, walk.high))
+        yield (*head, q, f"{low} to {high}")
+
+
+def signal_sentences(history: UnitHistory) -> Iterator[str]:
+    """Say where a control chart shows that something changed."""
+    for each in history.parameters:
+        if each.chart is not None:
+            for place, rule in each.chart.signals:
+                yield f"{each.measured.name} on {each.measured.dates[place][:10]}: {rule}"
+
+
+def lot_rows(lot: Lot) -> Iterator[tuple[str, ...]]:
+    """Print what `LOT_COLUMNS` name of each parameter."""
+    for name in dict.fromkeys([*lot.capabilities, *lot.precisions]):
+        c, p = lot.capabilities.get(name), lot.precisions.get(name)
+        yield (
+            name,
+            "" if c is None else str(c.units),
+            "" if c is None else _with_ends(c.cp, c.cp_interval),
+            "" if c is None else _with_ends(c.cpk, c.cpk_interval),
+            "" if p is None else f"{p.repeatability:.2g}",
+            "" if p is None else f"{p.reproducibility:.2g}",
+        )
+
+
+def _with_ends(value: float, ends: tuple[float, float]) -> str:
+    return f"{value:.2f} ({ends[0]:.2f} to {ends[1]:.2f})"

@@ -1,0 +1,332 @@
+"""Parameters of units over time: history, drift and due dates from the rows of the registry."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta, timezone
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, select
+
+from tumble.calibration.limits import Limits
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.results import Row, Tabular
+from tumble.foundation.words import quoted
+from tumble.laboratory import tables
+from tumble.laboratory.drift import (
+    HORIZON,
+    Series,
+    Walk,
+    due_time,
+    interval,
+    pooled_walk,
+    probability_within,
+    state_after,
+)
+from tumble.laboratory.quality import (
+    Capability,
+    ControlChart,
+    Precision,
+    capability,
+    control_chart,
+    precision,
+)
+from tumble.laboratory.registry import Registry, current_units, units_called
+from tumble.laboratory.results import ideal, limit_of
+
+MOST_POOLED = 200
+"""Units of a model that the walk is estimated from: more tell little, and take long."""
+YEAR = 365.25 * 86400.0
+"""s."""
+_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+_NO_DRIFT_SHOWN = "the units of its model show too few changes"
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Values of one parameter of one unit, in the order of time; each run counts once."""
+
+    name: str
+    unit: str
+    dates: tuple[str, ...]
+    values: tuple[float, ...]
+    u: tuple[float, ...]
+    common: tuple[float, ...]
+    stations: tuple[str, ...]
+
+    @property
+    def series(self) -> Series:
+        """The same as drift is computed from: the part of u that the reference leaves is apart."""
+        u, common = np.array(self.u), np.array(self.common)
+        own = np.maximum(u**2 - common**2, 1e-6 * u**2)
+        return Series(
+            np.array([years_of(date) for date in self.dates]),
+            np.array(self.values),
+            own,
+            float(np.max(common**2)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterHistory:
+    """One parameter of a unit over time, with the drift of its model."""
+
+    measured: Measured
+    walk: Walk | None
+    """None where the units of the model show too few changes."""
+    chart: ControlChart | None
+    """None of fewer than five values."""
+    limit: float | None
+    """Largest distance from the ideal value; None where nobody states one."""
+    due: str
+    """Date, or empty where the unit is not due within the horizon or nothing shows when."""
+    reason: str
+    """Why there is no due date; empty where there is one."""
+    probability: float | None
+    """Of being within the limit at the last calibration; None where that is not known."""
+
+    def predicted(self, years: float) -> tuple[float, float] | None:
+        """Return the 95 % interval of the true value so many years after 1970; None without a walk."""
+        if self.walk is None:
+            return None
+        return interval(state_after(self.measured.series, self.walk), self.walk, years)
+
+
+@dataclass(frozen=True, slots=True)
+class UnitHistory(Tabular):
+    """All parameters of a unit over time."""
+
+    unit: Row
+    parameters: tuple[ParameterHistory, ...]
+    pooled: int
+    """Units of the model that drift was estimated from."""
+
+    @property
+    def due(self) -> str:
+        """Earliest due date; empty where there is none."""
+        return min((each.due for each in self.parameters if each.due), default="")
+
+    def rows(self) -> Iterator[Row]:
+        """Yield each value, with its uncertainty."""
+        for each in self.parameters:
+            found = each.measured
+            for date, value, u, common in zip(found.dates, found.values, found.u, found.common, strict=True):
+                yield {
+                    "parameter": found.name, "unit": found.unit, "date": date, "value": value, "u": u,
+                    "common": common,
+                }  # fmt: skip
+
+    def due_rows(self) -> Iterator[Row]:
+        """Yield what is known of each parameter that has a limit."""
+        for each in self.parameters:
+            if each.limit is None:
+                continue
+            yield {
+                "parameter": each.measured.name,
+                "unit": each.measured.unit,
+                "value": each.measured.values[-1],
+                "limit": each.limit,
+                "date": each.measured.dates[-1],
+                "probability": each.probability,
+                "q": None if each.walk is None else each.walk.q,
+                "q_low": None if each.walk is None else each.walk.low,
+                "q_high": None if each.walk is None else each.walk.high,
+                "due": each.due,
+                "reason": each.reason,
+            }
+
+
+def history_of(registry: Registry, name: str, limits: Limits | None = None) -> UnitHistory:
+    """Return a unit, by serial or name, over time; raises `TumbleError` where there is none, or are several.
+
+    Without `limits` those hold that it was last checked against.
+    """
+    with registry.database.reading() as connection:
+        units = list(units_called(connection, name))
+        if len(units) != 1:
+            why = "no unit of the registry is called so" if not units else "several units are called so"
+            raise TumbleError(f"{quoted(name)}: {why}; see tumble registry list")
+        unit = dict(units[0])
+        key = str(unit["unit"])
+        pool = _units_of_model(connection, str(unit["model"])) if unit["model"] else []
+        found = _measured(connection, [*dict.fromkeys([key, *pool])])
+        held = limits or _last_limits(registry, connection, key)
+    own = found.pop(key, {})
+    fleet = [own, *found.values()]
+    parameters = tuple(
+        _parameter(measured, [unit_[parameter] for unit_ in fleet if parameter in unit_], held)
+        for parameter, measured in own.items()
+    )
+    return UnitHistory(unit, parameters, len([each for each in fleet if each]))
+
+
+def _parameter(measured: Measured, fleet: Sequence[Measured], limits: Limits | None) -> ParameterHistory:
+    walk = pooled_walk([each.series for each in fleet])
+    limit = limit_of(limits, measured.name)
+    due, reason, probability = "", "no limit is stated", None
+    if limit is not None and walk is None:
+        reason = _NO_DRIFT_SHOWN
+    elif limit is not None and walk is not None:
+        state, centre = state_after(measured.series, walk), ideal(measured.name)
+        probability = probability_within(state, walk, state.time, centre, limit)
+        time = due_time(state, walk, centre, limit)
+        due, reason = ("", f"not within {HORIZON:.0f} years") if time is None else (date_of(time), "")
+    return ParameterHistory(
+        measured=measured,
+        walk=walk,
+        chart=control_chart(measured.values),
+        limit=limit,
+        due=due,
+        reason=reason,
+        probability=probability,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Lot(Tabular):
+    """Latest values of all units of a lot or model, against limits."""
+
+    units: int
+    capabilities: Mapping[str, Capability]
+    precisions: Mapping[str, Precision]
+
+    def rows(self) -> Iterator[Row]:
+        """Yield each parameter with what is known of it."""
+        for name in dict.fromkeys([*self.capabilities, *self.precisions]):
+            c, p = self.capabilities.get(name), self.precisions.get(name)
+            yield {
+                "parameter": name,
+                "units": None if c is None else c.units,
+                "mean": None if c is None else c.mean,
+                "sigma": None if c is None else c.sigma,
+                "cp": None if c is None else c.cp,
+                "cp_low": None if c is None else c.cp_interval[0],
+                "cp_high": None if c is None else c.cp_interval[1],
+                "cpk": None if c is None else c.cpk,
+                "cpk_low": None if c is None else c.cpk_interval[0],
+                "cpk_high": None if c is None else c.cpk_interval[1],
+                "repeatability": None if p is None else p.repeatability,
+                "repeatability_low": None if p is None else p.repeatability_interval[0],
+                "repeatability_high": None if p is None else p.repeatability_interval[1],
+                "reproducibility": None if p is None else p.reproducibility,
+                "repeats": None if p is None else p.repeats,
+                "stations": None if p is None else p.stations,
+            }
+
+
+def lot_of(registry: Registry, *, lot: str = "", model: str = "", limits: Limits | None = None) -> Lot:
+    """Return the capability of a lot or model, and how well its units are measured again."""
+    wanted = {column: value for column, value in (("lot", lot), ("model", model)) if value}
+    units = [str(row["unit"]) for row in registry.units(**wanted)]
+    found: dict[str, dict[str, Measured]] = {}
+    with registry.database.reading() as connection:
+        for start in range(0, len(units), MOST_POOLED):
+            found |= _measured(connection, units[start : start + MOST_POOLED])
+        held = limits or (_last_limits(registry, connection, units[0]) if units else None)
+    by_name: dict[str, dict[str, Measured]] = {}
+    for unit, parameters in found.items():
+        for name, measured in parameters.items():
+            by_name.setdefault(name, {})[unit] = measured
+    capabilities: dict[str, Capability] = {}
+    precisions: dict[str, Precision] = {}
+    for name, measured_of in by_name.items():
+        limit = limit_of(held, name)
+        if limit is not None:
+            latest = [each.values[-1] for each in measured_of.values()]
+            if (capable := capability(latest, ideal(name), limit)) is not None:
+                capabilities[name] = capable
+        if (precise := precision(_cells(measured_of))) is not None:
+            precisions[name] = precise
+    return Lot(len(units), capabilities, precisions)
+
+
+def _cells(measured: Mapping[str, Measured]) -> dict[tuple[str, str], list[float]]:
+    cells: dict[tuple[str, str], list[float]] = {}
+    for unit, each in measured.items():
+        for value, station in zip(each.values, each.stations, strict=True):
+            cells.setdefault((unit, station), []).append(value)
+    return cells
+
+
+def _units_of_model(connection: Connection, model: str) -> list[str]:
+    """Return units of a model, the same ones each time."""
+    u = tables.unit.c
+    chosen = select(u.unit).where(u.model == model).distinct().order_by(u.unit).limit(MOST_POOLED)
+    keys = [str(key) for key in connection.execute(chosen).scalars()]
+    return [
+        str(unit["unit"]) for unit in current_units(connection, u.unit.in_(keys)) if unit["model"] == model
+    ]
+
+
+def _measured(connection: Connection, units: Sequence[str]) -> dict[str, dict[str, Measured]]:
+    """Return the values of units by parameter, without what was superseded, each run once."""
+    c, p, s = tables.calibration.c, tables.parameter.c, tables.session.c
+    superseded = select(c.supersedes).where(c.unit.in_(units), c.supersedes.is_not(None))
+    gone = set(connection.execute(superseded).scalars())
+    chosen = (
+        select(
+            c.unit.label("key"), c.calibration, p.name, p.value, p.u, p.common, p.unit, p.origin, p.measured,
+            s.station,
+        )
+        .join(tables.parameter, p.calibration == c.calibration)
+        .join(tables.session, s.session == c.session)
+        .where(c.unit.in_(units), p.value.is_not(None), p.u > 0.0)
+        .order_by(p.measured, c.entry)
+    )  # fmt: skip
+    rows: dict[str, dict[str, list[Any]]] = {unit: {} for unit in units}
+    seen: set[tuple[str, str, str]] = set()
+    for row in connection.execute(chosen).mappings():
+        run = (row["key"], row["name"], row["origin"])
+        if row["calibration"] in gone or run in seen or np.isnan(years_of(row["measured"])):
+            continue
+        seen.add(run)
+        rows[row["key"]].setdefault(row["name"], []).append(row)
+    return {
+        unit: {name: _together(name, found) for name, found in sorted(parameters.items())}
+        for unit, parameters in rows.items()
+    }
+
+
+def _together(name: str, rows: Sequence[Mapping[str, Any]]) -> Measured:
+    return Measured(
+        name=name,
+        unit=rows[0]["unit"],
+        dates=tuple(row["measured"] for row in rows),
+        values=tuple(row["value"] for row in rows),
+        u=tuple(row["u"] for row in rows),
+        common=tuple(row["common"] or 0.0 for row in rows),
+        stations=tuple(row["station"] for row in rows),
+    )
+
+
+def _last_limits(registry: Registry, connection: Connection, unit: str) -> Limits | None:
+    c, d = tables.calibration.c, tables.decision.c
+    chosen = (
+        select(d.limits)
+        .join(tables.calibration, c.calibration == d.calibration)
+        .where(c.unit == unit)
+        .order_by(c.date.desc())
+        .limit(1)
+    )
+    digest = connection.execute(chosen).scalar()
+    if digest is None:
+        return None
+    return Limits.model_validate(json.loads(registry.document(str(digest))))
+
+
+def years_of(date: str) -> float:
+    """Return the years from 1970 to a date of ISO 8601; NaN where it is none."""
+    try:
+        moment = datetime.fromisoformat(date.replace("Z", "+00:00"))
+    except ValueError:
+        return np.nan
+    known = moment if moment.tzinfo else moment.replace(tzinfo=timezone.utc)
+    return (known - _EPOCH).total_seconds() / YEAR
+
+
+def date_of(years: float) -> str:
+    """Return the day that lies so many years after the beginning of 1970."""
+    return (_EPOCH + timedelta(seconds=years * YEAR)).strftime("%Y-%m-%d")
