@@ -33,6 +33,7 @@ HOW_TOS = (
     "convert",
     "simulate",
     "tables",
+    "registry",
 )
 README = ROOT / "README.md"
 GETTING_STARTED = sorted((ROOT / "docs" / "getting-started").glob("*.md"))
