@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.drifting_fleets import fleet
 
-from drifting_fleets import fleet
 from repetitions import repetitions
 from tumble.laboratory.drift import (
     HORIZON,

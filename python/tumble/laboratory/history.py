@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ from tumble.laboratory.quality import (
 from tumble.laboratory.registry import Registry, current_units, units_called
 from tumble.laboratory.results import ideal, limit_of
 
-MOST_POOLED = 200
+MOST_POOLED = 100
 """Units of a model that the walk is estimated from: more tell little, and take long."""
 YEAR = 365.25 * 86400.0
 """s."""
@@ -278,28 +279,22 @@ def _measured(connection: Connection, units: Sequence[str]) -> dict[str, dict[st
     )  # fmt: skip
     rows: dict[str, dict[str, list[Any]]] = {unit: {} for unit in units}
     seen: set[tuple[str, str, str]] = set()
-    for row in connection.execute(chosen).mappings():
-        run = (row["key"], row["name"], row["origin"])
-        if row["calibration"] in gone or run in seen or np.isnan(years_of(row["measured"])):
+    for row in connection.execute(chosen):
+        key, calibration, name, *_, origin, measured, _station = row
+        if calibration in gone or (key, name, origin) in seen or np.isnan(years_of(measured)):
             continue
-        seen.add(run)
-        rows[row["key"]].setdefault(row["name"], []).append(row)
+        seen.add((key, name, origin))
+        rows[key].setdefault(name, []).append(row)
     return {
         unit: {name: _together(name, found) for name, found in sorted(parameters.items())}
         for unit, parameters in rows.items()
     }
 
 
-def _together(name: str, rows: Sequence[Mapping[str, Any]]) -> Measured:
-    return Measured(
-        name=name,
-        unit=rows[0]["unit"],
-        dates=tuple(row["measured"] for row in rows),
-        values=tuple(row["value"] for row in rows),
-        u=tuple(row["u"] for row in rows),
-        common=tuple(row["common"] or 0.0 for row in rows),
-        stations=tuple(row["station"] for row in rows),
-    )
+def _together(name: str, rows: Sequence[Any]) -> Measured:
+    _, _, _, values, u, common, units, _, dates, stations = zip(*rows, strict=True)
+    shared = tuple(each or 0.0 for each in common)
+    return Measured(name, units[0], dates, values, u, shared, stations)
 
 
 def _last_limits(registry: Registry, connection: Connection, unit: str) -> Limits | None:
@@ -317,6 +312,7 @@ def _last_limits(registry: Registry, connection: Connection, unit: str) -> Limit
     return Limits.model_validate(json.loads(registry.document(str(digest))))
 
 
+@lru_cache(1 << 14)
 def years_of(date: str) -> float:
     """Return the years from 1970 to a date of ISO 8601; NaN where it is none."""
     try:

@@ -307,7 +307,7 @@ class Registry:
                     "origin": each.origin,
                     "measured": each.measured or date,
                 }
-                for each in result.parameters()
+                for each in result.parameters
             ],
         }
         if not self._has(connection, tables.session, "session", result.session):
@@ -533,7 +533,7 @@ class Registry:
 
 
 def _session_rows(result: Result, date: str) -> dict[str, list[dict[str, Value]]]:
-    content, run = result.calibration.content(), result.run
+    content, run = result.content, result.run
     row: dict[str, Value] = {
         "session": result.session,
         "procedure": run.procedure,

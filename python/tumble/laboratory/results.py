@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ class Parameter:
     """Date of the run that found it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Result:
     """A calibration with all that the registry keeps of it."""
 
@@ -81,19 +82,24 @@ class Result:
     source: str
     """Where it came from, for messages."""
 
-    @property
+    @cached_property
+    def content(self) -> Mapping[str, Any]:
+        """Content of the calibration file as plain data."""
+        return self.calibration.content()
+
+    @cached_property
     def run(self) -> Run:
         """Run that made the file: the latest of those that gave a part of it."""
-        return latest_run(self.calibration)
+        return latest_run(self.content)
 
-    @property
+    @cached_property
     def identity(self) -> str:
         """Hash of inputs, options and method version: the same run twice is one result.
 
         Options that a file does not state, such as units of a log, show in M and b, which therefore count to
         nine decimals.
         """
-        content, run = self.calibration.content(), self.run
+        content, run = self.content, self.run
         reference = content.get("reference", {})
         figures = {
             triad: [_rounded(content[triad]["M"]), _rounded(content[triad]["b"])]
@@ -114,7 +120,7 @@ class Result:
                 "gravity": content.get("gravity", {}).get("value"),
                 "limits": content.get("limits"),
                 "parts": sorted(
-                    [each.method.procedure, *each.gave] for each in self.calibration.contributions or ()
+                    [each["method"]["procedure"], *each["gave"]] for each in content.get("contributions", ())
                 ),
                 "figures": figures,
             }
@@ -123,7 +129,7 @@ class Result:
     @property
     def session(self) -> str:
         """Hash that is the same for all units of one run."""
-        content, run = self.calibration.content(), self.run
+        content, run = self.content, self.run
         shared = content.get("reference", {}).get("log", {}).get("sha256", "")
         own = sorted(log.get("sha256", "") for log in run.logs)
         return sha256_of_json(
@@ -142,12 +148,13 @@ class Result:
         """Yield the role and description of each log."""
         for log in self.run.logs:
             yield "unit", log
-        if shared := self.calibration.content().get("reference", {}).get("log"):
+        if shared := self.content.get("reference", {}).get("log"):
             yield "reference", shared
 
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return all numbers of the calibration that a run found."""
-        return tuple(_parameters(self.calibration))
+        """All numbers of the calibration that a run found."""
+        return tuple(_parameters(self.calibration, self.content))
 
 
 def read_results(places: Iterable[Path | str]) -> Iterator[Result]:
@@ -190,9 +197,9 @@ def read_result(path: Path) -> Result:
     return Result(calibration, document, shown, str(path))
 
 
-def latest_run(calibration: Calibration) -> Run:
-    """Return the run that a calibration file was written by."""
-    runs = [_own_run(calibration), *map(_contributed, calibration.content().get("contributions", ()))]
+def latest_run(content: Mapping[str, Any]) -> Run:
+    """Return the run that a calibration file was written by, from its content."""
+    runs = [_own_run(content), *map(_contributed, content.get("contributions", ()))]
     known = [run for run in runs if run is not None]
     # Of one second the contribution is later: it was added to what stood there.
     return max(enumerate(known), key=lambda each: (each[1].date, each[0]))[1] if known else _NOTHING
@@ -201,12 +208,11 @@ def latest_run(calibration: Calibration) -> Run:
 _NOTHING = Run("", {}, "", "", "", "", (), "")
 
 
-def _own_run(calibration: Calibration) -> Run | None:
-    content = calibration.content()
+def _own_run(content: Mapping[str, Any]) -> Run | None:
     if "method" not in content:
         return None
     logs = [content["log"]] if "log" in content else []
-    return _contributed(content | {"logs": logs})
+    return _contributed({**content, "logs": logs})
 
 
 def _contributed(content: Mapping[str, Any]) -> Run:
@@ -223,13 +229,9 @@ def _contributed(content: Mapping[str, Any]) -> Run:
     )
 
 
-def _parameters(calibration: Calibration) -> Iterator[Parameter]:
-    own = _own_run(calibration)
-    given = {
-        name: _contributed(each)
-        for each in calibration.content().get("contributions", ())
-        for name in each["gave"]
-    }
+def _parameters(calibration: Calibration, content: Mapping[str, Any]) -> Iterator[Parameter]:
+    own = _own_run(content)
+    given = {name: _contributed(each) for each in content.get("contributions", ()) for name in each["gave"]}
     for triad in TRIADS:
         section: Triad | None = getattr(calibration, triad)
         if section is None:
@@ -330,7 +332,7 @@ def ideal(parameter: str) -> float:
 def beyond_limits(result: Result) -> Iterator[str]:
     """Name each parameter that is beyond its limit, or is not observable where one is stated."""
     limits = result.calibration.limits
-    for each in result.parameters():
+    for each in result.parameters:
         limit = limit_of(limits, each.name)
         if limit is None:
             continue

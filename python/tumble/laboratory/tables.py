@@ -64,8 +64,8 @@ unit = _table(
     _text("state"),
     Index("unit_serial", "serial"),
     Index("unit_name", "name"),
-    Index("unit_model", "model"),
-    Index("unit_lot", "lot"),
+    Index("unit_model", "model", "unit"),
+    Index("unit_lot", "lot", "unit"),
     Index("unit_entry", "entry"),
 )
 """Units; the row of the latest entry holds."""
@@ -140,6 +140,8 @@ calibration = _table(
     Column("page", Text, ForeignKey("document.sha256")),
     Column("supersedes", Text, ForeignKey("calibration.calibration")),
     Index("calibration_unit", "unit", "date"),
+    Index("calibration_date", "date", "entry"),
+    Index("calibration_supersedes", "supersedes"),
     Index("calibration_entry", "entry"),
 )
 """Results, by their identity."""

@@ -67,11 +67,13 @@ _POINTERS = {
 _INDICES: dict[str, tuple[str, list[str]]] = {
     "unit_serial": ("unit", ["serial"]),
     "unit_name": ("unit", ["name"]),
-    "unit_model": ("unit", ["model"]),
-    "unit_lot": ("unit", ["lot"]),
+    "unit_model": ("unit", ["model", "unit"]),
+    "unit_lot": ("unit", ["lot", "unit"]),
     "unit_entry": ("unit", ["entry"]),
     "equipment_entry": ("equipment", ["entry"]),
     "calibration_unit": ("calibration", ["unit", "date"]),
+    "calibration_date": ("calibration", ["date", "entry"]),
+    "calibration_supersedes": ("calibration", ["supersedes"]),
     "calibration_entry": ("calibration", ["entry"]),
     **{
         f"ix_{table}_entry": (table, ["entry"])

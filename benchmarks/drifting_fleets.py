@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tumble.foundation.recording import FloatArray
 from tumble.laboratory.drift import Series
 
 
@@ -14,14 +15,14 @@ class Fleet:
     """Measured series, and the true values before and after the last of them."""
 
     series: list[Series]
-    last: np.ndarray
+    last: FloatArray
     """(units,) true value at the last calibration."""
     q: float
     random: np.random.Generator
 
     def later(self, unit: int, years: float) -> float:
         """True value of a unit so long after its last calibration."""
-        return self.last[unit] + self.random.normal(0.0, np.sqrt(self.q * max(0.0, years)))
+        return float(self.last[unit]) + self.random.normal(0.0, np.sqrt(self.q * max(0.0, years)))
 
 
 def fleet(units: int, calibrations: int, q: float, sigma: float, seed: int, *, common: float = 0.0) -> Fleet:
