@@ -21,7 +21,7 @@ def server():
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def address(request, tmp_path):
-    """Where there is room for a registry, on each engine."""
+    """Address with room for a registry, on each engine."""
     if request.param == "sqlite":
         return tmp_path / "lab.db"
     return request.getfixturevalue("server").make(f"lab_{next(_NUMBERS)}")

@@ -122,7 +122,7 @@ def test_too_few_changes_give_no_walk():
     assert pooled_walk([]) is None
 
 
-def test_a_unit_beyond_its_limit_is_due_at_once_and_one_that_stays_never():
+def test_a_unit_beyond_its_limit_is_due_at_once_another_never():
     still = fleet(100, 5, 0.0, 1e-3, 4)
     walk = pooled_walk(still.series)
     state = state_after(still.series[0], walk)

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+import postgres
 from made_up_calibrations import made_up, save
 from tumble.laboratory.registry import Registry
 from turntable_sessions import one_line, typed
@@ -65,8 +66,15 @@ def test_without_a_registry_nothing_is_said_of_one(robot):
     assert (done.code, done.err) == (0, "")
 
 
-def test_a_server_that_went_away_leaves_the_result_and_how_to_add_it(server, robot, tmp_path):
-    address = server.make("goes_away")
+@pytest.fixture
+def own_server():
+    """A server that a test may stop."""
+    with postgres.running() as running:
+        yield running
+
+
+def test_a_server_that_went_away_leaves_the_result_to_add(own_server, robot, tmp_path):
+    server, address = own_server, own_server.make("goes_away")
     Registry.create(address, documents=str(tmp_path / "documents"))
     server.stop()
     try:

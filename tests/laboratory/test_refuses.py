@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 
 import pytest
 from hypothesis import given
@@ -20,6 +21,15 @@ def refusal(*words):
     done = typed("registry", *words)
     assert (done.code, done.out) == (2, "")
     return one_line(done.err)
+
+
+def test_a_missing_library_is_named_with_how_to_get_it(monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("tumble.laboratory")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "sqlalchemy", None)
+    message = refusal("list", "--registry", "lab.db")
+    assert "the registry needs the Python package sqlalchemy" in message
+    assert "'tumble-imu[laboratory]'" in message
 
 
 def test_without_a_registry_a_command_says_how_to_set_one():
@@ -54,7 +64,7 @@ def test_a_locked_registry_is_refused_after_a_wait(tmp_path):
     assert Registry(tmp_path / "lab.db").add(results)[0].is_new
 
 
-def test_a_server_that_does_not_answer_is_one_line_without_the_password():
+def test_a_silent_server_is_one_line_without_the_password():
     address = "postgresql://ann:sesame%40@127.0.0.1:1/lab?password=sesame%40"
     message = refusal("list", "--registry", address)
     assert "sesame" not in message

@@ -96,6 +96,17 @@ def test_what_becomes_known_of_a_unit_supersedes_what_was(registry, tmp_path):
     assert len(registry.list(model="M1")) == 3
 
 
+def test_a_result_added_again_completes_its_unit_and_changes_nothing(registry, tmp_path):
+    folder = save(tmp_path / "a", made_up())
+    registry.add(folder)
+    registry.add(folder, facts=UnitFacts(model="M1"))
+    registry.add(folder, facts=UnitFacts(model="M2", lot="7"))
+    (unit,) = registry.units()
+    assert (unit["model"], unit["lot"]) == ("M1", "7")
+    assert len(registry.list()) == 1
+    assert registry.verify().intact
+
+
 def test_one_serial_of_two_models_is_two_units(registry, tmp_path):
     for model in ("M1", "M2"):
         registry.add(save(tmp_path / model, made_up(log=model)), facts=UnitFacts(model=model))

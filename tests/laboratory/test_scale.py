@@ -15,7 +15,7 @@ SMALL = {"alembic_version", "registry", "sqlite_master", "pragma_table_info", "C
 
 
 def is_scan(step):
-    """Whether a step of a plan goes through a whole table that grows."""
+    """True for a step of a plan that goes through a whole table that grows."""
     found = re.match(r"SCAN (\w+)\b(?! USING (COVERING )?INDEX)", step)
     return found is not None and found[1] not in SMALL
 

@@ -161,7 +161,7 @@ def test_one_flipped_bit_of_the_file_is_found_or_changes_no_row(tmp_path, seed):
 
 
 def found_intact(path):
-    """Whether the registry opens and nothing is found wrong with it."""
+    """True if the registry opens and nothing is found wrong with it."""
     try:
         return Registry(path).verify().intact
     except TumbleError:

@@ -29,7 +29,7 @@ class Address:
     path: Path | None
     """File of SQLite; None for a server."""
     url: URL | None = field(repr=False, default=None)
-    """Of a server."""
+    """URL of a server; None for a file."""
 
     def __str__(self) -> str:
         """Name the place without any password."""

@@ -18,6 +18,7 @@ from tumble.foundation.errors import CommandError
 
 if TYPE_CHECKING:
     from tumble.calibration.limits import Limits
+    from tumble.laboratory.history import Fleet
     from tumble.laboratory.registry import Registry
 
 registry_app = typer.Typer(
@@ -268,6 +269,7 @@ def due_command(
     """
     opened = _open(registry)
     from tumble.foundation.provenance import date_now
+    from tumble.laboratory.history import history_of
     from tumble.laboratory.text import due_sentence
 
     held = _limits(limits)
@@ -275,7 +277,8 @@ def due_command(
         raise CommandError("give units, or --lot or --model")
     wanted = units or opened.units(lot=lot or None, model=model or None)
     names = [each if isinstance(each, str) else str(each["unit"]) for each in wanted]
-    found = [opened.history(name, held) for name in names]
+    fleets: dict[str, Fleet] = {}
+    found = [history_of(opened, name, held, fleets) for name in names]
     if as_json:
         rows = [{"unit": each.unit, "due": each.due, "parameters": list(each.due_rows())} for each in found]
         print_json({"units": rows})

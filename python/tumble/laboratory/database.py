@@ -42,7 +42,7 @@ class Database:
 
     @property
     def is_sqlite(self) -> bool:
-        """Whether it is a file of SQLite."""
+        """Return True for a file of SQLite."""
         return self.address.path is not None
 
     @contextmanager
@@ -120,8 +120,11 @@ class Database:
 
     def _keep_readers_apart(self) -> None:
         """Have SQLite write ahead: who reads does not wait for who writes. The file remembers that."""
-        with self._engine.connect() as connection:
-            connection.connection.execute("PRAGMA journal_mode = WAL")
+        try:
+            with self._engine.connect() as connection:
+                connection.connection.execute("PRAGMA journal_mode = WAL")
+        except (SQLAlchemyError, sqlite3.Error) as error:
+            raise self._in_one_line(error) from None
 
     def _in_one_line(self, error: Exception) -> RegistryError:
         cause = getattr(error, "orig", None) or error

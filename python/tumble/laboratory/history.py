@@ -87,7 +87,7 @@ class ParameterHistory:
     reason: str
     """Why there is no due date; empty where there is one."""
     probability: float | None
-    """Of being within the limit at the last calibration; None where that is not known."""
+    """Probability of being within the limit at the last calibration; None where it is not known."""
 
     def predicted(self, years: float) -> tuple[float, float] | None:
         """Return the 95 % interval of the true value so many years after 1970; None without a walk."""
@@ -140,11 +140,33 @@ class UnitHistory(Tabular):
             }
 
 
-def history_of(registry: Registry, name: str, limits: Limits | None = None) -> UnitHistory:
+class Fleet:
+    """Units of a model whose drift is estimated together; each parameter's walk is computed once."""
+
+    def __init__(self, units: Mapping[str, Mapping[str, Measured]]) -> None:
+        self._units = [parameters for parameters in units.values() if parameters]
+        self._walks: dict[str, Walk | None] = {}
+
+    def __len__(self) -> int:
+        return len(self._units)
+
+    def walk(self, parameter: str) -> Walk | None:
+        """Return the walk of a parameter; None where the units show too few changes."""
+        if parameter not in self._walks:
+            found = [each[parameter].series for each in self._units if parameter in each]
+            self._walks[parameter] = pooled_walk(found)
+        return self._walks[parameter]
+
+
+def history_of(
+    registry: Registry, name: str, limits: Limits | None = None, fleets: dict[str, Fleet] | None = None
+) -> UnitHistory:
     """Return a unit, by serial or name, over time; raises `TumbleError` where there is none, or are several.
 
-    Without `limits` those hold that it was last checked against.
+    Without `limits` those hold that it was last checked against. `fleets` keeps what is known of models from
+    one unit to the next.
     """
+    fleets = {} if fleets is None else fleets
     with registry.database.reading() as connection:
         units = list(units_called(connection, name))
         if len(units) != 1:
@@ -152,20 +174,19 @@ def history_of(registry: Registry, name: str, limits: Limits | None = None) -> U
             raise TumbleError(f"{quoted(name)}: {why}; see tumble registry list")
         unit = dict(units[0])
         key = str(unit["unit"])
-        pool = _units_of_model(connection, str(unit["model"])) if unit["model"] else []
-        found = _measured(connection, [*dict.fromkeys([key, *pool])])
+        own = _measured(connection, [key])
+        # A unit without a model is alone.
+        model = str(unit["model"]) or key
+        if model not in fleets:
+            alike = _units_of_model(connection, model) if unit["model"] else []
+            fleets[model] = Fleet(_measured(connection, alike) if alike else own)
         held = limits or _last_limits(registry, connection, key)
-    own = found.pop(key, {})
-    fleet = [own, *found.values()]
-    parameters = tuple(
-        _parameter(measured, [unit_[parameter] for unit_ in fleet if parameter in unit_], held)
-        for parameter, measured in own.items()
-    )
-    return UnitHistory(unit, parameters, len([each for each in fleet if each]))
+    fleet = fleets[model]
+    parameters = tuple(_parameter(each, fleet.walk(each.name), held) for each in own[key].values())
+    return UnitHistory(unit, parameters, len(fleet))
 
 
-def _parameter(measured: Measured, fleet: Sequence[Measured], limits: Limits | None) -> ParameterHistory:
-    walk = pooled_walk([each.series for each in fleet])
+def _parameter(measured: Measured, walk: Walk | None, limits: Limits | None) -> ParameterHistory:
     limit = limit_of(limits, measured.name)
     due, reason, probability = "", "no limit is stated", None
     if limit is not None and walk is None:

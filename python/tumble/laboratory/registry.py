@@ -78,6 +78,16 @@ class Added:
     """False where the registry held it before."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Statement:
+    """Statements of whoever adds results."""
+
+    facts: UnitFacts
+    condition: str
+    supersedes: str | None
+    who: str
+
+
 class Listing(Tabular, Sequence[Row]):
     """Rows of a table, the columns of all alike."""
 
@@ -241,16 +251,27 @@ class Registry:
         with self.database.writing() as connection:
             known = set(self._known(connection, identities))
             before = self._whole_identity(connection, supersedes) if supersedes else None
+            stated = _Statement(facts, condition, before, who)
             for identity, result in zip(identities, found, strict=True):
                 is_new = identity not in known
                 if is_new:
                     known.add(identity)
-                    self._add_result(
-                        connection, identity, result, hashes[identity], facts, condition, before, who
-                    )
+                    self._add_result(connection, identity, result, hashes[identity], stated)
+                else:
+                    self._describe(connection, identity, stated)
                 calibration = result.calibration
                 added.append(Added(identity, calibration.name, calibration.serial, is_new))
         return added
+
+    def _describe(self, connection: Connection, identity: str, stated: _Statement) -> None:
+        """Enter what is stated of the unit of a result that was there already, and was not known of it."""
+        c = tables.calibration.c
+        key = connection.execute(select(c.unit).where(c.calibration == identity)).scalar_one()
+        (unit,) = current_units(connection, tables.unit.c.unit == key)
+        new = {column: value for column, value in _stated(stated.facts).items() if unit[column] in ("", "[]")}
+        if new:
+            kept: dict[str, Value] = {column: value for column, value in unit.items() if column != "entry"}
+            _append(connection, {"unit": [kept | new]}, "unit described", stated.who)
 
     def _known(self, connection: Connection, identities: Sequence[str]) -> Iterator[str]:
         column = tables.calibration.c.calibration
@@ -271,15 +292,12 @@ class Registry:
         identity: str,
         result: Result,
         documents: Mapping[str, tuple[str, int]],
-        facts: UnitFacts,
-        condition: str,
-        supersedes: str | None,
-        who: str,
+        stated: _Statement,
     ) -> None:
-        calibration, run = result.calibration, result.run
-        date = run.date or date_now()
-        unit, unit_rows = self._unit_rows(connection, calibration.name, calibration.serial, facts)
-        rows: dict[str, list[dict[str, Value]]] = {
+        date = result.run.date or date_now()
+        calibration = result.calibration
+        unit, unit_rows = self._unit_rows(connection, calibration.name, calibration.serial, stated.facts)
+        rows: NewRows = {
             "unit": unit_rows,
             "document": self._document_rows(connection, documents),
             "calibration": [
@@ -288,41 +306,21 @@ class Registry:
                     "unit": unit,
                     "session": result.session,
                     "date": date,
-                    "verdict": run.verdict,
-                    "condition": condition,
+                    "verdict": result.run.verdict,
+                    "condition": stated.condition,
                     "temperature": calibration.temperature.mean if calibration.temperature else None,
                     "document": documents["calibration"][0],
                     "page": documents["page"][0] if "page" in documents else None,
-                    "supersedes": supersedes,
+                    "supersedes": stated.supersedes,
                 }
             ],
-            "parameter": [
-                {
-                    "calibration": identity,
-                    "name": each.name,
-                    "value": each.value,
-                    "u": each.u,
-                    "common": each.common,
-                    "unit": each.unit,
-                    "origin": each.origin,
-                    "measured": each.measured or date,
-                }
-                for each in result.parameters
-            ],
+            "parameter": list(_parameter_rows(identity, result, date)),
         }
         if not self._has(connection, tables.session, "session", result.session):
             rows |= _session_rows(result, date)
-        if calibration.limits is not None:
-            rows["decision"] = [
-                {
-                    "calibration": identity,
-                    "limits": documents["limits"][0],
-                    "rule": SIMPLE,
-                    "verdict": run.verdict,
-                    "why": "; ".join(beyond_limits(result)),
-                }
-            ]
-        _append(connection, rows, "result added", who or run.operator)
+        if "limits" in documents:
+            rows["decision"] = [_decision_row(identity, result, documents["limits"][0])]
+        _append(connection, rows, "result added", stated.who or result.run.operator)
 
     def _document_rows(
         self, connection: Connection, documents: Mapping[str, tuple[str, int]]
@@ -341,14 +339,7 @@ class Registry:
     ) -> tuple[str, list[dict[str, Value]]]:
         """Find the unit that a result is of; return its key, and its row where that is new or says more."""
         current = self._unit_named(connection, name, serial, facts)
-        stated: dict[str, Value] = {
-            "manufacturer": facts.manufacturer,
-            "model": facts.model,
-            "lot": facts.lot,
-            "owner": facts.owner,
-            "identities": json.dumps(list(facts.identities)) if facts.identities else "",
-        }
-        stated = {key: stored(value) for key, value in stated.items() if value}
+        stated = _stated(facts)
         if current is None:
             key = sha256_of_json([facts.manufacturer, facts.model, serial or ["name", name]])[:32]
             empty = dict.fromkeys(("manufacturer", "model", "lot", "owner"), "") | {"identities": "[]"}
@@ -530,6 +521,42 @@ class Registry:
     def to_frame(self) -> DataFrame:
         """Return all results as a data frame; raises `TumbleError` where pandas is not installed."""
         return self.list(most=1 << 31).to_frame()
+
+
+def _stated(facts: UnitFacts) -> dict[str, Value]:
+    """Return what is stated of a unit, by column."""
+    columns: dict[str, Value] = {
+        "manufacturer": facts.manufacturer,
+        "model": facts.model,
+        "lot": facts.lot,
+        "owner": facts.owner,
+        "identities": json.dumps(list(facts.identities)) if facts.identities else "",
+    }
+    return {column: stored(value) for column, value in columns.items() if value}
+
+
+def _parameter_rows(identity: str, result: Result, date: str) -> Iterator[dict[str, Value]]:
+    for each in result.parameters:
+        yield {
+            "calibration": identity,
+            "name": each.name,
+            "value": each.value,
+            "u": each.u,
+            "common": each.common,
+            "unit": each.unit,
+            "origin": each.origin,
+            "measured": each.measured or date,
+        }
+
+
+def _decision_row(identity: str, result: Result, limits: str) -> dict[str, Value]:
+    return {
+        "calibration": identity,
+        "limits": limits,
+        "rule": SIMPLE,
+        "verdict": result.run.verdict,
+        "why": "; ".join(beyond_limits(result)),
+    }
 
 
 def _session_rows(result: Result, date: str) -> dict[str, list[dict[str, Value]]]:

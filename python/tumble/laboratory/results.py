@@ -29,7 +29,7 @@ LARGEST_PAGE = 64 << 20
 SIMPLE = "simple"
 """Decision rule: within the limit, whatever the uncertainty."""
 _DECIMALS = 9
-"""Of M and b that tell two results apart whose options do not; rounding differs between computers below."""
+"""Decimals of M and b that tell two results apart whose options do not; beyond them computers differ."""
 _WORDS = frozenset(procedure.word for procedure in PROCEDURES)
 _NOISE_UNITS = {"noise_density": "/sqrt(Hz)", "bias_instability": "", "random_walk": "/s/sqrt(Hz)"}
 
@@ -80,7 +80,7 @@ class Result:
     document: bytes
     page: bytes | None
     source: str
-    """Where it came from, for messages."""
+    """Place that it came from, for messages."""
 
     @cached_property
     def content(self) -> Mapping[str, Any]:

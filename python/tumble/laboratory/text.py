@@ -12,6 +12,7 @@ from tumble.laboratory.history import Lot, UnitHistory
 from tumble.laboratory.registry import Shown
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, round_like
 
+_NEARLY_ONE = 0.999
 COVERAGE = 2.0
 """Factor k of expanded uncertainties, for about 95 %."""
 
@@ -114,9 +115,15 @@ def due_rows(history: UnitHistory) -> Iterator[tuple[str, ...]]:
             measured.name,
             scale.measurement(measured.values[-1], measured.u[-1]),
             f"± {scale.figure(each.limit)}",
-            "not known" if each.probability is None else f"{100.0 * each.probability:.1f} %",
+            _share(each.probability),
             each.due or each.reason,
         )
+
+
+def _share(probability: float | None) -> str:
+    if probability is None:
+        return "not known"
+    return "more than 99.9 %" if probability > _NEARLY_ONE else f"{100.0 * probability:.1f} %"
 
 
 def drift_rows(history: UnitHistory) -> Iterator[tuple[str, ...]]:

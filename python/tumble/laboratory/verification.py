@@ -39,7 +39,7 @@ class Verification:
 
     @property
     def intact(self) -> bool:
-        """Whether nothing was changed, lost or added behind the registry's back."""
+        """Return True if nothing was changed, lost or added behind the registry's back."""
         return not self.faults
 
     def content(self) -> dict[str, Any]:

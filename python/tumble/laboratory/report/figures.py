@@ -87,7 +87,9 @@ def _predicted(each: ParameterHistory, end: float) -> tuple[FloatArray, ...]:
     if each.walk is None:
         nothing = np.zeros(0)
         return nothing, nothing, nothing
-    years = np.linspace(years_of(each.measured.dates[-1]), end, _POINTS)
+    start = years_of(each.measured.dates[-1])
+    # An interval grows by the root of time: places lie closer together at its beginning.
+    years = start + (end - start) * np.linspace(0.0, 1.0, _POINTS) ** 2
     ends = np.array([each.predicted(year) for year in years])
     return years, ends[:, 0], ends[:, 1]
 

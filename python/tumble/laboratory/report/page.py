@@ -38,7 +38,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class HistoryPage:
-    """What the template shows."""
+    """Content of the page, as the template shows it."""
 
     title: str
     headline: str
