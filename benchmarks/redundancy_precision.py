@@ -55,7 +55,7 @@ def _hashable(value: object) -> object:
 
 
 def differences(double: Sequence[Event], single: Sequence[Event]) -> list[Difference]:
-    """What one precision decided and the other did not, or not within two windows; in order of time."""
+    """Decisions of one precision alone, or not within two windows of the other; in order of time."""
     times = [_times(events) for events in (double, single)]
     found = [
         (each, *pair)

@@ -91,7 +91,7 @@ class Shaking:
     def felt(
         self, random: np.random.Generator, body: Body, time: FloatArray, bandwidth: float
     ) -> tuple[FloatArray, FloatArray]:
-        """What a unit feels (n, 3) of it: near the same everywhere on the body, through its filter."""
+        """Vibration (n, 3) of a unit: nearly equal everywhere on the body, through its filter."""
         share = self.at_rest + (1.0 - self.at_rest) * body.activity_at(time)
         felt = (np.zeros((len(time), 3)), np.zeros((len(time), 3)))
         for line in self.lines:

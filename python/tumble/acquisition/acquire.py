@@ -44,7 +44,7 @@ def acquire(
     progress: SampleProgress | None = None,
     rates: Literal["reference", "target"] | None = None,
 ) -> Imu:
-    """Read a recording once, in chunks, and keep sums over its rests and turns.
+    """Reads a recording once, in chunks, and keeps sums over its rests and turns.
 
     `rates` looks for constant rates, which are then no rests, as of a reference or of a target.
     `progress` is told samples done, and samples expected where they are known beforehand.
@@ -109,7 +109,7 @@ def push_recorded(
     gyroscope: FloatArray,
     triads: tuple[Triad, ...],
 ) -> None:
-    """Hand samples to the core, which knows both triads; one that was not recorded stands still at zero."""
+    """Passes samples to the core, which knows both triads; one that was not recorded is zero."""
     segmenter.push(
         chunk.time,
         accelerometer if "accelerometer" in triads else np.zeros((len(chunk), 3)),
@@ -126,7 +126,7 @@ def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray
 
 
 def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
-    """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
+    """Raises `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
     unit = imu.acquired
     refuse_if_damaged(name, imu, imu.faults)
     problem = _saturated_turns(unit, imu.faults, imu.log.time) or _rests(unit, imu.log.time)
@@ -140,7 +140,7 @@ def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
 
 
 def refuse_if_damaged(name: str, imu: Imu, faults: Sequence[ChannelFault]) -> None:
-    """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
+    """Raises `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
     unit, time = imu.acquired, imu.log.time
     problem = _samples(unit) or _time(unit, time) or _dead_channel(faults, time)
     if problem:
@@ -148,14 +148,14 @@ def refuse_if_damaged(name: str, imu: Imu, faults: Sequence[ChannelFault]) -> No
 
 
 def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
-    """Raise `ProcedureError`, in one line, where the length at rest shows a wrong accelerometer unit."""
+    """Raises `ProcedureError`, in one line, where the length at rest shows a wrong accelerometer unit."""
     misread = _accelerometer_unit(unit, gravity)
     if misread:
         raise ProcedureError(misread.line(), about=name)
 
 
 def refuse_if_rate_misread(name: str, unit: _core.Acquired) -> None:
-    """Raise `ProcedureError`, in one line, where another unit or order of axes of the gyroscope fits.
+    """Raises `ProcedureError`, in one line, where another unit or order of axes of the gyroscope fits.
 
     A gyroscope that fits in none is not refused: its scale may be far off.
     """
@@ -180,7 +180,7 @@ def _time(unit: _core.Acquired, time: LogTime) -> str:
 
 
 def _dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
-    """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
+    """Names a channel that shows nothing, or nothing at rest; empty if there is none."""
     for channel, kind, value, first, last, *_ in faults:
         if kind == "stuck":
             span = f"from {time.span(first, last)} s"
@@ -193,7 +193,7 @@ def _dead_channel(faults: Sequence[ChannelFault], time: LogTime) -> str:
 
 
 def _saturated_turns(unit: _core.Acquired, faults: Sequence[ChannelFault], time: LogTime) -> str:
-    """Name the channel of the gyroscope that costs most turns; saturation in a few only costs these."""
+    """Names the channel of the gyroscope that costs most turns; saturation in a few only costs these."""
     lost = sum(not complete for complete in unit.turn_complete)
     for fault in faults:
         if fault.is_of_gyroscope and 2 * lost > len(unit.turn_complete):
@@ -208,7 +208,7 @@ def _saturated(channel: str, value: float, first: str) -> str:
 
 
 def si_unit(channel: str) -> str:
-    """Give the unit that a channel of that name is kept in."""
+    """Returns the unit that a channel of that name is kept in."""
     return UNITS["accelerometer" if channel.startswith("accelerometer") else "gyroscope"]
 
 
@@ -246,7 +246,7 @@ class _Misread:
 
 
 def scale_notice(unit: _core.Acquired, gravity: float) -> Iterator[str]:
-    """Say where the length at rest is so far from gravity that no sensor is sold like that."""
+    """Describes a length at rest farther from gravity than that of any sensor on sale."""
     if not len(unit.rest_times):
         return
     length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
@@ -323,7 +323,7 @@ def _axes(fit: list[tuple[int, float]]) -> _Misread:
 def rests_of(
     unit: _core.Acquired, poses: dict[int, str] | None = None, triads: tuple[Triad, ...] = TRIADS
 ) -> tuple[Rest, ...]:
-    """List the rests of a unit, with pose names where known; NaN for a triad that was not recorded."""
+    """Lists the rests of a unit, with pose names where known; NaN for a triad that was not recorded."""
     poses = poses or {}
     forces = known(unit.rest_specific_force, "accelerometer", triads)
     force_sigmas = known(unit.rest_specific_force_sigma, "accelerometer", triads)
@@ -346,24 +346,24 @@ def rests_of(
 
 
 def rests_after_rates(unit: _core.Acquired) -> frozenset[int]:
-    """Give the rests between which, and the rest before, the unit turned at a constant rate."""
+    """Returns the rests between which, and the rest before, the unit turned at a constant rate."""
     starts = [start for start, *_ in unit.constant_rates]
     after = np.searchsorted(unit.rest_times[:, 0], starts)
     return frozenset(int(rest) for rest in after)
 
 
 def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
-    """List the stretches that only looked like rests, with the reason."""
+    """Lists the stretches that only looked like rests, with the reason."""
     return tuple(unused_rest(start, end, REST_REJECTIONS[why]) for start, end, why in unit.rejected_rests)
 
 
 def unused_rest(start: float, end: float, why: str) -> Rest:
-    """Describe a stretch, s, that is not used, for that reason."""
+    """Describes a stretch, s, that is not used, for that reason."""
     unknown = np.full(3, np.nan)
     return Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=why)
 
 
 def trace_of(unit: _core.Acquired, triads: tuple[Triad, ...] = TRIADS) -> Trace:
-    """Draw the recording at a glance; NaN for a triad that was not recorded."""
+    """Draws the recording at a glance; NaN for a triad that was not recorded."""
     time, forces, rates = unit.trace()
     return Trace(time, known(forces, "accelerometer", triads), known(rates, "gyroscope", triads))

@@ -35,11 +35,11 @@ class ChannelFault(NamedTuple):
 
     @property
     def is_of_gyroscope(self) -> bool:
-        """Whether the channel is one of the gyroscope."""
+        """Returns whether the channel is one of the gyroscope."""
         return self.channel.startswith("gyroscope")
 
     def touches(self, start: float, end: float) -> bool:
-        """Whether the channel was at the end of its range between two times, s."""
+        """Returns whether the channel was at the end of its range between two times, s."""
         return any(first <= end and start <= last for first, last in self.runs)
 
 
@@ -50,10 +50,10 @@ class Imu:
     recording: Recording
     acquired: _core.Acquired
     notices: tuple[str, ...] = ()
-    """What was left out while reading."""
+    """Notices on samples that were left out while reading."""
     log: LogFacts = NO_LOG
     gyroscope_digest: str = ""
-    """As `GyroscopeHead.digest` has it, of what was logged."""
+    """Digest of the logged readings, as from `GyroscopeHead.digest`."""
 
     @property
     def name(self) -> str:
@@ -72,22 +72,22 @@ class Imu:
 
 
 def recorded_faults(acquired: _core.Acquired, triads: tuple[Triad, ...]) -> list[ChannelFault]:
-    """Give the faults of recorded channels; one that was not recorded is no fault."""
+    """Returns the faults of recorded channels; one that was not recorded is no fault."""
     return [fault for fault in faults_of(acquired) if fault.channel.startswith(triads)]
 
 
 def faults_of(acquired: _core.Acquired) -> list[ChannelFault]:
-    """Give the faults of all channels."""
+    """Returns the faults of all channels."""
     return [ChannelFault(*fault) for fault in acquired.faults]
 
 
 def known(values: FloatArray, triad: Triad, triads: tuple[Triad, ...]) -> FloatArray:
-    """Give what was acquired of a triad, NaN where it was not recorded."""
+    """Returns what was acquired of a triad, NaN where it was not recorded."""
     return values if triad in triads else np.full(values.shape, np.nan)
 
 
 def log_name(recording: Recording) -> str:
-    """Name a log as results do: without the folders it is in, which are of the user's machine."""
+    """Names a log as results do: without the folders it is in, which are of the user's machine."""
     source = recording.metadata.source
     if recording.metadata.in_memory:
         return source
@@ -109,7 +109,7 @@ def pose_file(part: Recording) -> str:
 
 
 def pose_files(recording: Recording) -> tuple[str, ...]:
-    """Give the name of each file of a recording that has one a pose.
+    """Returns the name of each file of a recording that has one a pose.
 
     Raises `ProcedureError` where two files have one name.
     """

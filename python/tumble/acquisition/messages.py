@@ -1,4 +1,4 @@
-"""What acquisition found wrong, in words."""
+"""Messages on faults that acquisition finds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was odd about a recording that could be used all the same."""
+"""Notices on irregularities of a recording that is usable all the same."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_NAMED = 3
 
 
 def notices(unit: Imu) -> Iterator[str]:
-    """Say, a line each, what was left out, and what the reader did that a user should know."""
+    """Yields a notice on each kind of samples left out, and the remarks of the reader."""
     metadata, acquired = unit.recording.metadata, unit.acquired
     for triad in TRIADS:
         if triad not in unit.triads:
@@ -42,7 +42,7 @@ def notices(unit: Imu) -> Iterator[str]:
 
 
 def correction_notice(metadata: Metadata, what: str = "this calibration holds") -> Iterator[str]:
-    """Warn of results that hold for samples that were corrected before."""
+    """Warns of results that hold for samples that were corrected before."""
     if not metadata.already_corrected:
         return
     remedy = "; --undo-correction takes it back" if metadata.format in FIRMWARE_OF else ""
@@ -50,7 +50,7 @@ def correction_notice(metadata: Metadata, what: str = "this calibration holds") 
 
 
 def _saturated(fault: ChannelFault, unit: Imu) -> str:
-    """Say how often a channel was at the end of its range, and what that costs."""
+    """Describes how often a channel was at the end of its range, and the effect."""
     turns = list(_turns(unit.acquired))
     touched = [(start, end) for _, start, end in turns if fault.touches(start, end)]
     seen = (
@@ -67,7 +67,7 @@ def _saturated(fault: ChannelFault, unit: Imu) -> str:
 
 
 def _turns(acquired: _core.Acquired) -> Iterator[tuple[bool, float, float]]:
-    """Give of each turn whether it is known in full, and its start and end, s."""
+    """Returns of each turn whether it is known in full, and its start and end, s."""
     ends, starts = acquired.rest_times[:-1, 1], acquired.rest_times[1:, 0]
     return zip(acquired.turn_complete, ends, starts, strict=False)
 

@@ -14,18 +14,18 @@ COARSE = 0.05
 
 
 def is_coarse(readings: int, repeated: int) -> bool:
-    """Whether so many of the different readings were repeated that a repetition says nothing."""
+    """Returns whether so many distinct readings repeat that a repetition is no evidence."""
     return repeated > COARSE * readings
 
 
 def repeats(readings: FloatArray) -> NDArray[np.bool_]:
-    """Tell of each of (n, k) readings but the first whether it is the one before again."""
+    """Returns for each of (n, k) readings but the first whether it repeats the one before."""
     same: NDArray[np.bool_] = (readings[1:] == readings[:-1]).all(axis=1)
     return same
 
 
 def frozen_stretches(samples: Chunk) -> list[tuple[int, int]]:
-    """Give first and last index of each stretch in which all channels stood still for longer than `FROZEN`.
+    """First and last index of each stretch in which all channels stood still for longer than `FROZEN`.
 
     There is none of a sensor so coarse that readings often repeat themselves.
     """

@@ -45,13 +45,13 @@ class SampledStream(ChunkStream):
         return replace(chunk, time=time)
 
     def close(self) -> None:
-        """Stop reading and let go of the file."""
+        """Stops reading and lets go of the file."""
         if isinstance(self._stream, ChunkStream):
             self._stream.close()
 
 
 def open_sampled(source: RecordingSource, options: ReadOptions | None = None) -> Recording:
-    """Open a log as `open_recording` does, with the times at which samples were taken.
+    """Opens a log as `open_recording` does, with the times at which samples were taken.
 
     Raises `LogError` where it cannot be read.
     """
@@ -59,7 +59,7 @@ def open_sampled(source: RecordingSource, options: ReadOptions | None = None) ->
 
 
 def with_sample_times(recording: Recording) -> Recording:
-    """Fit even times where stamps come late; a recording whose stamps are exact is given back as it is.
+    """Fits even times where stamps come late; a recording whose stamps are exact is given back as it is.
 
     All stamps of a recording whose stamps are late are held at once, 8 bytes a sample.
     """
@@ -104,7 +104,7 @@ def _fitted(recording: Recording) -> Fitted:
             0.0,
         )
     for chunk in recording.chunks():
-        # What was not recorded shows nothing.
+        # A zero has no effect in place of a missing reading.
         triads = (np.nan_to_num(chunk.accelerometer), np.nan_to_num(chunk.gyroscope))
         times.push(chunk.time, *map(np.ascontiguousarray, triads))
     return _judged(times, stamps)

@@ -11,7 +11,7 @@ import numpy as np
 from tumble.foundation.recording import FloatArray
 
 SAMPLES = 1000
-"""Of the beginning of a log, which are compared."""
+"""Number of first samples of a log that are compared."""
 FEWEST = 100
 FEWEST_DIFFERENT = 10
 """Readings that differ, of those compared: a gyroscope that is coarse or dead reads as any other does."""
@@ -27,13 +27,13 @@ class GyroscopeHead:
         self._count = 0
 
     def push(self, rates: FloatArray) -> None:
-        """Take in (n, 3) successive readings, as logged."""
+        """Adds (n, 3) successive readings, as logged."""
         if self._count < SAMPLES:
             self._pieces.append(np.array(rates[: SAMPLES - self._count]))
             self._count += len(self._pieces[-1])
 
     def digest(self) -> str:
-        """Give what no other gyroscope has; empty where too little was read to tell."""
+        """Returns what no other gyroscope has; empty where too little was read to tell."""
         if self._count < FEWEST:
             return ""
         head = np.concatenate(self._pieces)
@@ -43,7 +43,7 @@ class GyroscopeHead:
 
 
 def twins(digests: Iterable[tuple[str, str]]) -> Iterator[str]:
-    """Say which units, each with its name and digest, have one gyroscope."""
+    """Yields a message on units with the same gyroscope, by their names and digests."""
     names: dict[str, list[str]] = defaultdict(list)
     for name, digest in digests:
         if digest:

@@ -15,7 +15,7 @@ class AbbreviatingCommand(TyperCommand):
     """A command whose long options may be cut short; what is cut too short stays unknown, and is refused."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer keeps its type to itself
-        """Put full names in place of those that are cut short, up to `--`."""
+        """Puts full names in place of those that are cut short, up to `--`."""
         known = [
             option for parameter in self.params for option in (*parameter.opts, *parameter.secondary_opts)
         ]
@@ -27,7 +27,7 @@ class NumbersCommand(AbbreviatingCommand):
     """A command whose arguments are numbers, which may begin with a minus: `goto -90,0`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer keeps its type to itself
-        """Put arguments that begin with a minus and a digit behind `--`, where they are no options."""
+        """Puts arguments that begin with a minus and a digit behind `--`, where they are no options."""
         end = args.index("--") if "--" in args else len(args)
         before = ["", *args[:end]]
         with_value = {

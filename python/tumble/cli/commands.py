@@ -29,7 +29,7 @@ class CommandEntry:
     """First line of its help, for the list of commands."""
 
     def load(self) -> Callable[..., Any] | typer.Typer:
-        """Import the command."""
+        """Imports the command."""
         found: Callable[..., Any] | typer.Typer = getattr(import_module(self.module), self.attribute)
         return found
 
@@ -106,7 +106,7 @@ _SUBCOMMANDS = (*("init", "list", "show", "history", "due", "equipment", "export
 """Of `tumble registry`; `add` also takes what is said of the units."""
 
 _UsageError: Any = typer.BadParameter.__mro__[1]
-"""What typer calls a command that was typed wrongly; the module it is in changes with the version."""
+"""Error of typer for a wrong command line; its module changes with the version."""
 
 
 def run_command(words: Sequence[str]) -> int:
@@ -118,14 +118,14 @@ def run_command(words: Sequence[str]) -> int:
 
 
 def command_line_for(words: Sequence[str]) -> Any:  # noqa: ANN401 - typer keeps its type to itself
-    """Build the command line that `tumble WORDS` needs, and import its command."""
+    """Builds the command line that `tumble WORDS` needs, and imports its command."""
     command = typer.main.get_command(command_line([*words, *words_to_complete()]))
     _let_help_be_drawn(command)
     return command
 
 
 def run_command_line(command: Any, words: Sequence[str]) -> int:  # noqa: ANN401
-    """Run what `command_line_for` gave; the rest is as of `run_command`."""
+    """Runs what `command_line_for` gave; the rest is as of `run_command`."""
     try:
         code: int | None = command(
             args=list(words), prog_name="tumble", standalone_mode=False, default_map=_defaults(words)
@@ -158,7 +158,7 @@ def _defaults(words: Sequence[str]) -> dict[str, Any]:
 
 
 def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401
-    """Let typer draw the help of a command, and of those in it: it holds nobody else's text."""
+    """Lets typer draw the help of a command and its subcommands: it holds no text from outside."""
     draw = command.format_help
 
     def format_help(*arguments: Any) -> None:  # noqa: ANN401
@@ -171,7 +171,7 @@ def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401
 
 
 def command_line(words: Sequence[str]) -> typer.Typer:
-    """Build the command line. Commands named in `words` are imported, the others only listed."""
+    """Builds the command line. Commands named in `words` are imported, the others only listed."""
     app = typer.Typer(
         name="tumble",
         help="Calibrate inertial measurement units over their whole life.",
@@ -200,7 +200,7 @@ def _listed_only() -> None:
 
 
 def words_to_complete() -> list[str]:
-    """Split what stands on the line that a shell wants completed."""
+    """Splits what stands on the line that a shell wants completed."""
     return f"{os.environ.get('COMP_WORDS', '')} {os.environ.get('_TYPER_COMPLETE_ARGS', '')}".split()
 
 

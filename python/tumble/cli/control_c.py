@@ -22,7 +22,7 @@ _AGAIN = 0.02
 
 
 def end_at_control_c() -> object:
-    """End the process at Control-C at once, and give what was done before; None outside the main thread.
+    """Ends the process at Control-C at once, and returns what was done before; None outside the main thread.
 
     It is for as long as nothing is open that had to be closed.
     """
@@ -30,7 +30,7 @@ def end_at_control_c() -> object:
 
 
 def heed_control_c_between_steps() -> object:
-    """Raise `KeyboardInterrupt` at Control-C, but never in the midst of an import or of a start of threads.
+    """Raises `KeyboardInterrupt` at Control-C, but never in the midst of an import or of a start of threads.
 
     The rest is as above.
     """
@@ -38,7 +38,7 @@ def heed_control_c_between_steps() -> object:
 
 
 def restore(handler: object) -> None:
-    """Do at Control-C what was done before."""
+    """Restores the earlier handling of Control-C."""
     if handler is not None:
         _signal.signal(_signal.SIGINT, handler)
 

@@ -15,11 +15,11 @@ class EscapingConsole(Console):
     """Escapes in all text what a terminal would obey; colours, bars and screens are drawn as ever."""
 
     def __init__(self, file: IO[str], width: int | None = None) -> None:
-        """Draw on `file`; brackets in text are no markup."""
+        """Draws on `file`; brackets in text are no markup."""
         super().__init__(file=file, width=width, markup=False)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
-        """Give the pieces of what is to be drawn; of a text within it this is called for the text first."""
+        """Pieces of what is to be drawn; of a text within it this is called for the text first."""
         for segment in super().render(renderable, options):
             if segment.control:
                 yield segment

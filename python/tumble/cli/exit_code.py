@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ExitCode:
-    """How a command ended. Plain numbers, so that nothing has to be imported before Control-C is heeded."""
+    """Exit codes. Plain numbers, so that nothing has to be imported before Control-C is heeded."""
 
     DONE = 0
     """Everything was done, and nothing is known to be wrong with it."""

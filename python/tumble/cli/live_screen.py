@@ -1,4 +1,4 @@
-"""What screens of live sessions share: what a unit does, bars, and sigmas against a goal."""
+"""Common parts of the screens of live sessions: state of a unit, bars, and sigmas against a goal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHOWN = {"waiting": "waiting", "rest": "still", "motion": "moves", "silent": "SI
 
 @contextmanager
 def failures_told(as_json: bool) -> Iterator[None]:
-    """Tell, with `--json`, an error as an event too."""
+    """Reports an error as an event too, with `--json`."""
     try:
         yield
     except TumbleError as error:
@@ -35,12 +35,12 @@ def failures_told(as_json: bool) -> Iterator[None]:
 
 
 def print_listening(names: Sequence[str]) -> None:
-    """Print, as JSON, that the lines of all these units are open; for commands whose steps do not say so."""
+    """Prints, as JSON, that the lines of all these units are open; for commands whose steps do not say so."""
     print_json_line({"event": LISTENING, "units": names})
 
 
 def goal_contents(goals: Iterable[GoalProgress]) -> list[dict[str, Any]]:
-    """Give goals as plain data, by their name."""
+    """Returns goals as plain data, by their name."""
     return [
         {
             "name": goal.term.name,
@@ -54,12 +54,12 @@ def goal_contents(goals: Iterable[GoalProgress]) -> list[dict[str, Any]]:
 
 
 def goal_words(goals: Iterable[GoalProgress]) -> str:
-    """Say, behind a semicolon each, how far goals are of which anything is known."""
+    """Describes the progress of known goals, behind a semicolon each."""
     return "".join(f"; {_goal(goal)}" for goal in goals if math.isfinite(goal.sigma))
 
 
 def goal_lines(goals: Iterable[GoalProgress]) -> Iterator[Text]:
-    """Draw a line for each goal, ticked where it is met."""
+    """Draws a line for each goal, ticked where it is met."""
     from rich.text import Text
 
     for goal in goals:
@@ -68,7 +68,7 @@ def goal_lines(goals: Iterable[GoalProgress]) -> Iterator[Text]:
 
 
 def bar(share: float) -> str:
-    """Draw how much of something is done."""
+    """Draws how much of something is done."""
     full = round(BAR_WIDTH * min(share, 1.0))
     return BAR * full + EMPTY * (BAR_WIDTH - full)
 

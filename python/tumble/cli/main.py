@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Run `tumble` with the arguments of this process."""
+    """Runs `tumble` with the arguments of this process."""
     before = end_at_control_c()
     try:
         code = _run()

@@ -14,7 +14,7 @@ from tumble.logs.spec import parse_spec
 
 
 def output_path(text: str) -> Path:
-    """Read what follows `-o`; raises `OutputError` where it is empty, which would be the current folder."""
+    """Reads what follows `-o`; raises `OutputError` where it is empty, which would be the current folder."""
     if not text.strip():
         raise OutputError("--output is empty; give a name, or leave it out")
     return Path(text)
@@ -47,17 +47,17 @@ OutputFile: TypeAlias = Annotated[
 
 
 def folder_named_after(name: str) -> Path:
-    """Give the folder for what is found of a log, a unit or a source of that name: `./NAME-tumble`."""
+    """Returns the folder for what is found of a log, a unit or a source of that name: `./NAME-tumble`."""
     return Path(f"{file_stem(name)}-tumble")
 
 
 def file_named_after(name: str, format_name: str) -> Path:
-    """Give the corrected log of a unit, `./NAME-tumble.csv`: in its own format, where that can be written."""
+    """Corrected log of a unit, `./NAME-tumble.csv`: in its own format, where that can be written."""
     written = {"ros1": "mcap", "ros2": "mcap", "mcap": "mcap", "parquet": "parquet"}.get(format_name, "csv")
     return Path(f"{file_stem(name)}-tumble.{written}")
 
 
 def folder_for(source: str) -> Path:
-    """Give the folder for what is found in LOG or LOG:NAME; raises `LogError` where there is no such log."""
+    """Folder for what is found in LOG or LOG:NAME; raises `LogError` where there is no such log."""
     path = parse_spec(source).path.resolve()
     return folder_named_after(stem_of(path) if path.is_file() else path.name)

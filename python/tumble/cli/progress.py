@@ -1,4 +1,4 @@
-"""How far a command has come: in a log of known or unknown length, in a batch."""
+"""Progress of a command: in a log of known or unknown length, in a batch."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ BatchProgress: TypeAlias = Callable[[int, str], None]
 """Told how many are done, and in words how they ended."""
 
 FEWEST_FOR_LINES = 20
-"""Of a batch, where there is no terminal; fewer are done before one could read of it."""
+"""Smallest batch with progress lines where there is no terminal; smaller ones end sooner than one can
+read."""
 
 
 @contextmanager
@@ -46,7 +47,7 @@ def sample_progress(what: str, *, quiet: bool = False) -> Iterator[SampleProgres
 
 @contextmanager
 def batch_progress(what: str, total: int) -> Iterator[BatchProgress]:
-    """Show how many of a batch are done while the block runs, on standard error.
+    """Shows how many of a batch are done while the block runs, on standard error.
 
     On a terminal as a bar; elsewhere, of batches worth it, as a line every tenth.
     """

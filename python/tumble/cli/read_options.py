@@ -121,7 +121,7 @@ class ReadingOptionsOfSeveral(ReadingOptions):
 def read_options_for(
     shared: ReadOptions, exceptions: Sequence[str], sources: Sequence[str]
 ) -> dict[str, ReadOptions]:
-    """Give the options of each source: the shared ones, but for what `NAME:OPTION=VALUE` says of one of them.
+    """Options of each source: the shared ones, but for what `NAME:OPTION=VALUE` says of one of them.
 
     A source goes by what was typed, by the name of its file without folder and extension, or by that and the
     name of its IMU.

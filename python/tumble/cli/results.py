@@ -102,6 +102,6 @@ def show_results(
 
 
 def end_unless(all_well: bool) -> None:
-    """End the command with `NOT_ALL_WELL` where something in the results is wrong or was not shown."""
+    """Ends the command with `NOT_ALL_WELL` where something in the results is wrong or was not shown."""
     if not all_well:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)

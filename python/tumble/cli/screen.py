@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
 FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
+"""Width of output that is no terminal: a table folded to 80 columns is hard to read."""
 
 
 LISTED = "listed"
@@ -32,24 +32,24 @@ def print_event(event: str, content: Mapping[str, object]) -> None:
 
 
 def print_json_line(content: Mapping[str, object]) -> None:
-    """Print an object on a line of its own, at once; `null` for what is not finite."""
+    """Prints an object on a line of its own, at once; `null` for what is not finite."""
     from tumble.foundation.plain import finite
 
     print(json.dumps(finite(content), allow_nan=False), flush=True)
 
 
 def print_summary(summary: RenderableType) -> None:
-    """Print what is drawn with rich, as wide as the terminal."""
+    """Prints what is drawn with rich, as wide as the terminal."""
     result_console().print(summary)
 
 
 def result_console() -> Console:
-    """Give standard output to draw on, as wide as the terminal."""
+    """Returns standard output to draw on, as wide as the terminal."""
     return _screen(sys.stdout)
 
 
 def message_console() -> Console:
-    """Give standard error to draw on, as wide as the terminal."""
+    """Returns standard error to draw on, as wide as the terminal."""
     return _screen(sys.stderr)
 
 

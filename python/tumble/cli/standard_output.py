@@ -28,7 +28,7 @@ class _Checked:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write, or say why not."""
+        """Writes, or says why not."""
         with self._refused():
             written: int = self._stream.write(text)
             return written
@@ -45,7 +45,7 @@ class _Checked:
         except BrokenPipeError:
             raise
         except OSError as error:
-            # What is left is not to be tried again when the interpreter ends.
+            # The interpreter must not retry the rest of the output when it ends.
             if sys.__stdout__ is not None and self._stream is sys.__stdout__:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
             raise OutputError(f"standard output: cannot be written: {error.strerror or error}") from error
@@ -62,14 +62,14 @@ class _Escaped:
         return getattr(self.drawn, name)
 
     def write(self, text: str) -> int:
-        """Write, escaped."""
+        """Writes, escaped."""
         self.drawn.write(printable(text))
         return len(text)
 
 
 @contextmanager
 def checked_output() -> Iterator[None]:
-    """Check what the block prints, to the last byte, and escape what a terminal would obey.
+    """Checks what the block prints, to the last byte, and escapes what a terminal would obey.
 
     Raises `OutputError` where standard output cannot be written. A reader that has closed a pipe wants no
     more: that is no mistake.
@@ -86,12 +86,12 @@ def checked_output() -> Iterator[None]:
 
 
 def drawn(stream: Any) -> Any:  # noqa: ANN401 - whatever stands for standard output or error
-    """Give what takes escape sequences of our own, for text in which there are none of others."""
+    """Returns what takes escape sequences of our own, for text in which there are none of others."""
     return getattr(stream, "drawn", stream)
 
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Have standard output and error take what the block draws as it is."""
+    """Passes drawings of the block through standard output and error unchanged."""
     with redirect_stdout(drawn(sys.stdout)), redirect_stderr(drawn(sys.stderr)):
         yield

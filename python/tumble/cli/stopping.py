@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Call `stop` at the first Control-C or SIGTERM while the block runs; a second one ends at once."""
+    """Calls `stop` at the first Control-C or SIGTERM while the block runs; a second one ends at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

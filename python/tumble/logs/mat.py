@@ -231,7 +231,7 @@ class _Version5:
     def _members(
         self, source: _Bytes, position: int, name: str, shape: tuple[int, ...], kind: int, depth: int
     ) -> Iterator[_Matrix]:
-        """What is in the fields of a structure, or in a cell; each of its members has a tag at least."""
+        """Contents of a structure or a cell; each of its members has a tag at least."""
         fields = [""]
         if kind == _OBJECT:
             position = self._element(source, position).next

@@ -105,7 +105,7 @@ def unit_names(source: str) -> tuple[str, ...]:
 
 
 def procedure_of(source: object) -> SessionProcedure | None:
-    """What `SESSION` or `SESSION:NAME` was recorded for; None where that is no session, or not known."""
+    """Purpose of `SESSION` or `SESSION:NAME`; None where that is no session, or not known."""
     if not isinstance(source, str | Path):
         return None
     folder = parse_spec(source).path

@@ -1,4 +1,4 @@
-"""What `tumble align` writes: the settings of the units for `tumble redundancy`, and the page."""
+"""Files that `tumble align` writes: the settings of the units for `tumble redundancy`, and the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def prepare(folder: Path | str) -> tuple[Path, Path]:
-    """Prove that settings and page can be written into `folder`, and give the path of both."""
+    """Proves that settings and page can be written into `folder`, and returns the path of both."""
     folder = prepare_folder(folder)
     settings, page = folder / ALIGN_SETTINGS, folder / ALIGN_PAGE
     check_output(settings, SETTINGS_KIND)

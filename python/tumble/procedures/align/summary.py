@@ -22,7 +22,7 @@ SCHEMA: Final = "tumble-align-result/1"
 
 
 def screen_summary(result: AlignResult) -> RenderableType:
-    """Say what a person wants to know at once: what was found of each unit, and what to beware of."""
+    """Describes the result at a glance: estimates for each unit, and warnings."""
     notes = [Text(f"Not observable: {line}", "yellow") for line in unobserved_sentences(result)]
     notes += [Text(f"Warning: {unit.name}: {line}", "yellow") for unit in result for line in unit.warnings]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]

@@ -56,7 +56,7 @@ class LiveOptions(Options):
     sender: SenderOption = None
 
     def refuse_without_live(self) -> None:
-        """Raise `ProcedureError` where one of them was typed with a log."""
+        """Raises `ProcedureError` where one of them was typed with a log."""
         typed = {
             "--until": self.until,
             "--orientations": self.orientations,
@@ -79,7 +79,7 @@ def run_live(
     *,
     raw: bool = False,
 ) -> None:
-    """Lead through a session, record it, and calibrate it; `options` are those of `multipose`.
+    """Guides a session, records it, and calibrates it; `options` are those of `multipose`.
 
     Raises `TumbleError`, in one line, where nothing was calibrated; what was recorded stays.
     """
@@ -116,7 +116,7 @@ def _recorded(
     procedure: SessionProcedure,
     voice: VoiceOptions,
 ) -> tuple[LiveMultipose, bool]:
-    """Lead through the session; return it, and whether few samples are missing."""
+    """Guides the session; returns it, and whether few samples are missing."""
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.stopping import stopped_by_signals
     from tumble.foundation.goal import Goal
@@ -164,7 +164,7 @@ def _procedure(asked: LiveOptions, maker: MakerOptions) -> SessionProcedure:
 
 
 def _calibrated(session: LiveMultipose, options: Mapping[str, Any]) -> MultiposeResult:
-    """Calibrate what was recorded, as it is from its folder."""
+    """Calibrates what was recorded, as it is from its folder."""
     from tumble.procedures.multipose.procedure import multipose
 
     if not session.is_heard:

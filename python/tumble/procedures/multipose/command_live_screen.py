@@ -1,4 +1,4 @@
-"""How a live session by hand shows: where to turn and how far it is on a terminal, else lines; or JSON."""
+"""Screen of a live session by hand: next orientation and progress on a terminal, else lines; or JSON."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
 
 
 def event_of(step: MultiposeStep) -> dict[str, Any]:
-    """Give a step as plain data: `event` first, goals by their name."""
+    """Returns a step as plain data: `event` first, goals by their name."""
     content = asdict(step)
     return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
 def prompt(step: MultiposeStep) -> str:
-    """Say what happened, and what to do now; empty where nothing is new."""
+    """Describes the latest event and the next step; empty where nothing is new."""
     return {
         LISTENING: (
             f"Listening to {step.name}. Let it stand still for {step.still_wanted:g} s as it lies. Ctrl-C "
@@ -72,7 +72,7 @@ def prompt(step: MultiposeStep) -> str:
 
 
 def drawn(step: MultiposeStep) -> Group:
-    """Draw where to turn and how far that is, the rest under way, the counts, and sigmas against the goal."""
+    """Draws the next orientation, the present rest, the counts, and sigmas against the goal."""
     from rich.console import Group
     from rich.text import Text
 

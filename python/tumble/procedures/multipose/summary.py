@@ -23,7 +23,7 @@ SCHEMA: Final = "tumble-multipose-result/1"
 
 
 def screen_summary(result: MultiposeResult) -> RenderableType:
-    """Say what a person wants to know at once: what was found, how good it is, what would better it."""
+    """Describes the result at a glance: estimates, their quality, and the most useful additions."""
     head = [Text(line) for line in sentences(result)]
     notes = [Text(f"Warning: {line}", "yellow") for line in result.warnings]
     advice = next_sentences(result)

@@ -1,4 +1,4 @@
-"""What `tumble noise` writes: the page, the calibration file, and what other programs read."""
+"""Files that `tumble noise` writes: the page, the calibration file, and files for other programs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KEYS_KIND = FileKind("noise for Kalibr, as Tumble writes it", re.compile(rb"\A# 
 
 
 def prepare(folder: Path | str, name: str) -> Path:
-    """Prove that page, calibration and keys can be written into `folder`, and give the path of the keys."""
+    """Proves that page, calibration and keys can be written into `folder`, and returns that of the keys."""
     from tumble.calibration.unit_files import prepare_unit_files
 
     _, calibration = prepare_unit_files(folder, name, "noise")

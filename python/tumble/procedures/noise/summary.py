@@ -21,7 +21,7 @@ SCHEMA: Final = "tumble-noise-result/1"
 
 
 def screen_summary(result: NoiseResult) -> RenderableType:
-    """Say what a person wants to know at once: what was found of each channel, and what to beware of."""
+    """Describes the result at a glance: estimates for each channel, and warnings."""
     notes = [Text(f"Not identifiable: {line}", "yellow") for line in unidentified(result)]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
     notes += [Text(f"Also seen: {line}") for line in _others_seen(result)]
@@ -69,7 +69,7 @@ def _table(result: NoiseResult) -> Table:
 
 
 def _others_seen(result: NoiseResult) -> Iterator[str]:
-    """Say which terms nobody asked for a channel shows all the same."""
+    """Describes terms that a channel shows without a request for them."""
     for channel in result.channels:
         for term in channel.terms:
             if term.observable and term.name not in ASKED_FOR:

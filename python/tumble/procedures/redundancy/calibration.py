@@ -32,7 +32,7 @@ _STIMULI: dict[Sensor, str] = {"accelerometer": "specific force along", "gyrosco
 
 
 def calibration_of(result: RedundancyResult, unit: str) -> Calibration:
-    """Make the calibration file of a secondary.
+    """Creates the calibration file of a secondary.
 
     It corrects the secondary's readings into the case frame of the primary. A triad without a stored error is
     left out.
@@ -159,7 +159,7 @@ def _angles(matrix: FloatArray, Q: FloatArray) -> dict[str, Any]:
 def _unobservable(
     sensor: Sensor, seen: np.typing.NDArray[np.bool_], primary: Mapping[str, Any], primary_name: str
 ) -> Iterator[str]:
-    """Say in words what nothing showed."""
+    """Describes unobservable parameters in words."""
     stimulus = _STIMULI[sensor]
     shown = seen[:9].reshape(3, 3)
     lacking = [column for column in range(3) if not shown[:, column].any()]

@@ -166,7 +166,7 @@ def _units(
 
 
 def _units_of_session(log: str, primary: str | None, secondary: list[str]) -> tuple[str | None, list[str]]:
-    """Name the units of a recorded session that were not: its first one, or `primary`, before all others."""
+    """Names the units of a recorded session that were not: its first one, or `primary`, before all others."""
     from tumble.logs.session import unit_names
 
     names = unit_names(log)
@@ -176,7 +176,7 @@ def _units_of_session(log: str, primary: str | None, secondary: list[str]) -> tu
 
 
 def _single_axes(texts: list[str]) -> dict[str, SingleAxes]:
-    """Read units of single-axis sensors, by name; numpy is not needed before there is one."""
+    """Reads units of single-axis sensors, by name; numpy is not needed before there is one."""
     if not texts:
         return {}
     from tumble.logs import SingleAxes
@@ -187,14 +187,14 @@ def _single_axes(texts: list[str]) -> dict[str, SingleAxes]:
 def _with_single_axes(
     single: Sequence[str], primary: str | None, secondary: list[str]
 ) -> tuple[str | None, list[str]]:
-    """Name the units of --unit that were not: `primary` as the primary, others as secondaries."""
+    """Names the units of --unit that were not: `primary` as the primary, others as secondaries."""
     if primary is None and "primary" in single:
         primary = "primary"
     return primary, [*secondary, *(name for name in single if name not in (primary, *secondary))]
 
 
 def _logs_of(unit: str, single: Mapping[str, SingleAxes]) -> Sequence[str | Path]:
-    """Give what was typed to name the logs of a unit."""
+    """Returns what was typed to name the logs of a unit."""
     return list(single[unit].logs.values()) if unit in single else [unit]
 
 

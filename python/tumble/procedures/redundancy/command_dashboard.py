@@ -30,9 +30,9 @@ CALIBRATING = {
     "withheld": "withheld",
     "restored": "stored before",
 }
-"""What a calibration has come to, by the event that says so."""
+"""State of a calibration, by the event that reports it."""
 STYLES = {"healthy": "green", "waiting": "dim", "disagrees": "yellow"}
-"""Of conditions; those that are not named are faults."""
+"""Styles of conditions; those that are not listed are faults."""
 ROUTINE = ("evaluated", "fitted")
 """Events that the table shows better than a line."""
 
@@ -51,7 +51,7 @@ class Dashboard:
         self._newest: deque[RedundancyEvent] = deque(maxlen=NEWEST)
 
     def take(self, step: LiveStep) -> None:
-        """Take in what happened, or how the set is."""
+        """Adds an event, or the state of the set."""
         if isinstance(step, SetState):
             self._state = step
             return
@@ -60,7 +60,7 @@ class Dashboard:
         self._see(step)
 
     def rendered(self) -> RenderableType:
-        """Give what to show."""
+        """Returns what to show."""
         return Group(self._head(), self._table(), *map(_line, self._newest))
 
     def _see(self, event: RedundancyEvent) -> None:
@@ -85,7 +85,7 @@ class Dashboard:
                 self._calibrations[event.unit] = f"{CALIBRATING[word]}{f': {reason}' if reason else ''}"
 
     def _keep_deviation(self, event: RedundancyEvent) -> None:
-        """Keep the evaluation that is nearest to its threshold, or farthest beyond, of the newest rest."""
+        """Keeps the evaluation that is nearest to its threshold, or farthest beyond, of the newest rest."""
         place = event.unit, str(event.figures["sensor"])
         before = self._deviations.get(place)
         if before is None or before.time != event.time or _ratio(event) > _ratio(before):
@@ -117,7 +117,7 @@ class Dashboard:
         return "healthy" if rate is not None and rate.samples else "waiting"
 
     def _largest_limit(self, sensor: Sensor) -> float:
-        """Return the largest threshold in a column, which all of it is shown in a unit of."""
+        """Returns the largest threshold in a column, which all of it is shown in a unit of."""
         found = [event for (_, of), event in self._deviations.items() if of == sensor]
         return max(abs(float(str(event.figures["threshold"]))) for event in found)
 
@@ -145,6 +145,6 @@ def _line(event: RedundancyEvent) -> Text:
 
 
 def event_line(event: RedundancyEvent) -> str:
-    """Say an event in a line."""
+    """Describes an event in a line."""
     details = event_details(event)
     return f"{event.time:.2f} s  {event.unit}: {event_title(event)}{f': {details}' if details else ''}"

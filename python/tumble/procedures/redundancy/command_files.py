@@ -1,4 +1,4 @@
-"""What `tumble redundancy` writes: events, a calibration file for each secondary, and the report."""
+"""Files that `tumble redundancy` writes: events, a calibration file for each secondary, and the report."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _calibration_files(result: RedundancyResult, folder: Path) -> list[tuple[str
 
 
 def _stored(result: RedundancyResult, folder: Path) -> Path:
-    """Store what was adopted, unless the replay did; give the folder where it is."""
+    """Stores what was adopted, unless the replay did; returns the folder where it is."""
     if result.store is not None:
         return result.store
     store = folder / STORE
@@ -60,7 +60,7 @@ def _stored(result: RedundancyResult, folder: Path) -> Path:
 
 
 def write_output(output: SetOutput, path: Path | str) -> Path:
-    """Write what the set said as CSV or Parquet, by the extension; raises `OutputError` where it cannot."""
+    """Writes what the set said as CSV or Parquet, by the extension; raises `OutputError` where it cannot."""
     import pyarrow as pa  # type: ignore[import-untyped]
     import pyarrow.csv  # type: ignore[import-untyped]
     import pyarrow.parquet  # type: ignore[import-untyped]
@@ -82,7 +82,7 @@ def write_output(output: SetOutput, path: Path | str) -> Path:
 
 
 def output_format(path: Path) -> str:
-    """Give the format of a file of the output; raises `OutputError` where it is none that holds it."""
+    """Returns the format of a file of the output; raises `OutputError` where it is none that holds it."""
     kind = path.suffix.removeprefix(".").lower()
     if kind not in ("csv", "parquet"):
         raise OutputError(f"{path}: the output of a set is written as .csv or .parquet; give such a name")
@@ -90,18 +90,18 @@ def output_format(path: Path) -> str:
 
 
 def write_events(result: RedundancyResult, path: Path) -> None:
-    """Write one JSON object a line: time, unit, event, figures; `null` for what is not finite."""
+    """Writes one JSON object a line: time, unit, event, figures; `null` for what is not finite."""
     with replacing(path, EVENTS_KIND) as file:
         for line in event_lines(result):
             file.write(f"{line}\n".encode())
 
 
 def event_lines(result: RedundancyResult) -> Iterator[str]:
-    """Give each event as JSON."""
+    """Returns each event as JSON."""
     for event in result.events:
         yield json.dumps(finite(event_content(event)), allow_nan=False)
 
 
 def event_content(event: RedundancyEvent) -> dict[str, object]:
-    """Give an event as it stands in the file of events."""
+    """Returns an event as it stands in the file of events."""
     return {"time": event.time, "unit": event.unit, "event": event.event, "figures": dict(event.figures)}

@@ -134,7 +134,7 @@ def _witnesses(
     sigma: float | None,
     sender: str | None,
 ) -> list[LiveWitness]:
-    """Find who else is to be heard; a log of a witness is told to the monitor at once.
+    """Finds who else is to be heard; a log of a witness is told to the monitor at once.
 
     Raises `LogError` where there is nobody, `ProcedureError` where units are replayed and a witness is not.
     """
@@ -168,7 +168,7 @@ def _session(
     typed: Mapping[str, str],
     serials: Mapping[str, str],
 ) -> SessionWriter | None:
-    """Begin to record into a folder, if there is one."""
+    """Begins to record into a folder, if there is one."""
     if folder is None:
         return None
     from tumble.tools.record.writer import RecordedUnit, SessionWriter
@@ -215,7 +215,7 @@ def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) ->
 
 
 def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
-    """Return what shows steps, and says before the first that all lines are open: that is its meaning."""
+    """Returns what shows steps, and says before the first that all lines are open: that is its meaning."""
     is_said = False
 
     def shown(step: LiveStep) -> None:

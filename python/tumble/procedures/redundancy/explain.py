@@ -16,7 +16,7 @@ SETTINGS: Final = "tumble-settings/1"
 
 
 def show_settings(as_json: bool) -> None:
-    """Print all settings, as a table or for a machine."""
+    """Prints all settings, as a table or for a machine."""
     if as_json:
         settings = [_content(setting) for setting in explain("redundancy")]
         print_document(SETTINGS, LISTED, {"settings": settings})
@@ -26,7 +26,7 @@ def show_settings(as_json: bool) -> None:
 
 
 def default_text(setting: Explained) -> str:
-    """Give the default as it would be typed."""
+    """Returns the default as it would be typed."""
     if setting.default is None:
         return "none"
     if isinstance(setting.default, bool):
@@ -35,7 +35,7 @@ def default_text(setting: Explained) -> str:
 
 
 def typed_choices(setting: Explained) -> str:
-    """Give the words that may be chosen from, as they would be typed."""
+    """Returns the words that may be chosen from, as they would be typed."""
     return ", ".join(f"`{choice}`" for choice in setting.choices)
 
 

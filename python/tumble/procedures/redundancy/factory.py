@@ -25,7 +25,7 @@ Factory: TypeAlias = Mapping[str, Calibration | str | Path] | Sequence[Calibrati
 
 
 def by_unit(factory: Factory, serials: Mapping[str, str]) -> dict[str, Calibration]:
-    """Give each calibration by the name of its unit; `serials` are those of all secondaries, by their names.
+    """Each calibration by the name of its unit; `serials` are those of all secondaries, by their names.
 
     Raises `ProcedureError` where a calibration is of none of them, or two are of one.
     """
@@ -55,7 +55,7 @@ def _unit_of(calibration: Calibration, serials: Mapping[str, str]) -> str:
 def factory_errors(
     name: str, calibration: Calibration, unit: UnitSettings, primary: Calibration | None
 ) -> Iterator[SecondaryError]:
-    """Give the error of each calibrated sensor; a primary without calibration is taken to be right."""
+    """Returns the error of each calibrated sensor; a primary without calibration is taken to be right."""
     turn = np.eye(3) if unit.sensor_from_primary is None else np.array(unit.sensor_from_primary)
     sensors: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
     for sensor in sensors:

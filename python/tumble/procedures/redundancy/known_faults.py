@@ -1,4 +1,4 @@
-"""What is known to be wrong and stayed so: what a summary says first, and why not all went well."""
+"""Known faults that remained: the first statements of a summary, and the reason for its exit code."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class KnownFault:
     units: tuple[str, ...]
     """Whom it concerns; none where there was no source."""
     cause: RedundancyEvent | None = None
-    """What told of it; `None` where nothing did."""
+    """Event that reported it; `None` where there was none."""
 
 
 def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
-    """Give all of a replay, those of the set before those of single units."""
+    """Returns all of a replay, those of the set before those of single units."""
     yield from _without_samples(result)
     yield from _without_source(result)
     yield from _wrong_source(result, "source unhealthy", _unhealthy)
@@ -70,7 +70,7 @@ def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
 
 
 def _without_samples(result: RedundancyResult) -> Iterator[KnownFault]:
-    """Give where time went on in all units at once: they were silent, or their clock jumped."""
+    """Returns where time went on in all units at once: they were silent, or their clock jumped."""
     for place, event in enumerate(result.events):
         by = event.figures.get("by")
         if event.event == "time jumped" and isinstance(by, float) and by > 0.0:
@@ -93,7 +93,7 @@ def _without_source(result: RedundancyResult) -> Iterator[KnownFault]:
 def _wrong_source(
     result: RedundancyResult, kind: KnownFaultKind, wrong_spans: WrongSpans
 ) -> Iterator[KnownFault]:
-    """Give where the source was known to be wrong and nothing took its place."""
+    """Returns where the source was known to be wrong and nothing took its place."""
     sources = {span.unit for span in result.selected}
     own = {unit: of_unit(result.events, unit) for unit in sources}
     wrongs = {unit: tuple(wrong_spans(result, unit)) for unit in sources}
@@ -111,7 +111,7 @@ def _unhealthy(result: RedundancyResult, unit: str) -> Iterable[Span]:
 
 
 def _deviating(result: RedundancyResult, unit: str) -> Iterable[Span]:
-    """Return where the latest rest had shown that a unit deviates from gravity, or from standing still."""
+    """Returns where the latest rest had shown that a unit deviates from gravity, or from standing still."""
     for sensor in ("accelerometer", "gyroscope"):
         since: float | None = None
         for event in of_unit(result.events, unit):
@@ -128,14 +128,14 @@ def _deviating(result: RedundancyResult, unit: str) -> Iterable[Span]:
 
 
 def _exceeds_the_norm(event: RedundancyEvent) -> bool | None:
-    """Whether a rest showed a deviation; None for any other event."""
+    """Returns whether a rest showed a deviation; None for any other event."""
     if event.event != "evaluated" or event.figures.get("check") != "norm":
         return None
     return bool(event.figures.get("exceeded"))
 
 
 def _cause(own: Sequence[RedundancyEvent], kind: KnownFaultKind, wrong: Span) -> RedundancyEvent | None:
-    """Return the last that was told of it within its time."""
+    """Returns the last that was told of it within its time."""
     inside = (event for event in reversed(own) if wrong.start <= event.time <= wrong.end)
     if kind == "source unhealthy":
         return next((event for event in inside if event.event == "unhealthy"), None)
@@ -144,7 +144,7 @@ def _cause(own: Sequence[RedundancyEvent], kind: KnownFaultKind, wrong: Span) ->
 
 
 def _uncalibrated_source(result: RedundancyResult) -> Iterator[KnownFault]:
-    """Give where a secondary was the source that was never calibrated nor found to need none."""
+    """Returns where a secondary was the source that was never calibrated nor found to need none."""
     for span in result.selected:
         if span.unit not in result.secondaries:
             continue
@@ -185,24 +185,24 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
 
 
 def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
-    """Return what refuted a unit that has not been healthy since."""
+    """Returns what refuted a unit that has not been healthy since."""
     refuted = (event for event in _since_healthy(own) if event.figures.get("reason") == "refuted")
     return next(refuted, None)
 
 
 def _unhealthy_at_the_end(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
-    """Return what was wrong last with a unit that has not been healthy since."""
+    """Returns what was wrong last with a unit that has not been healthy since."""
     return next(_since_healthy(own), None)
 
 
 def _since_healthy(own: Sequence[RedundancyEvent]) -> Iterator[RedundancyEvent]:
-    """Give what was told of a unit's faults since it was healthy, the latest first."""
+    """Returns what was told of a unit's faults since it was healthy, the latest first."""
     told = (event for event in reversed(own) if event.event in ("unhealthy", "healthy"))
     return takewhile(lambda event: event.event == "unhealthy", told)
 
 
 def _agrees(own: Sequence[RedundancyEvent], sensor: str) -> bool:
-    """Whether the latest evaluation of a sensor, by whatever checks, was within its thresholds."""
+    """Returns whether the latest evaluation of a sensor, by whatever checks, was within its thresholds."""
     found = [event for event in own if event.event == "evaluated" and event.figures.get("sensor") == sensor]
     return bool(found) and not any(
         event.figures.get("exceeded") for event in found if event.time == found[-1].time

@@ -28,7 +28,7 @@ REPORT_EVERY = 0.5
 
 @dataclass(frozen=True, slots=True)
 class UnitRate:
-    """What comes of one unit."""
+    """Rate of the samples of one unit."""
 
     name: str
     samples: int
@@ -38,7 +38,7 @@ class UnitRate:
 
 @dataclass(frozen=True, slots=True)
 class SetState:
-    """How the set is now."""
+    """Present state of the set."""
 
     elapsed: float
     """s since it began."""
@@ -91,23 +91,23 @@ class LiveRedundancy:
         """s at which the first sample came."""
         self._waiting_for = set(monitor.units)
         self._is_watching = units.is_replay
-        """Whether samples count: those that came before all units were heard are left out."""
+        """Indicates whether samples count: those before all units sent some are left out."""
         self._heard = -math.inf
         """s of `time.monotonic()`: turn of the last sample."""
         self._latest_turn = -math.inf
         """s after which the next sample has its turn."""
         self._stopped = False
         self._of_lines: list[str] = []
-        """What befell sources, and stands in no recording."""
+        """Events of sources, which no recording holds."""
         self.delays = DelayCounts()
         """s from the arrival of samples to when what they gave was on its way."""
 
     def stop(self) -> None:
-        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        """Requests `steps` to end soon; may be called by a handler of signals."""
         self._stopped = True
 
     def steps(self, duration: float | None = None) -> Iterator[LiveStep]:
-        """Watch until the sources end, for `duration` s, or until `stop`; give what happens as it happens.
+        """Watches until the sources end, for `duration` s, or until `stop`; returns events at once.
 
         Besides the events of the monitor there are those of sources, `lost` and `returned`, and `silent` of a
         unit that never sent anything; every `REPORT_EVERY` there is a `SetState`.
@@ -150,7 +150,7 @@ class LiveRedundancy:
             )
 
     def result(self, preset: str = "") -> RedundancyResult:
-        """Give what was done and found, once `steps` has come to its end; without traces and output.
+        """Returns what was done and found, once `steps` has come to its end; without traces and output.
 
         `preset` is what the settings began from, where these were not the usual ones.
         """
@@ -164,7 +164,7 @@ class LiveRedundancy:
         )
 
     def _counts(self, name: str) -> bool:
-        """Whether samples of a unit count yet: the primary's are the first to."""
+        """Returns whether samples of a unit count yet: the primary's are the first to."""
         if self._is_watching:
             return True
         now = self._clock()
@@ -200,11 +200,11 @@ class LiveRedundancy:
         yield from self._note(happened)
 
     def _wait(self) -> Iterator[RedundancyEvent]:
-        """Let the monitor know that time passes though nobody says anything."""
+        """Reports the passing of time to the monitor though no samples come."""
         now = self._clock()
         happened = self._tick(now)
         if happened:
-            # What comes from now on comes after that.
+            # Later samples come after this time.
             self._latest_turn = now
         yield from self._note(happened)
 
@@ -220,14 +220,14 @@ class LiveRedundancy:
         yield from events
 
     def _of_sources(self) -> Iterator[RedundancyEvent]:
-        """Tell of sources that were lost, and that are there again."""
+        """Reports sources that were lost, and those that returned."""
         while self._happened:
             event = self._happened.pop(0)
             figures = {"reason": event.reason} if event.reason else {}
             yield self._told(RedundancyEvent(event.time, event.name, event.kind, figures))
 
     def _of_witnesses(self) -> Iterator[RedundancyEvent]:
-        """Hand on what witnesses say, and tell of those that were lost."""
+        """Passes on aiding measurements, and reports aiding sources that were lost."""
         for witness in self._witnesses:
             for heard in witness.take():
                 if isinstance(heard, RedundancyEvent):
@@ -236,7 +236,7 @@ class LiveRedundancy:
                     self._monitor.witness(heard)
 
     def _never_heard(self, now: float) -> Iterator[RedundancyEvent]:
-        """Tell, once, of units that never sent anything."""
+        """Reports, once, units that never sent anything."""
         if now - self._began <= FIRST_SAMPLE_WITHIN:
             return
         for name in [name for name in self._monitor.units if name in self._unheard]:
@@ -246,7 +246,7 @@ class LiveRedundancy:
                 yield self._told(RedundancyEvent(now, name, "silent", {"reason": reason}))
 
     def _told(self, event: RedundancyEvent) -> RedundancyEvent:
-        """Keep what a recording cannot tell for the summary."""
+        """Keeps what a recording cannot tell for the summary."""
         reason = event.figures.get("reason")
         when = LogTime(self._monitor.start).at(event.time, 2)
         self._of_lines.append(f"{event.unit}: {event.event} at {when}{f': {reason}' if reason else ''}")

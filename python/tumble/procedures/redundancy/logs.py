@@ -39,7 +39,7 @@ class UnitLog:
     name: str
     """That of the IMU in its log, without slashes about it; of the recording where units have own logs."""
     source: str
-    """What names it for certain: path and IMU."""
+    """Unambiguous name of the recording: path and IMU."""
     recording: Recording | None
     """`None` for a unit that is missing: it never says anything."""
     missing: str = ""
@@ -54,7 +54,7 @@ def open_units(
     *,
     live_times: bool = True,
 ) -> tuple[UnitLog, ...]:
-    """Open all units, primary first.
+    """Opens all units, primary first.
 
     Each is an IMU in `log` by its name, or `LOG:NAME`, a recording, a table, or single axes.
     `read` says how to read all of them, or each by what was typed. With `allow_missing`, a unit that cannot
@@ -71,22 +71,22 @@ def open_units(
 
 
 def serials_of(units: Sequence[UnitLog]) -> dict[str, str]:
-    """Give the serials that logs state, by the names of units; empty where none is stated."""
+    """Returns the serials that logs state, by the names of units; empty where none is stated."""
     return {unit.name: unit.recording.metadata.serial if unit.recording is not None else "" for unit in units}
 
 
 def channels_of_units(units: Sequence[UnitLog]) -> dict[str, tuple[Channel, ...]]:
-    """Give the channels that logs hold, by the names of units that are not missing."""
+    """Returns the channels that logs hold, by the names of units that are not missing."""
     return {unit.name: unit.recording.metadata.channels for unit in units if unit.recording is not None}
 
 
 def has_own_log(recording: Recording) -> bool:
-    """Whether one log holds a unit, which `LOG:NAME` names."""
+    """Returns whether one log holds a unit, which `LOG:NAME` names."""
     return not recording.metadata.in_memory and recording.metadata.format != SINGLE_AXES
 
 
 def _told_apart(units: Sequence[UnitLog]) -> Iterator[UnitLog]:
-    """Give units of one name others: what was typed, as of two logs in different folders, or a number."""
+    """Returns units of one name others: what was typed, as of two logs in different folders, or a number."""
     names = [unit.name for unit in units]
     sources = [unit.source for unit in units]
     for k, unit in enumerate(units):
@@ -114,7 +114,7 @@ class _Known:
         return cls(spec.path, list_imus(spec.path, options))
 
     def locate(self, source: str) -> tuple[str, str]:
-        """Give `LOG:NAME` of what was typed, and the name alone if it is that of an IMU of this log."""
+        """Returns `LOG:NAME` of what was typed, and the name alone if it is that of an IMU of this log."""
         for name in self.names:
             if name and name.strip("/") == source.strip("/"):
                 return f"{self.path}:{name}", name.strip("/")
@@ -131,7 +131,7 @@ def _open_unit(
     allow_missing: bool,
     live_times: bool,
 ) -> UnitLog:
-    """Open a unit; one whose log cannot be read is missing where that is allowed."""
+    """Opens a unit; one whose log cannot be read is missing where that is allowed."""
     place, name = source.name if isinstance(source, SingleAxes) else str(source), ""
     try:
         if isinstance(source, SingleAxes):
@@ -174,7 +174,7 @@ def _refuse_twins(units: Sequence[UnitLog]) -> None:
 
 
 def _whose(unit: UnitLog) -> str:
-    """Give what two ways of writing the same log and IMU have in common."""
+    """Returns what two ways of writing the same log and IMU have in common."""
     recording = unit.recording
     if recording is None:
         return unit.source
@@ -189,13 +189,13 @@ class RecordedOrder:
     """In what order samples of a session came, and when it ended."""
 
     arrivals: list[session.RecordedColumn]
-    """Of each unit."""
+    """Arrivals of the samples of each unit."""
     closed: float
     """s of the clock of arrivals; NaN where that is not known."""
 
 
 def _recorded_order(units: Sequence[UnitLog]) -> RecordedOrder | None:
-    """Give that of units that were recorded together, in one session; None where they were not."""
+    """Returns that of units that were recorded together, in one session; None where they were not."""
     recordings = [unit.recording for unit in units]
     specs = [
         parse_spec(each.metadata.source) for each in recordings if each and each.metadata.format == "session"
@@ -232,7 +232,7 @@ class _Reader:
     gyroscope: GyroscopeHead = field(default_factory=GyroscopeHead)
 
     def refill(self) -> None:
-        """Read on where nothing is waiting."""
+        """Reads on where nothing is waiting."""
         while not self.ended and (self.waiting is None or len(self.waiting) == 0):
             chunk = next(self.stream, None)
             if chunk is None:
@@ -263,17 +263,17 @@ class _Reader:
         self.last = float(self.arrival[-1])
 
     def arrived(self, until: float) -> FloatArray:
-        """Give when those that wait arrived, up to a time."""
+        """Returns when those that wait arrived, up to a time."""
         return self.arrival[: int(np.searchsorted(self.arrival, until, side="right"))]
 
     def leave_out(self, until: float) -> None:
-        """Leave out what arrived up to a time."""
+        """Omits samples that arrived up to a time."""
         self.take(until)
         if self.waiting is not None and len(self.waiting):
             self.first = float(self.waiting.time[0])
 
     def take(self, until: float) -> SampleArrays:
-        """Take off what arrived up to a time."""
+        """Removes and returns samples that arrived up to a time."""
         if self.waiting is None:
             return _NOTHING
         count = len(self.arrived(until))
@@ -361,7 +361,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
         return float(silence) if silence > 0.0 else 0.0
 
     def _begin_with_the_primary(self) -> None:
-        """Leave out what came before the first sample of the primary, as when a set is watched live."""
+        """Omits samples before the first of the primary, as a live set does."""
         primary, *others = self._readers
         begun = min(float(reader.arrival[0]) for reader in self._readers if len(reader.arrival))
         if len(primary.arrival) and primary.arrival[0] - begun <= ALL_WITHIN:
@@ -369,7 +369,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
                 reader.leave_out(float(np.nextafter(primary.arrival[0], -np.inf)))
 
     def _until_silence(self, live: Sequence[_Reader], cut: float) -> float:
-        """Give the arrival, up to `cut`, after which no unit said anything for long; note what was before."""
+        """Arrival, up to `cut`, after which no unit said anything for long; notes what was before."""
         arrived = np.sort(np.concatenate([reader.arrived(cut) for reader in live]))
         before = arrived[0] if np.isnan(self._heard) else self._heard
         steps = np.diff(arrived, prepend=before)
@@ -379,7 +379,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
         return self._heard
 
     def notices(self) -> Iterator[str]:
-        """Say what was left out of each unit's log, and which units have one gyroscope."""
+        """Describes omissions from each unit's log, and units with the same gyroscope."""
         yield from twins((reader.unit.name, reader.gyroscope.digest()) for reader in self._readers)
         for reader in self._readers:
             if isinstance(reader.stream, ChunkStream):

@@ -112,7 +112,7 @@ class RedundancyMonitor:
         self.serials = _serials(dict(zip(self.units, self._known, strict=True)), serials or {})
         """Serial numbers by name, empty where none is known."""
         self.identities = identities_of(self.units, self.settings, self.serials)
-        """How stored errors know the units, primary first."""
+        """Identities by which stored errors know the units, primary first."""
         self._store = None if store is None else ErrorStore(prepare_folder(store), self.identities[0])
         self.applied = self._given or self._stored_calibration()
         """The primary's own calibration."""
@@ -125,11 +125,11 @@ class RedundancyMonitor:
         """When what was saved of a sensor was adopted, s."""
         self._witnesses: list[NativeWitness] = []
         self.heard: Sequence[NativeWitness] = ()
-        """What witnesses said that counted from the samples of the last `push` on."""
+        """Aiding measurements that counted from the samples of the last `push` on."""
         self._commands: list[Command] = []
         self._output = _output_of(self.units, None)
         self.is_silent = False
-        """Whether `tick` told of a silence that lasts."""
+        """Indicates whether `tick` reported a lasting silence."""
         self.source = ""
         """Name of the unit that the output comes from; empty where there is none."""
         self.start, self.newest = math.inf, -math.inf
@@ -140,7 +140,7 @@ class RedundancyMonitor:
     def push(
         self, unit: str, samples: Chunk | tuple[ArrayLike, ArrayLike, ArrayLike]
     ) -> tuple[RedundancyEvent, ...]:
-        """Take in successive samples of a unit, and give what happened; `output` is then what they gave.
+        """Adds successive samples of a unit, and returns the events; `output` is then their output.
 
         `samples` are a chunk, or time (n,) s, specific force (n, 3) m/s^2 and angular rate (n, 3) rad/s of
         the unit's own clock and axes, to which `time_offset` and mounting of its settings apply.
@@ -182,7 +182,7 @@ class RedundancyMonitor:
         arrivals: Sequence[FloatArray] | None = None,
         keep_output: bool = False,
     ) -> tuple[tuple[RedundancyEvent, ...], _core.RedundancyReplay]:
-        """Take in what all units said over a while, primary first, in order of time, or of `arrivals`.
+        """Adds samples of all units, primary first, in order of time, or of `arrivals`.
 
         Gives what happened, and all else. Times are of the common clock, offsets added; see `push` for the
         rest, `_core.RedundancyMonitor.replay` for commands and witnesses.
@@ -202,7 +202,7 @@ class RedundancyMonitor:
         return (*before, *self._events(said)), said
 
     def tick(self, time: float) -> tuple[RedundancyEvent, ...]:
-        """Say that time has come, s of the common clock, though nobody may have said anything.
+        """Reports the time, s of the common clock, though no samples may have come.
 
         Where no unit has for `SILENCE`, there is an event `no samples`, once for each silence, of the time
         at which it had lasted so long.
@@ -214,7 +214,7 @@ class RedundancyMonitor:
         return (RedundancyEvent(self.newest + SILENCE, self.units[0], NO_SAMPLES, figures),)
 
     def witness(self, witness: Witness) -> None:
-        """Take in what something else on board says of the motion; it counts once samples of its times come.
+        """Adds aiding measurements of the motion, which count once samples of their times come.
 
         It has to come within a second of what it says.
 
@@ -223,7 +223,7 @@ class RedundancyMonitor:
         self._witnesses = sorted([*self._witnesses, *in_order([witness], self.units)], key=order)
 
     def command(self, command: Command) -> None:
-        """Give a command with the next sample: `evaluate`, or `return to primary`."""
+        """Returns a command with the next sample: `evaluate`, or `return to primary`."""
         if command not in COMMANDS:
             raise ProcedureError(f"command {command!r}: known are {', '.join(map(repr, COMMANDS))}")
         self._commands.append(command)
@@ -235,12 +235,12 @@ class RedundancyMonitor:
 
     @property
     def time_offsets(self) -> tuple[float, ...]:
-        """What `push` adds to the time of each unit, s, primary first."""
+        """Offsets that `push` adds to the time of each unit, s, primary first."""
         return tuple(own.time_offset for own in self._known)
 
     @property
     def output(self) -> SetOutput:
-        """What the samples of the last `push` gave: nothing where its unit was not the source."""
+        """Output for the samples of the last `push`: empty where its unit was not the source."""
         return self._output
 
     @property
@@ -255,7 +255,7 @@ class RedundancyMonitor:
         return tuple(_secondary_error(names, record) for record in self._core.records())
 
     def save(self) -> None:
-        """Write what is not in the store yet: errors adopted, those from the factory, the calibration.
+        """Writes what is not in the store yet: errors adopted, those from the factory, the calibration.
 
         Every file takes its name only once it is whole; without a store nothing is done.
 
@@ -275,7 +275,7 @@ class RedundancyMonitor:
             self._stored[error.unit, error.sensor] = error.adopted
 
     def notices(self) -> Iterator[str]:
-        """Say what a user should know of the calibration and the store."""
+        """Describes notices on the calibration and the store, for the user."""
         gyroscope = self.applied.gyroscope if self.applied is not None else None
         if gyroscope is not None and gyroscope.g_sensitivity is not None:
             yield "the g-sensitivity in the calibration of the primary is not used in the replay"
@@ -295,7 +295,7 @@ class RedundancyMonitor:
         yield from self._store.notices()
 
     def _due(self, latest: float) -> Sequence[NativeWitness]:
-        """Take off what witnesses said of times up to the latest."""
+        """Removes and returns aiding measurements up to the latest time."""
         count = bisect_right(self._witnesses, latest, key=_time_of) if self._witnesses else 0
         due = self._witnesses[:count]
         if count:
@@ -319,14 +319,14 @@ class RedundancyMonitor:
             yield RedundancyEvent(time, self.units[unit], event, self._named(figures))
 
     def _named(self, figures: Mapping[str, float | int | str | bool | list[int]]) -> dict[str, Figure]:
-        """Put names in the place of the numbers of units."""
+        """Puts names in the place of the numbers of units."""
         return {
             name: tuple(self.units[unit] for unit in figure) if isinstance(figure, list) else figure
             for name, figure in figures.items()
         }
 
     def _rejections(self, time: float) -> tuple[RedundancyEvent, ...]:
-        """Tell, with the first sample, what the store itself refused; the core tells what it refused."""
+        """Reports records that the store rejected, with the first sample; the core reports its own."""
         if math.isfinite(self.start):
             return ()
         return tuple(
@@ -340,7 +340,7 @@ class RedundancyMonitor:
         )
 
     def _stored_calibration(self) -> Calibration | None:
-        """Read the primary's own calibration of an earlier run; raises `CalibrationFileError` if unfit."""
+        """Reads the primary's own calibration of an earlier run; raises `CalibrationFileError` if unfit."""
         if self._store is None or not self._store.primary_path.exists():
             return None
         path, primary = self._store.primary_path, self.identities[0]
@@ -353,7 +353,7 @@ class RedundancyMonitor:
         return stored
 
     def _restore(self, store: ErrorStore) -> Iterator[Rejected]:
-        """Give the core what is stored; what neither store nor core takes is set aside by the next save."""
+        """Core what is stored; what neither store nor core takes is set aside by the next save."""
         for unit in self.identities[1:]:
             found, rejected = store.load(unit)
             factory_errors, more = store.load_factory(unit)
@@ -366,7 +366,7 @@ class RedundancyMonitor:
                     store.distrust(unit, error.sensor)
 
     def _from_factory(self, factory: Factory) -> list[tuple[Identified, SecondaryError]]:
-        """Give the core the errors from the factory that the store does not hold yet, and list them.
+        """Passes errors from the factory that the store does not hold yet to the core, and lists them.
 
         Raises `TumbleError` where there is no store, it holds others, or they cannot be of the unit.
         """
@@ -396,7 +396,7 @@ class RedundancyMonitor:
 
 
 def refuse_other_counts(secondaries: int) -> None:
-    """Raise `ProcedureError` where a set cannot have so many secondaries."""
+    """Raises `ProcedureError` where a set cannot have so many secondaries."""
     if not 0 < secondaries <= MOST_SECONDARIES:
         raise ProcedureError(
             f"{secondaries} secondaries were named; give the primary 1 to {MOST_SECONDARIES}"
@@ -404,7 +404,7 @@ def refuse_other_counts(secondaries: int) -> None:
 
 
 def settings_from(settings: Settings | None) -> RedundancySettings:
-    """Read settings from a file, or from what a file would hold; raises `TumbleError` in one line."""
+    """Reads settings from a file, or from what a file would hold; raises `TumbleError` in one line."""
     if settings is None:
         return RedundancySettings()
     if isinstance(settings, RedundancySettings):
@@ -420,7 +420,7 @@ def settings_from(settings: Settings | None) -> RedundancySettings:
 def identities_of(
     names: Sequence[str], settings: RedundancySettings, serials: Mapping[str, str]
 ) -> tuple[Identified, ...]:
-    """Give each unit the number that stored errors know it by.
+    """Returns each unit the number that stored errors know it by.
 
     Raises `ProcedureError` where two have the same, or would be written to the same files.
     """
@@ -450,7 +450,7 @@ def _identified(name: str, unit: UnitSettings, serials: Mapping[str, str]) -> Id
 
 
 def _serials(units: Mapping[str, UnitSettings], logged: Mapping[str, str]) -> dict[str, str]:
-    """Give the serial of each unit, empty where none is stated; raises `ProcedureError` where two are."""
+    """Returns the serial of each unit, empty where none is stated; raises `ProcedureError` where two are."""
     found: dict[str, str] = {}
     for name, own in units.items():
         stated = logged.get(name, "")
@@ -464,7 +464,7 @@ def _serials(units: Mapping[str, UnitSettings], logged: Mapping[str, str]) -> di
 
 
 def _without_serial(identities: Sequence[Identified]) -> Iterator[str]:
-    """Say which units a store knows by no more than their names."""
+    """Describes units that a store knows only by their names."""
     names = [unit.name for unit in identities if not unit.serial]
     if names:
         yield (
@@ -476,7 +476,7 @@ def _without_serial(identities: Sequence[Identified]) -> Iterator[str]:
 def _known_units(
     settings: RedundancySettings, names: Sequence[str], channels: Mapping[str, Sequence[Channel]]
 ) -> list[UnitSettings]:
-    """Give what is known of each unit; raises `ProcedureError` where that is of no unit."""
+    """Returns what is known of each unit; raises `ProcedureError` where that is of no unit."""
     for name in settings.units:
         if name not in names:
             raise ProcedureError(f"units: {name}: is none of {', '.join(names)}; use one of these names")
@@ -531,13 +531,13 @@ def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str,
 
 
 def _models(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray, float]]:
-    """Give M, b and what they left of each triad, root mean square of a channel."""
+    """Returns M, b and what they left of each triad, root mean square of a channel."""
     triads = {"accelerometer": calibration.accelerometer, "gyroscope": calibration.gyroscope}
     return {name: (triad.M, triad.b, triad.residual) for name, triad in triads.items() if triad is not None}
 
 
 def _keep_calibration(store: ErrorStore, calibration: Calibration) -> None:
-    """Store the primary's own calibration for later runs, unless it is there."""
+    """Stores the primary's own calibration for later runs, unless it is there."""
     path = store.primary_path
     if not path.exists() or Calibration.load(path).hash() != calibration.hash():
         calibration.save(path)

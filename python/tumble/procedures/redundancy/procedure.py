@@ -49,7 +49,7 @@ def redundancy(
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     progress: SampleProgress | None = None,
 ) -> RedundancyResult:
-    """Replay the logs of a redundant set, sample by sample, through the monitor.
+    """Replays the logs of a redundant set, sample by sample, through the monitor.
 
     Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings, or
     `SingleAxes`, whose axes are in logs of their own.
@@ -117,7 +117,7 @@ def result_of(
     warnings: tuple[str, ...] = (),
     preset: str = "",
 ) -> RedundancyResult:
-    """Put together what a monitor did and found by `end`, s: all but traces and output."""
+    """Puts together what a monitor did and found by `end`, s: all but traces and output."""
     applied = monitor.applied
     return RedundancyResult(
         primary=monitor.units[0],
@@ -152,7 +152,7 @@ def _refuse_unknown_commands(commands: Sequence[tuple[float, str]]) -> None:
 
 
 def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
-    """Whether neither the clocks that logs state nor the file they share says that one clock stamped all."""
+    """Returns whether there is no evidence, in stated clocks or a common file, that one clock stamped all."""
     clocks = {recording.metadata.clock for recording in recordings}
     if len(clocks) == 1 and clocks != {""}:
         return False
@@ -162,7 +162,7 @@ def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
 
 
 def _warnings(units: Sequence[UnitLog]) -> Iterator[str]:
-    """Say what a user should know of the logs."""
+    """Describes warnings on the logs, for the user."""
     for unit in units:
         if unit.recording is None:
             yield f"{unit.name}: is missing and replayed as a unit that sends nothing: {unit.missing}"

@@ -25,10 +25,10 @@ _MOST_PARTS = 256
 
 @dataclass(slots=True)
 class Replayed:
-    """What the monitor said, block after block."""
+    """Output of the monitor, block after block."""
 
     names: tuple[str, ...]
-    """Of the units, primary first."""
+    """Names of the units, primary first."""
     events: list[RedundancyEvent] = field(default_factory=list)
     seconds: float = 0.0
     """Time the replay took."""
@@ -40,7 +40,7 @@ class Replayed:
     """Parts of each trace of each unit."""
 
     def add(self, events: Sequence[RedundancyEvent], block: _core.RedundancyReplay) -> None:
-        """Take in what one block gave."""
+        """Adds the output of one block."""
         self.blocks += 1
         self.seconds += block["seconds"]
         self.events += events
@@ -71,13 +71,13 @@ class Replayed:
         )
 
     def output(self) -> SetOutput:
-        """Join what the set said."""
+        """Joins what the set said."""
         time, source, force, rate, flags = (np.concatenate(self._output[column]) for column in _OUTPUT)
         return SetOutput(self.names, time, source.astype(np.int64), force, rate, flags.astype(np.int64))
 
 
 def selected_spans(events: Sequence[RedundancyEvent], end: float) -> Iterator[Selected]:
-    """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
+    """Returns the spans in which one unit was the source, up to the end, s; cut where time jumped."""
     since: Selected | None = None
     for event in events:
         if event.event == "selected":
@@ -99,7 +99,7 @@ def _with(parts: list[FloatArray], part: FloatArray) -> list[FloatArray]:
 
 
 def _until(span: Selected, end: float) -> Selected:
-    """End a span; what ends it may carry the time of a clock that is slightly behind."""
+    """Ends a span; what ends it may carry the time of a clock that is slightly behind."""
     return replace(span, end=max(span.start, end))
 
 
@@ -111,7 +111,7 @@ def replay(
     witnesses: Sequence[NativeWitness] = (),
     keep_output: bool = False,
 ) -> Replayed:
-    """Push all blocks into the monitor, with commands and witnesses.
+    """Pushes all blocks into the monitor, with commands and witnesses.
 
     Commands are at times from the start of the logs, s, witnesses at times of their common clock. These are
     as `in_order` gives them; what they say before and after the logs is left out.
@@ -152,7 +152,7 @@ def replay(
 
 
 def _is_due(latest: float, arrivals: Sequence[FloatArray] | None) -> Callable[[NativeWitness], bool]:
-    """Tell of what witnesses said whether it counts by the end of a block, s."""
+    """Returns for each aiding measurement whether it counts by the end of a block, s."""
     until = max((float(each[-1]) for each in arrivals or () if len(each)), default=math.inf)
     return lambda witness: witness[0] <= latest and witness[5] <= until
 

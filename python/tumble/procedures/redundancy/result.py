@@ -1,4 +1,4 @@
-"""What the redundancy monitor did and found, as plain data: what reports show and files keep."""
+"""Actions and results of the redundancy monitor, as plain data that reports show and files keep."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class SecondaryError:
         return np.where(np.isfinite(self.bias_sigma), self.bias, np.nan)
 
     def parameters(self) -> Iterator[Parameter]:
-        """Give every number of it: bias, matrix, and the lever arm where there is one."""
+        """Returns every number of it: bias, matrix, and the lever arm where there is one."""
         unit = UNITS[self.sensor]
         yield from _parameters("bias {}", "xyz", unit, self.bias, self.bias_sigma)
         pairs = [one + other for one in "xyz" for other in "xyz"]
@@ -108,7 +108,7 @@ def _parameters(
 
 
 RECORDED = tuple(each.name for each in fields(SecondaryError) if each.name not in ("unit", "adopted"))
-"""What the core's record and the file of a stored error hold of it."""
+"""Fields of it that the core's record and the file of a stored error hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +143,7 @@ FLAGS = {"degraded": 1}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetOutput:
-    """What the platform would have used: the compensated readings of whichever unit was the source.
+    """Output that the platform would have used: the compensated readings of the present source.
 
     At the primary's place, in its case frame, with its own calibration applied last (redundancy.md, eq. 14).
     """
@@ -165,7 +165,7 @@ class SetOutput:
         return len(self.time)
 
     def save(self, path: Path | str) -> Path:
-        """Write CSV or Parquet, by the extension: time, ax ay az, gx gy gz, source, flags.
+        """Writes CSV or Parquet, by the extension: time, ax ay az, gx gy gz, source, flags.
 
         Raises `OutputError` where it cannot be written; what stood there before is untouched.
         """
@@ -182,10 +182,10 @@ class Identified:
     identity: int
     serial: str = ""
     identity_by_name: int | None = None
-    """What `identity` would be without a serial; `None`: the same."""
+    """Value of `identity` without a serial; `None`: the same."""
 
     def is_known_as(self, name: str, identity: int, serial: str | None) -> bool:
-        """Whether a stored error of that name, identity and serial, which is no other, is of this unit."""
+        """Returns whether a stored error of that name, identity and serial is of this unit."""
         if bool(serial) == bool(self.serial):
             return identity == self.identity
         if self.serial:
@@ -206,7 +206,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """Every setting by name, as used."""
     events: tuple[RedundancyEvent, ...]
     errors: tuple[SecondaryError, ...]
-    """What is stored of every sensor of every secondary at the end; none for a sensor never calibrated."""
+    """Stored error of every sensor of every secondary at the end; none for a sensor never calibrated."""
     window_time: FloatArray
     """(n,) s, middle of each window."""
     traces: tuple[UnitTrace, ...]
@@ -215,24 +215,24 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     replay_rate: float
     """Seconds of the log replayed in a second; NaN where the set was watched live."""
     warnings: tuple[str, ...] = ()
-    """What a user should know of the logs, the calibration and the store."""
+    """Warnings on the logs, the calibration and the store, for the user."""
     calibration_hash: str = ""
-    """Of the primary's own calibration; empty if it had none."""
+    """Hash of the primary's own calibration; empty if it had none."""
     software: str = ""
     provenance: Provenance = field(default_factory=provenance_now, compare=False)
     """When and by whom it was found."""
     serials: Mapping[str, str] = field(default_factory=dict)
-    """Of the units whose logs state them, by name."""
+    """Serial numbers of the units whose logs state them, by name."""
     defaults: Mapping[str, object] = field(default_factory=dict)
-    """What the settings are where nobody changes them, by name; empty if not known."""
+    """Default settings, by name; empty if unknown."""
     identities: tuple[Identified, ...] = ()
-    """How stored errors know the units, primary first."""
+    """Identities by which stored errors know the units, primary first."""
     applied: Mapping[str, object] = field(default_factory=dict, repr=False)
     """Content of the primary's own calibration; empty if it had none."""
     store: Path | None = None
     """Folder in which adopted errors were stored already; None if in none."""
     output: SetOutput | None = field(default=None, repr=False)
-    """What the platform would have used; None where it was not kept."""
+    """Output that the platform would have used; None where it was not kept."""
     degraded: float = 0.0
     """Share of the samples of the output, 0 to 1, whose source was known to be wrong, or contradicted."""
     preset: str = ""
@@ -247,7 +247,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         return LogTime(self.start)
 
     def from_start(self) -> RedundancyResult:
-        """Give the result with all times from the start of the recordings, as people read them.
+        """Returns the result with all times from the start of the recordings, as people read them.
 
         The output keeps its own: it is a file, not a page.
         """
@@ -268,7 +268,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         )
 
     def calibration_of(self, secondary: str) -> Calibration:
-        """Make the calibration file of a secondary, into the case frame of the primary.
+        """Creates the calibration file of a secondary, into the case frame of the primary.
 
         Raises `ProcedureError` where it has no stored error.
         """
@@ -277,7 +277,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         return calibration_of(self, secondary)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble redundancy` writes; give the path of each file by what it is.
+        """Writes what `tumble redundancy` writes; returns the path of each file by what it is.
 
         Adopted errors go to the folder `store` in it, unless they were stored in the course of the replay.
 
@@ -288,19 +288,19 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         return save(self, folder)
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each number of each stored error."""
+        """Returns a line for each number of each stored error."""
         for error in self.errors:
             for parameter in error.parameters():
                 yield {"secondary": error.unit, "sensor": error.sensor} | parameter.row()
 
     @property
     def known_faults(self) -> tuple[KnownFault, ...]:
-        """What was known to be wrong and stayed so, the worst first."""
+        """Known faults that remained, the worst first."""
         return tuple(known_faults(self))
 
     @property
     def all_well(self) -> bool:
-        """Whether nothing is known to be wrong that stayed so; a failover that worked is well."""
+        """Returns whether no known fault remained; a failover that worked is well."""
         return not self.known_faults
 
     @property

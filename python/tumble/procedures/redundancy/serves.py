@@ -1,4 +1,4 @@
-"""What a recording of a redundant set has to show."""
+"""Conditions on a recording of a redundant set."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SMALLEST_CHANGE = 1.0
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording."""
     partner = ("a second IMU logged with it by the same clock",) if evidence.alone else ()
     motion = () if _moved(evidence) else ("motion to compare the units in",)
     yield lacking_triad(evidence, "redundancy") or evidence.service("redundancy", (*partner, *motion))

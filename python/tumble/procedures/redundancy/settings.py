@@ -27,7 +27,7 @@ class RedundancySettings(MonitorSettings):
 
     schema_: Literal["tumble-redundancy/1"] = Field(default=SCHEMA, alias="schema")
     units: dict[str, UnitSettings] = Field(default_factory=dict)
-    """What is known of each unit, by its name."""
+    """Prior knowledge of each unit, by its name."""
     renamed_keys: ClassVar[Mapping[str, str]] = {
         "first_threshold": "rest_specific_force_scatter",
         "second_threshold": "rest_angular_rate_scatter",
@@ -41,19 +41,19 @@ class RedundancySettings(MonitorSettings):
 
     @classmethod
     def as_published(cls) -> RedundancySettings:
-        """Give those of the literature: thresholds on the norm; offsets, from motion, that always replace."""
+        """Those of the literature: thresholds on the norm; offsets, from motion, that always replace."""
         return cls(vector_check=False, highest_rung="offset", fit_rests=False, adoption="always")
 
     @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:
-        """Read a settings file, and the files it names, from its folder.
+        """Reads a settings file, and the files it names, from its folder.
 
         Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
         """
         return read_document(path, cls, REDUNDANCY).with_rotations_read(Path(path).parent)
 
     def with_rotations_read(self, folder: Path) -> RedundancySettings:
-        """Put the rotation in place of each file that is named for one: settings that `tumble align` wrote.
+        """Puts the rotation in place of each file that is named for one: settings that `tumble align` wrote.
 
         Raises `CalibrationFileError` where such a file does not know the rotation of the unit.
         """
@@ -65,7 +65,7 @@ class RedundancySettings(MonitorSettings):
         return self.model_copy(update={"units": units})
 
     def and_then(self, later: RedundancySettings) -> RedundancySettings:
-        """Take in other settings, which go before these; units are joined setting by setting."""
+        """Adds settings that take precedence over these; units are joined setting by setting."""
         content, more = _stated(self), _stated(later)
         units = {
             name: content["units"].get(name, {}) | more["units"].get(name, {})
@@ -74,7 +74,7 @@ class RedundancySettings(MonitorSettings):
         return RedundancySettings.model_validate(content | more | {"units": units})
 
     def changed(self, changes: Sequence[str]) -> RedundancySettings:
-        """Take in `NAME=VALUE`, or `units.UNIT.NAME=VALUE`, one after another; values are written as in YAML.
+        """Adds `NAME=VALUE`, or `units.UNIT.NAME=VALUE`, one after another; values are written as in YAML.
 
         Raises `ProcedureError`, in one line, where there is no such setting or its value makes no sense.
         """
@@ -123,7 +123,7 @@ def _rotation_in(path: Path, unit: str) -> FloatArray:
 
 
 def _stated(document: Document) -> dict[str, Any]:
-    """Give what was stated, `none` included, to be stated anew."""
+    """Returns what was stated, `none` included, to be stated anew."""
     content: dict[str, Any] = {name: getattr(document, name) for name in document.model_fields_set}
     if isinstance(document, RedundancySettings):
         content["units"] = {name: _stated(unit) for name, unit in document.units.items()}
@@ -131,7 +131,7 @@ def _stated(document: Document) -> dict[str, Any]:
 
 
 def _steps(name: str) -> list[str]:
-    """Split `units.UNIT.NAME`; the name of a unit may have dots of its own."""
+    """Splits `units.UNIT.NAME`; the name of a unit may have dots of its own."""
     if not name.startswith("units."):
         return [name]
     unit, _, key = name.removeprefix("units.").rpartition(".")

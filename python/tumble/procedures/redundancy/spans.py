@@ -29,7 +29,7 @@ class Disagreement:
     cause: RedundancyEvent
     """`disagree`, with its figures."""
     is_open: bool
-    """Whether it lasted to the end."""
+    """Indicates whether it lasted to the end."""
 
 
 JUDGED = ("out of family", "noisy", "blamed")
@@ -39,26 +39,26 @@ JUDGED = ("out of family", "noisy", "blamed")
 def between(
     events: Iterable[RedundancyEvent], opening: Sequence[str], closing: Sequence[str], end: float
 ) -> tuple[Span, ...]:
-    """Return the stretches from one of the opening events to one of the closing ones, or to the end, s."""
+    """Returns the stretches from one of the opening events to one of the closing ones, or to the end, s."""
     found: list[Span] = []
     since: float | None = None
     for event in events:
         if event.event in opening and since is None:
             since = event.time
         elif event.event in closing and since is not None:
-            # What closes a span may carry the time of a clock that went back.
+            # The event that closes a span may have an earlier time, of a clock that went back.
             found.append(Span(since, max(since, event.time)))
             since = None
     return (*found, Span(since, max(since, end))) if since is not None else tuple(found)
 
 
 def unhealthy_spans(events: Sequence[RedundancyEvent], unit: str, end: float) -> tuple[Span, ...]:
-    """Return where something was wrong with a unit."""
+    """Returns where something was wrong with a unit."""
     return between(of_unit(events, unit), ("unhealthy",), ("healthy",), end)
 
 
 def disagreements(events: Iterable[RedundancyEvent], end: float) -> Iterator[Disagreement]:
-    """Give each disagreement in turn; of one sensor there is one at a time."""
+    """Returns each disagreement in turn; of one sensor there is one at a time."""
     begun: dict[object, RedundancyEvent] = {}
     for event in events:
         sensor = event.figures.get("sensor")
@@ -72,7 +72,7 @@ def disagreements(events: Iterable[RedundancyEvent], end: float) -> Iterator[Dis
 
 
 def of_unit(events: Iterable[RedundancyEvent], unit: str) -> list[RedundancyEvent]:
-    """Return the events that concern a unit."""
+    """Returns the events that concern a unit."""
     return [event for event in events if event.unit == unit]
 
 

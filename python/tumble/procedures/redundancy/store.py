@@ -45,7 +45,7 @@ Written by tumble redundancy and not meant to be edited: the checksum would no l
 Schema: tumble schema {STORED_ERROR.name}"""
 
 _KEYS = {"matrix": "M", "bias": "b", "matrix_sigma": "M_sigma", "bias_sigma": "b_sigma"}
-"""What a field of an error is called in the file, where its name is another."""
+"""Keys of the file for fields of an error with another name."""
 
 MatrixWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3, 3), gaps=True)]
 
@@ -56,12 +56,12 @@ class StoredError(Document):
     schema_: Literal["tumble-stored-error/1"] = Field(default=SCHEMA, alias="schema")
     unit: str
     identity: int = Field(ge=0, lt=2**64)
-    """Of the secondary."""
+    """Identity of the secondary."""
     serial: str | None = None
-    """Of the secondary; absent where neither log nor settings stated one."""
+    """Serial number of the secondary; absent where neither log nor settings stated one."""
     primary: str
     primary_identity: int = Field(ge=0, lt=2**64)
-    """Of the unit it was calibrated against."""
+    """Identity of the unit against which it was calibrated."""
     primary_serial: str | None = None
     date: str | None = None
     """When it was stored: UTC, ISO 8601."""
@@ -85,7 +85,7 @@ class StoredError(Document):
     residual_before: float | None = None
     pairs: int = Field(ge=0)
     followed: Vector | None = None
-    """How far its calibrations together have followed the primary without proof that it was right.
+    """Sum of the steps in which its calibrations followed the primary without proof that it was right.
 
     m/s^2 or rad/s, axes of the secondary; absent where nothing was followed.
     """
@@ -93,7 +93,7 @@ class StoredError(Document):
     """sha256 of all the rest."""
 
     def digest(self) -> str:
-        """Work out sha256, in hexadecimal, of all but the checksum: the same however the file is laid out."""
+        """Returns sha256, in hexadecimal, of all but the checksum, whatever the layout of the file."""
         content = self.content()
         del content["checksum"]
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -124,7 +124,7 @@ class ErrorStore:
         self._in_use: set[Path] = set()
 
     def load(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
-        """Read the last stored error of each sensor of a unit, or the factory's where the last is damaged.
+        """Reads the last stored error of each sensor of a unit, or the factory's where the last is damaged.
 
         Never raises for damage, which is what a store has to live with; raises `CalibrationFileError` where a
         file is of a unit with another serial, or against a primary with another.
@@ -144,7 +144,7 @@ class ErrorStore:
         return found, rejected
 
     def load_factory(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
-        """Read the first stored error of each sensor of a unit, as `load` reads the last."""
+        """Reads the first stored error of each sensor of a unit, as `load` reads the last."""
         paths = {sensor: self._factory_path(unit, sensor) for sensor in SENSORS}
         read = [self._read(path, unit, sensor) for sensor, path in paths.items() if path.exists()]
         found = [error for error in read if isinstance(error, SecondaryError)]
@@ -152,20 +152,20 @@ class ErrorStore:
 
     @property
     def primary_path(self) -> Path:
-        """Where the primary's own calibration is kept."""
+        """Path of the primary's own calibration."""
         return self.folder / f"{file_stem(self._primary.name)}-calibration.yaml"
 
     def notices(self) -> Iterator[str]:
-        """Say which files were loaded that state no serial of the unit, or none of its primary."""
+        """Describes loaded files without the serial of the unit, or of its primary."""
         for path in dict.fromkeys(path for path in self._without_serial if path in self._in_use):
             yield f"{path}: does not state the serials of the unit and its primary; taken by their names"
 
     def distrust(self, unit: Identified, sensor: Sensor) -> None:
-        """Have what is stored set aside, not overwritten, by the next `save`."""
+        """Sets stored files aside at the next `save`, instead of overwriting them."""
         self._distrusted |= {self._path(unit, sensor), self._factory_path(unit, sensor)}
 
     def save(self, unit: Identified, error: SecondaryError) -> Path:
-        """Replace the last stored error; the first one ever stored is kept beside it.
+        """Replaces the last stored error; the first one ever stored is kept beside it.
 
         Raises `OutputError` where the folder cannot be written to; what was stored before is untouched.
         """
@@ -182,7 +182,7 @@ class ErrorStore:
         return last
 
     def lacks_factory(self, unit: Identified, error: SecondaryError) -> bool:
-        """Whether none is there from the factory; raises `CalibrationFileError` where there is another."""
+        """Returns whether it has no factory error; raises `CalibrationFileError` where there is another."""
         path = self._factory_path(unit, error.sensor)
         if not path.exists():
             return True
@@ -228,7 +228,7 @@ class ErrorStore:
 
 
 def _refuse_other_serials(path: Path, stored: StoredError, unit: Identified, primary: Identified) -> None:
-    """Raise `CalibrationFileError` where a stored error was found on other units than those of the logs."""
+    """Raises `CalibrationFileError` where a stored error was found on other units than those of the logs."""
     for found, name, serial, now in (
         (f"is the {stored.sensor} of", stored.unit, stored.serial, unit),
         ("was calibrated against", stored.primary, stored.primary_serial, primary),
@@ -261,7 +261,7 @@ def _error(stored: StoredError, name: str) -> SecondaryError:
 
 
 def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
-    """Give what the file has no number for: infinite sigma where nothing was shown, NaN for no residual."""
+    """Values without a number in the file: infinite sigma where unobservable, NaN for no residual."""
     if field == "followed" and value is None:
         return np.zeros(3)
     if field.endswith("_sigma") and value is not None:
@@ -272,7 +272,7 @@ def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
 def keep_adopted(
     store: ErrorStore, errors: Sequence[SecondaryError], identities: Sequence[Identified]
 ) -> None:
-    """Store what was adopted; what was loaded is there already."""
+    """Stores what was adopted; what was loaded is there already."""
     by_name = {unit.name: unit for unit in identities}
     for error in errors:
         if error.adopted is not None:

@@ -105,7 +105,7 @@ def _table(result: RedundancyResult) -> Table:
 
 
 def _scales(result: RedundancyResult) -> dict[str, Scale]:
-    """Choose the unit of each sensor that deviations and residuals of all units are shown in."""
+    """Chooses the unit of each sensor that deviations and residuals of all units are shown in."""
     sizes = [(UNITS[sensor], 0.0) for sensor in SENSORS]
     for error in result.errors:
         sizes += [(UNITS[error.sensor], size) for size in (error.residual_before, error.residual)]
@@ -179,7 +179,7 @@ _WHY = {
 
 
 def _refusals(result: RedundancyResult) -> Iterator[str]:
-    """Say why sensors were not calibrated; what happened again and again once."""
+    """Describes why sensors were not calibrated; repeated reasons once."""
     counts: Counter[str] = Counter()
     for event in result.events:
         if event.event in _WHY:
@@ -224,5 +224,5 @@ def _clause(sentence: str) -> str:
 
 
 def _value_and_limit(event: RedundancyEvent) -> str:
-    """Return the value that broke its limit, each in its unit, where there is a limit."""
+    """Returns the value that broke its limit, each in its unit, where there is a limit."""
     return f", {value_and_limit(event)}" if "limit" in event.figures else ""

@@ -1,4 +1,4 @@
-"""What is known of each unit of a redundant set: its place, its mounting, its ranges, its identity."""
+"""Prior knowledge of each unit of a redundant set: its place, its mounting, its ranges, its identity."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ Orientation: TypeAlias = Annotated[Any, _OrientationField()]
 
 
 class UnitSettings(Document):
-    """What is known of one unit; all of it may be left out."""
+    """Prior knowledge of one unit; all of it may be left out."""
 
     sensor_from_primary: Orientation = None
     """Nominal rotation from the primary's case frame to this unit's axes: a rotation vector (rad), a 3x3
@@ -94,7 +94,7 @@ class UnitSettings(Document):
 
 
 def with_axes(name: str, unit: UnitSettings, logged: Sequence[Channel] = CHANNELS) -> UnitSettings:
-    """Fill in the channels that a unit has: those stated, or those of its log.
+    """Fills in the channels that a unit has: those stated, or those of its log.
 
     Raises `ProcedureError` where one is stated that the log lacks.
     """
@@ -105,7 +105,7 @@ def with_axes(name: str, unit: UnitSettings, logged: Sequence[Channel] = CHANNEL
 
 
 def identity_of(name: str, unit: UnitSettings, serial: str = "", *, shared: bool = False) -> int:
-    """Give the number by which stored errors know a unit: stated, or 64 bits of a digest of its serial.
+    """Returns the number by which stored errors know a unit: stated, or 64 bits of a digest of its serial.
 
     Of its name where it has none; of both where several units share the serial of their board.
     """

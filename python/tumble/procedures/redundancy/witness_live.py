@@ -72,11 +72,11 @@ class LiveWitness:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a user should know of what it said."""
+        """Remarks on its measurements, for the user."""
         return (*self._rows.remarks, *self._line.line.notices)
 
     def take(self) -> list[Heard]:
-        """Give what it said, and what befell its line, since this was asked last."""
+        """Returns what it said, and what befell its line, since this was asked last."""
         return [self._heard.popleft() for _ in range(len(self._heard))]
 
     def _made(self) -> _WitnessLine:
@@ -102,7 +102,7 @@ class LiveWitness:
                 self._line.__exit__(None, None, None)
 
     def _reopen(self) -> None:
-        """Open the line anew, every second until it is there again or nobody listens any more."""
+        """Opens the line anew, every second until it is there again or nobody listens any more."""
         self._line.__exit__(None, None, None)
         self._is_open = False
         while not self._left.wait(RETRY):
@@ -124,7 +124,7 @@ class _WitnessLine(LineUnit[LabelledRow]):
     """A line whose rows are those of a witness, and of no IMU."""
 
     def come(self) -> tuple[list[Row], float]:
-        """Wait a while for rows; give them, and when they came, s of `time.monotonic()`."""
+        """Waits a while for rows; returns them, and when they came, s of `time.monotonic()`."""
         self._rows: list[Row] = []
         if self.fileno() is None:
             time.sleep(BETWEEN_LOOKS)

@@ -1,4 +1,4 @@
-"""What witnesses said while a session was recorded, as a table that `Witness.load` reads."""
+"""Aiding measurements that were recorded with a session, as a table that `Witness.load` reads."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class WitnessLog:
         self._is_empty = True
 
     def write(self, said: Sequence[NativeWitness], turn: float) -> None:
-        """Write what counted from the samples of a turn on, s; raises `OutputError` where that fails."""
+        """Writes what counted from the samples of a turn on, s; raises `OutputError` where that fails."""
         for witness in said:
             if self._is_empty:
                 append_line(self._path, ",".join(self._names))

@@ -59,13 +59,13 @@ class WitnessRows:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a user should know of what came."""
+        """Remarks on the received rows, for the user."""
         unknown = f"scores are of no unit of the set: {join(sorted(self._unknown))}" if self._unknown else ""
         left_out = f"left out {count_of('row', self._left_out)} that say nothing" if self._left_out else ""
         return tuple(filter(None, (self._clock.remark, unknown, left_out)))
 
     def read(self, rows: Sequence[Row], arrival: float) -> Iterator[Witness]:
-        """Give what rows that came at `arrival`, s of `time.monotonic()`, say."""
+        """Returns what rows that came at `arrival`, s of `time.monotonic()`, says."""
         for row in rows:
             figures = self._figures(row)
             if figures is None:
@@ -77,7 +77,7 @@ class WitnessRows:
                 self._left_out += 1
 
     def _figures(self, row: Row) -> Mapping[str, float] | None:
-        """Give the numbers of a row by their names; None of what is no row."""
+        """Returns the numbers of a row by their names; None of what is no row."""
         torn, self._may_be_torn = self._may_be_torn, False
         if isinstance(row, dict):
             return {name: value for name, value in row.items() if isinstance(value, float)}
@@ -117,7 +117,7 @@ class WitnessRows:
         return tuple(witness for witness in found if len(witness.time))
 
     def _host_time(self, stamp: float | None, arrival: float) -> float | None:
-        """Give the time of a row on the clock of this computer, s; None where its stamp is spoilt or old."""
+        """Time of a row on the clock of this computer, s; None where its stamp is spoilt or old."""
         if stamp is None:
             return None if self._newest > -math.inf else self._clock_rate * arrival
         own = stamp / self._clock_rate
@@ -131,7 +131,7 @@ class WitnessRows:
         return self._clock_rate * float(self._clock.host_times(np.array([own]), arrival)[0])
 
     def _is_borne_out(self, delay: float) -> bool:
-        """Whether a row came about as soon as others did, or the one before it did as soon as well."""
+        """Returns whether the delay of a row is plausible, by other rows or by the one before it."""
         doubted, self._doubted = self._doubted, delay
         if delay < self._least - SOONER and math.isfinite(self._least) and abs(delay - doubted) > SOONER:
             return False

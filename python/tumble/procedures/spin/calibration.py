@@ -1,4 +1,4 @@
-"""What a spin adds to a calibration: new biases, beside the matrices of the calibration applied before it."""
+"""Contribution of a spin to a calibration: new biases, beside the matrices of the earlier calibration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNSEEN = "scale, non-orthogonality and mounting: a spin shows bias only"
 
 
 def calibration_of(result: SpinResult) -> Calibration:
-    """Make the calibration file of a unit that was spun, on top of the calibration applied first.
+    """Creates the calibration file of a unit that was spun, on top of the calibration applied first.
 
     Its biases are those of the raw sensor, its matrices those applied, or none. A triad whose bias the spin
     does not show keeps the section that was applied, or has none.
@@ -70,7 +70,7 @@ def _options(result: SpinResult) -> dict[str, Any]:
 
 
 def _g_sensitivity_effect(section: Mapping[str, Any], force_bias: BiasEstimate) -> FloatArray:
-    """Rate, rad/s, by which g-sensitivity turned an error in specific force into one of the gyroscope."""
+    """Rates, rad/s, by which g-sensitivity turned an error in specific force into one of the gyroscope."""
     if "g_sensitivity" not in section or not force_bias.observable:
         return np.zeros(3)
     g_sensitivity_effect: FloatArray = np.array(section["g_sensitivity"]) @ force_bias.value

@@ -48,7 +48,7 @@ class Chain:
 
     @property
     def motions(self) -> tuple[Segment, ...]:
-        """What lies beside and between the rests."""
+        """Motions beside and between the rests."""
         return tuple(segment for segment in self.segments if segment.rest is None)
 
 

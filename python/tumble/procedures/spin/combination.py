@@ -21,7 +21,7 @@ ROWS: dict[TriadName, slice] = {"accelerometer": slice(0, 3), "gyroscope": slice
 
 @dataclass(frozen=True, slots=True)
 class CombinedBiases:
-    """What the spins agree on."""
+    """Biases combined over all spins that agree."""
 
     accelerometer_bias: BiasEstimate
     gyroscope_bias: BiasEstimate
@@ -33,7 +33,7 @@ class CombinedBiases:
 
 @dataclass(frozen=True, slots=True)
 class _TriadWeights:
-    """How much each spin counts for one triad."""
+    """Weights of the spins for one triad."""
 
     weights: FloatArray
     """(n, 3, 3) for each spin; zero where it does not show the bias."""
@@ -43,7 +43,7 @@ class _TriadWeights:
 
 
 def combine(spins: Sequence[Spin]) -> CombinedBiases:
-    """Weigh each spin by its information; where they contradict each other, the last one counts.
+    """Weighs each spin by its information; where they contradict each other, the last one counts.
 
     Each triad is judged by itself: the bias of a gyroscope wanders, and the accelerometers need not suffer.
     """
@@ -61,7 +61,7 @@ def combine(spins: Sequence[Spin]) -> CombinedBiases:
 
 
 def bias_of(spin: Spin, triad: TriadName) -> BiasEstimate:
-    """Give the bias of one triad that a spin found."""
+    """Returns the bias of one triad that a spin found."""
     return spin.accelerometer_bias if triad == "accelerometer" else spin.gyroscope_bias
 
 
@@ -101,7 +101,7 @@ def _covariance(spins: Sequence[Spin], weighed: dict[TriadName, _TriadWeights]) 
         weight = np.zeros((6, 6))
         for triad, rows in ROWS.items():
             weight[rows, rows] = weighed[triad].weights[k]
-        # What a spin does not show has no weight, so that the place of its NaN is of no account.
+        # An unobservable parameter has no weight, so that the place of its NaN is irrelevant.
         covariance += weight @ np.nan_to_num(spin.covariance) @ weight.T
     for triad, rows in ROWS.items():
         if not weighed[triad].weights.any():

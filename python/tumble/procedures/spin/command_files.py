@@ -1,4 +1,4 @@
-"""What a live spin writes while samples go on."""
+"""Files that a live spin writes while samples go on."""
 
 from __future__ import annotations
 
@@ -38,6 +38,6 @@ def _write_page(result: SpinResult, page: Path) -> None:
 
 
 def _leave_interrupts_to_others() -> None:
-    """Have Control-C end what runs beside this, and this where that has ended."""
+    """Lets Control-C end what runs beside this, and then this."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)

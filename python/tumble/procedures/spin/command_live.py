@@ -42,7 +42,7 @@ Show: TypeAlias = "Callable[[LiveStep], None]"
 SESSION_FOLDER = "session"
 """Where the samples of a live spin are, in the folder of its results."""
 REPLAY = "replay:"
-"""How a source begins that is a log, and so recorded."""
+"""Beginning of a source that is a log, and so already recorded."""
 BAR_WIDTH = 18
 """Leaves room for the readings on a line of 80 columns."""
 HINTS = {
@@ -51,7 +51,7 @@ HINTS = {
     "too slow": "turn faster",
     "too fast": "turn more slowly",
 }
-"""What to say of each pace of the turn."""
+"""Hints on each pace of the turn."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -223,7 +223,7 @@ def _written(result: SpinResult, folder: Path, *, meanwhile: bool) -> Iterator[d
 
 
 def session_folder(folder: Path) -> Path:
-    """Name a folder for the samples of this run beside its results, in which none lie yet."""
+    """Names a folder for the samples of this run beside its results, in which none lie yet."""
     taken = next(number for number in itertools.count(1) if not (folder / _session_name(number)).exists())
     return folder / _session_name(taken)
 
@@ -279,7 +279,7 @@ def _print_prompt(text: str) -> None:
 
 
 def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
-    """Say what the robot is to do now; empty where it is to go on."""
+    """Describes the next motion of the robot; empty where it is to go on."""
     still = f"stand still for {options.still:g} s"
     if step.kind == LISTENING:
         return f"Listening to {source}. Let the robot {still}."

@@ -1,4 +1,4 @@
-"""Whether a robot left the spot where it should have turned, by what its accelerometers say."""
+"""Detection of robots that left the spot during a turn, by their accelerometers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LARGEST_LEVER_ARM = 1.0
 def drive_failure(
     chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
 ) -> FailedChain | None:
-    """Find the motion in which the robot left the spot."""
+    """Finds the motion in which the robot left the spot."""
     speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
     faulty_motion = chain.motions[fastest]
@@ -92,5 +92,5 @@ def _arm_along_floor(figures: _core.SpinFigures) -> complex:
 
 
 def drove_a_circle(arm: FloatArray) -> SpinFailure:
-    """Tell that the turning axis lies too far from the IMU for a turn on the spot; `arm` (3,) m."""
+    """Reports a turning axis too far from the IMU for a turn on the spot; `arm` (3,) m."""
     return SpinFailure(SpinFailureKind.DROVE_A_CIRCLE, {"radius": float(np.linalg.norm(arm))})

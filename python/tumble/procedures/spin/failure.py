@@ -14,7 +14,7 @@ from tumble.foundation.results import Figures
 
 
 class SpinFailureKind(Enum):
-    """What went wrong: in the words of the core where it says so, else what only a whole log shows."""
+    """Kinds of failure: words of the core, and further ones that only a whole log shows."""
 
     NEVER_STILL = "never still"
     NO_REST = "no rest"
@@ -54,11 +54,11 @@ class SpinFailure:
 
     @classmethod
     def of_core(cls, word: str, figures: Figures) -> SpinFailure:
-        """Take over what `SpinMachine.failure` and the arguments of a `CoreError` of `fit_spin` are."""
+        """Converts `SpinMachine.failure`, or the arguments of a `CoreError` of `fit_spin`."""
         return cls(SpinFailureKind(word), figures)
 
     def from_start(self, time: LogTime) -> SpinFailure:
-        """Give the failure with its time, where it has one, from the first sample of the recording."""
+        """Returns the failure with its time, where it has one, from the first sample of the recording."""
         if "time" not in self.figures:
             return self
         return SpinFailure(self.kind, {**self.figures, "time": time.since(self.figures["time"])})
@@ -73,12 +73,12 @@ class UnusedInterval:
     failure: SpinFailure
 
     def from_start(self, time: LogTime) -> UnusedInterval:
-        """Give the interval with times from the first sample of the recording."""
+        """Returns the interval with times from the first sample of the recording."""
         return UnusedInterval(time.since(self.start), time.since(self.end), self.failure.from_start(time))
 
 
 def rejected_rests(unit: _core.Acquired) -> list[UnusedInterval]:
-    """List what looked like a rest of a recording and is none."""
+    """Lists what looked like a rest of a recording and is none."""
     return [
         UnusedInterval(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.rejected_rests
     ]

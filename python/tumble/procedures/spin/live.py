@@ -37,7 +37,7 @@ Pace = Literal["none", "too slow", "good", "too fast"]
 PATIENCE = 2.0
 """s without a sample after which a stream is taken to have stopped; radio links stall for less."""
 TOO_SLOW, TOO_FAST = 0.5, 1.5
-"""Of the rate asked for, at which a user is told so."""
+"""Limits of the rate over the requested one, beyond which the user is warned."""
 BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
 TURNED_FIRST = math.tau
@@ -50,7 +50,7 @@ MISREAD_RATE = 10.0
 
 @dataclass(frozen=True, slots=True)
 class LiveStep:
-    """What has just happened, and how far the procedure is."""
+    """Latest event, and the progress of the procedure."""
 
     kind: LiveStepKind
     time: float | None
@@ -59,12 +59,12 @@ class LiveStep:
     """`still` while the robot is to stand, `spin` while it is to turn, then `done` or `failed`."""
     progress: _core.SpinProgress
     pace: Pace
-    """Of the turn against the rate asked for; `none` while the robot stands or is to stand."""
+    """Pace of the turn against the requested rate; `none` while the robot stands or is to stand."""
 
 
 @dataclass(slots=True)
 class _Silence:
-    """How long nothing has come, by the clock on the wall."""
+    """Duration without samples, by the clock on the wall."""
 
     clock: Callable[[], float]
     since: float = field(init=False)
@@ -115,7 +115,7 @@ class LiveSpin:
         """rad, before the robot stood still."""
 
     def steps(self) -> Iterator[LiveStep]:
-        """Read the source until the procedure is done; give what happens as it happens.
+        """Reads the source until the procedure is done; returns what happens as it happens.
 
         Raises `LogError` where the stream is lost or cannot be understood, `ProcedureError` where the robot
         did not do what was asked.
@@ -142,7 +142,7 @@ class LiveSpin:
         yield self._step("done")
 
     def result(self) -> SpinResult:
-        """Give what the procedure found, once `steps` has come to its end."""
+        """Returns what the procedure found, once `steps` has come to its end."""
         assert self._acquired is not None, "a result is asked for when the procedure is done"
         rests = self._rests(self._acquired)
         samples = _within(self._kept, self._machine.span)
@@ -188,7 +188,7 @@ class LiveSpin:
         return alike_rests([rest for rest in rests_of(unit) if rest.end > self._machine.span[0]])
 
     def _blocks(self, samples: Chunk, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
-        """Fit the samples once more, for the pictures: the machine keeps sums only."""
+        """Fits the samples once more, for the pictures: the machine keeps sums only."""
         times = np.array([(rest.start, rest.end) for rest in rests]).reshape(-1, 2)
         try:
             _, blocks = _core.fit_spin(
@@ -228,7 +228,7 @@ class LiveSpin:
             yield self._step("progress")
 
     def _watch_first_turn(self, measured: Chunk) -> Iterator[LiveStep]:
-        """Say once that the robot turns and has not stood still."""
+        """Reports once that the robot turns without an earlier rest."""
         if self._machine.state != "still":
             return
         rate = np.linalg.norm(measured.gyroscope, axis=1)
@@ -239,7 +239,7 @@ class LiveSpin:
             yield self._step("turning first")
 
     def _note(self, silence: float) -> None:
-        """Let the machine know of a silence that is no mere stall."""
+        """Reports a silence to the machine that is longer than a stall."""
         if self._time is None:
             if silence > FIRST_SAMPLE_WITHIN:
                 raise nothing_came(self._source.name)
@@ -247,13 +247,13 @@ class LiveSpin:
             self._machine.tick(self._time + silence)
 
     def _end_of_stream(self) -> None:
-        """Take a stream that ends before the procedure does for one that stopped."""
+        """Treats a stream that ends before the procedure does as one that stopped."""
         if self._time is None:
             raise LogError(f"{self._source.name}: holds no samples")
         self._machine.tick(self._time + PATIENCE)
 
     def _why(self, failure: SpinFailure) -> str:
-        """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
+        """Describes the failure; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
         doubtful = failure.kind is SpinFailureKind.NEVER_STILL and self._source.gyroscope_unit_is_assumed
         hint = "; if the gyroscope is in deg/s, no unit being stated, give --gyroscope-unit deg/s"
         early = failure.kind is SpinFailureKind.NEVER_STILL and self._turned_first >= TURNED_FIRST
@@ -263,7 +263,7 @@ class LiveSpin:
         return first + explain(failure.from_start(self._started)) + (hint if doubtful else "")
 
     def _refuse_frozen(self, samples: Chunk) -> None:
-        """Refuse readings that stood still for a while, of a sensor whose readings else never do."""
+        """Refuses readings that stood still for a while, of a sensor whose readings else never do."""
         for first, last in frozen_stretches(samples):
             start, length = self._started.at(samples.time[first], 2), samples.time[last] - samples.time[first]
             raise ProcedureError(
@@ -281,7 +281,7 @@ class LiveSpin:
 
 
 def _within(chunks: Sequence[Chunk], span: tuple[float, float]) -> Chunk:
-    """Put the samples between two times in one piece."""
+    """Puts the samples between two times in one piece."""
     time = np.concatenate([chunk.time for chunk in chunks])
     inside = (time >= span[0]) & (time <= span[1])
     accelerometer = np.concatenate([chunk.accelerometer for chunk in chunks])

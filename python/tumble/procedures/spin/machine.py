@@ -30,7 +30,7 @@ SpinEventKind = Literal["still began", "still broken", "still done", "spin began
 
 @dataclass(frozen=True, slots=True)
 class LiveSpinOptions:
-    """What the robot is asked to do, and what is known of the place."""
+    """Requested motion of the robot, and prior knowledge of the place."""
 
     still: float = DEFAULT.still
     """s to stand still."""
@@ -122,7 +122,7 @@ class SpinMachine:
     def push(
         self, samples: Chunk | tuple[ArrayLike, ArrayLike, ArrayLike], moving: ArrayLike | None = None
     ) -> tuple[SpinEvent, ...]:
-        """Take in successive samples as they were measured, and give what happened.
+        """Adds successive raw samples, and returns the events.
 
         `samples` are a chunk, or time (n,) s, specific force (n, 3) m/s^2 and angular rate (n, 3) rad/s;
         `moving` (n,) is 1 where wheels turn, 0 where they stand, NaN where nobody knows.
@@ -134,19 +134,19 @@ class SpinMachine:
         return self.push_corrected(chunk, wheels)
 
     def push_corrected(self, chunk: Chunk, moving: FloatArray | None = None) -> tuple[SpinEvent, ...]:
-        """Take in samples that the calibration was applied to; all else is as for `push`."""
+        """Adds samples corrected by the calibration; all else is as for `push`."""
         happened = self._core.push(chunk.time, chunk.accelerometer, chunk.gyroscope, moving)
         for time, kind in happened:
             self.span = (time if kind == "still began" else self.span[0], time)
         return tuple(SpinEvent(time, cast("SpinEventKind", kind)) for time, kind in happened)
 
     def corrected(self, chunk: Chunk) -> Chunk:
-        """Apply the calibration of the unit, where there is one."""
+        """Applies the calibration of the unit, where there is one."""
         self.temperatures.add(len(chunk), chunk.temperature)
         return Chunk(chunk.time, *corrected(chunk, self.calibration))
 
     def tick(self, time: float) -> tuple[SpinEvent, ...]:
-        """Say that time has come, s of the samples' clock: samples that stop coming fail the spin."""
+        """Reports the time, s of the samples' clock: samples that stop coming fail the spin."""
         kind = self._core.tick(time)
         return () if kind is None else (SpinEvent(time, cast("SpinEventKind", kind)),)
 
@@ -157,22 +157,22 @@ class SpinMachine:
 
     @property
     def is_over(self) -> bool:
-        """Whether it is done, or has failed."""
+        """Returns whether it is done, or has failed."""
         return self.state in ("done", "failed")
 
     @property
     def progress(self) -> _core.SpinProgress:
-        """How far it is: time stood and angle turned, with what is wanted of each; rate, rad/s; at rest."""
+        """Progress: time stood and angle turned, with the wanted ones; rate, rad/s; at rest."""
         return self._core.progress
 
     @property
     def failure(self) -> SpinFailure | None:
-        """Why it failed, if it did; `tumble.procedures.spin.messages.explain` puts it in words."""
+        """Reason of the failure, if any; `tumble.procedures.spin.messages.explain` puts it in words."""
         failure = self._core.failure
         return None if failure is None else SpinFailure.of_core(*failure)
 
     def read_bias_instability(self, samples: Chunk) -> None:
-        """Read bias instability off the samples of the spin, corrected, which sums do not show."""
+        """Reads bias instability off the samples of the spin, corrected, which sums do not show."""
         self._core.read_bias_instability(samples.time, samples.accelerometer, samples.gyroscope)
 
     def result(
@@ -180,7 +180,7 @@ class SpinMachine:
         rests: tuple[Rest, ...] = (),
         blocks: _core.SpinBlockFigures | None = None,
     ) -> Spin:
-        """Give what was found, once it is `done`; `rests` and `blocks` are for the pictures.
+        """Returns what was found, once it is `done`; `rests` and `blocks` are for the pictures.
 
         Raises `ProcedureError`, in one line, where it failed, or is not done.
         """

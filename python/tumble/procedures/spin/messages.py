@@ -19,7 +19,7 @@ CHANNELS = (
     "gyroscope z",
 )
 SMALLEST_SHOWN = math.radians(1.0)
-"""What turned less is said not to have turned."""
+"""Angle below which a robot is reported as not turned."""
 
 
 def explain(failure: SpinFailure) -> str:
@@ -29,12 +29,12 @@ def explain(failure: SpinFailure) -> str:
 
 
 def cause(failure: SpinFailure) -> str:
-    """Say what is wrong, without what to do."""
+    """Describes the error, without the remedy."""
     return MESSAGES[failure.kind](failure.figures)[0]
 
 
 def remedy(failure: SpinFailure) -> str:
-    """Say what to do; empty where that goes without saying."""
+    """Describes the remedy; empty where it is obvious."""
     return MESSAGES[failure.kind](failure.figures)[1]
 
 

@@ -1,4 +1,4 @@
-"""What a robot did between two rests, judged by its gyroscope: whether it may be a turn on the spot."""
+"""Motion of a robot between two rests, judged by its gyroscope: whether it may be a turn on the spot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SMALLEST_SPIN = math.radians(45.0)
 NUDGE_SECONDS, NUDGE_ANGLE, NUDGE_SPEED = 1.0, math.radians(2.0), 0.1
 """s, rad and m/s: what is shorter, and turns and pushes less, leaves the robot where it was."""
 FEWEST_SAMPLES = 12
-"""What is shorter is the edge of a rest, of which the segmenter leaves out ten samples or 0.05 s."""
+"""Number of samples below which a motion is the edge of a rest: the segmenter omits ten samples or 0.05 s."""
 BLOCK_SECONDS = 0.1
 PAUSE_SECONDS, PAUSE_SHARE, SLOWEST_TURN = 0.5, 0.3, 0.05
 """s, share of the fastest, and rad/s: whoever turns more slowly for as long has stopped to turn."""
@@ -34,7 +34,7 @@ LARGEST_ACROSS = 0.5
 
 
 def credible_faults(faults: Sequence[ChannelFault]) -> tuple[ChannelFault, ...]:
-    """Leave out readings that pile up at the smallest value of a robot that turned one way only."""
+    """Omits readings that pile up at the smallest value of a robot that turned one way only."""
     return tuple(
         fault
         for fault in faults
@@ -45,7 +45,7 @@ def credible_faults(faults: Sequence[ChannelFault]) -> tuple[ChannelFault, ...]:
 def motion_failure(
     motion: Segment, beside: Rest, faults: Sequence[ChannelFault], given: bool
 ) -> SpinFailure | None:
-    """Tell why a motion cannot be part of a spin; None if it can. `beside` is a rest next to it."""
+    """Returns why a motion cannot be part of a spin; None if it can. `beside` is a rest next to it."""
     saturated = _saturated(motion, faults)
     if saturated or given or is_nudge(motion, beside):
         return saturated
@@ -63,7 +63,7 @@ def motion_failure(
 
 
 def is_nudge(motion: Segment, beside: Rest) -> bool:
-    """Whether a motion left the robot where it was, such as a knock or a motor that was switched on."""
+    """Returns whether a motion left the robot in place, such as a knock or the start of a motor."""
     seconds = motion.end - motion.start
     if seconds > NUDGE_SECONDS:
         return False
@@ -76,7 +76,7 @@ def is_nudge(motion: Segment, beside: Rest) -> bool:
 
 
 def first_turn(motion: Segment, beside: Rest) -> tuple[Segment, ...]:
-    """Cut out what a motion turns without a pause from its beginning; nothing if that is little or all.
+    """Cuts out what a motion turns without a pause from its beginning; nothing if that is little or all.
 
     A robot that drives off as soon as it has turned gives no rest between.
     """
@@ -91,7 +91,7 @@ def first_turn(motion: Segment, beside: Rest) -> tuple[Segment, ...]:
 
 
 def nearest_rest(motion: Segment, rests: Sequence[Rest]) -> Rest:
-    """Find the rest beside a motion."""
+    """Finds the rest beside a motion."""
     middle = 0.5 * (motion.start + motion.end)
     return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
 

@@ -1,4 +1,4 @@
-"""What the core found of one spin, described: parameters with names and units, and what to beware of."""
+"""Results of the core for one spin: parameters with names and units, and warnings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tumble.procedures.spin.result import (
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
 USUAL_TILT = math.radians(1.0)
-"""Of a floor that nobody has measured."""
+"""Tilt assumed for a floor that nobody has measured."""
 NOTABLE_LEVER_ARM = 1.0
 """m; few robots are so large."""
 NOTABLE_WANDERING = 1e-4
@@ -122,7 +122,7 @@ def _bias(figures: _core.BiasFigures, reason: str = "") -> BiasEstimate:
 
 
 def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
-    """Take the level-free bias; where less than a turn was made, say how far it can be trusted."""
+    """Returns the level-free bias; with less than a turn, also its limits."""
     degrees = math.degrees(figures["heading_span"])
     if not figures["level_free"]["observed"]:
         return _bias(
@@ -140,7 +140,7 @@ def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
 def _published(
     figures: _core.SpinFigures, gravity: float, level_floor: bool
 ) -> tuple[FloatArray, BiasEstimate]:
-    """Take the published bias, and the covariance of the result.
+    """Returns the published bias, and the covariance of the result.
 
     Where it is the result for want of a full turn, and nobody said that the floor is level, its sigma carries
     the tilt the floor seems to have, or one that is usual.
@@ -190,7 +190,7 @@ def _angle(name: str, figures: tuple[float, float], reason: str = NOT_SHOWN) -> 
 
 
 def _scale(name: str, error: tuple[float, float], reason: str) -> Parameter:
-    """Describe a scale, which is 1 for a perfect gyroscope, by its error."""
+    """Describes a scale, which is 1 for a perfect gyroscope, by its error."""
     value, sigma = error
     return _parameter(name, "1", (1.0 + value, sigma), reason)
 
@@ -234,7 +234,7 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
 
 
 def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:
-    """Say that the gyroscope's bias did not stay where it was, unless a slow turn explains that."""
+    """Reports a change of the gyroscope's bias, unless a slow turn explains it."""
     if len(rests) < 2 or figures["turned_while_still"]:
         return
     rates = np.array([rest.angular_rate for rest in rests])
@@ -249,7 +249,7 @@ def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Ite
 
 
 def _about_the_turn(figures: _core.SpinFigures, gravity: float) -> Iterator[str]:
-    """Say how far the accelerometer bias can be trusted, where the robot did not turn once round."""
+    """Describes limits of the accelerometer bias where the robot turned less than once."""
     if figures["heading_span"] < FULL_TURN:
         degrees = math.degrees(figures["heading_span"])
         level_free = figures["level_free"]

@@ -1,4 +1,4 @@
-"""What a robot is to do in the second stage of a spin, the turn, and what of it departs from that."""
+"""Preset motion of a robot in the second stage of a spin, the turn, and departures from it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class TurnPreset:
             )
 
     def completed(self, rate: float, turns: float) -> TurnPreset:
-        """Give all three, by these where fewer than two are preset: `rate` in rad/s."""
+        """Returns all three, by these where fewer than two are preset: `rate` in rad/s."""
         if self.duration is None:
             return TurnPreset(None, self.rate or rate, self.turns or turns)
         if self.turns is None:
@@ -47,7 +47,7 @@ class TurnPreset:
         return TurnPreset(self.duration, self.turns * FULL_TURN / self.duration, self.turns)
 
     def departures(self, duration: float, rate: float, turns: float) -> Iterator[str]:
-        """Say, for a spin that turned so long, fast and far, what differs from what was preset."""
+        """Describes departures of a spin, of this duration, rate and angle, from the preset."""
         if self.duration is not None and _departs(duration, self.duration):
             yield f"turned for {duration:.3g} s, where {self.duration:g} s were preset"
         if self.rate is not None and _departs(rate, self.rate):
@@ -57,7 +57,7 @@ class TurnPreset:
 
     @property
     def options(self) -> dict[str, object]:
-        """What was preset, by the names of the command."""
+        """Preset options, by the names of the command."""
         return {"spin-duration": self.duration, "turn-rate": self.rate, "turns": self.turns}
 
 

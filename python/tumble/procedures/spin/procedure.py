@@ -72,7 +72,7 @@ def spin(
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> SpinResult:
-    """Find the biases of the IMU of a robot that stood still and turned on the spot, once or several times.
+    """Finds the biases of the IMU of a robot that stood still and turned on the spot, once or several times.
 
     Rest and spin are found by themselves, or lie between the times `at`, s from its start. A
     spin whose longest rest is shorter than `still`, s, or that turned less than `turns`, is not used. Turns
@@ -164,7 +164,7 @@ def spin(
 def _acquired(
     recording: Recording, applied: Calibration | None, gravity: float, progress: SampleProgress | None
 ) -> Imu:
-    """Read the recording for the first time: where it stood still, and whether it can serve."""
+    """Reads the recording for the first time: where it stood still, and whether it can serve."""
     if recording.parts:
         raise ProcedureError(
             f"{recording.name}: is a folder of {count_of('log', len(recording.parts))}, one per pose; "
@@ -185,7 +185,7 @@ def _search(
     at: Sequence[tuple[float, float]],
     progress: SampleProgress | None,
 ) -> list[FittedSpin | UnusedInterval]:
-    """Read the recording again, and fit what may be spins as soon as their samples are there."""
+    """Reads the recording again, and fits what may be spins as soon as their samples are there."""
     rests = true_rests(
         sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, applied)], key=_start_of)
     )
@@ -217,7 +217,7 @@ def _search(
 
 
 def _rests_refused_as_turning(unit: Imu, applied: Calibration | None) -> list[Rest]:
-    """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
+    """Finds rests refused for another rate than those beside them: a robot turning evenly outvotes them."""
     turning = (each for each in rejected_rests(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
     intervals = sorted((Interval(each.start, each.end) for each in turning), key=_start_of)
     if not intervals:
@@ -237,7 +237,7 @@ def _logged(unit: Imu) -> Interval:
 
 
 def _windows(at: Sequence[tuple[float, float]], logged: Interval, unit: Imu) -> list[Interval]:
-    """Where to look for spins; raises `ProcedureError` where times make no sense for the recording."""
+    """Returns the times to search for spins; raises `ProcedureError` where they do not fit the recording."""
     time = unit.log.time
     windows = [Interval(start + time.zero, end + time.zero) for start, end in sorted(at)]
     for (start, end), window, following in zip(sorted(at), windows, [*windows[1:], None], strict=False):
@@ -258,7 +258,7 @@ def _windows(at: Sequence[tuple[float, float]], logged: Interval, unit: Imu) -> 
 
 
 def _ends(number: int, unread: UnreadSegment, following: tuple[int, UnreadSegment] | None) -> bool:
-    """Whether a spin cannot go on from a segment to the following one."""
+    """Returns whether a spin cannot go on from a segment to the following one."""
     if following is None:
         return True
     window, after = following
@@ -289,14 +289,14 @@ def _nothing_found(refused: Sequence[UnusedInterval], unit: Imu) -> str:
 
 
 def _shows_too_small_a_turn(failure: SpinFailure) -> bool:
-    """Whether it turned, but less than it should have: as a gyroscope shows that was taken for deg/s."""
+    """Returns whether it turned less than it should have, as if a gyroscope in deg/s were read as rad/s."""
     if failure.kind is SpinFailureKind.NO_TURN:
         return failure.figures.get("turned", 0.0) >= SMALLEST_SHOWN
     return failure.kind in (SpinFailureKind.PUSHED, SpinFailureKind.TURNED_TOO_LITTLE)
 
 
 def _named(refused: Sequence[UnusedInterval]) -> str:
-    """List the longest segments with their reasons; of several, without the remedy of each."""
+    """Lists the longest segments with their reasons; of several, without the remedy of each."""
     longest = sorted(
         sorted(refused, key=lambda interval: interval.start - interval.end)[:MOST_NAMED], key=_start_of
     )
@@ -309,7 +309,7 @@ def _named(refused: Sequence[UnusedInterval]) -> str:
 
 
 def _notices(unit: Imu) -> Iterator[str]:
-    """Say what was left out, and what the reader did that a user should know."""
+    """Describes omissions, and remarks of the reader for the user."""
     yield from unit.recording.metadata.remarks
     yield from unit.notices
     yield from correction_notice(unit.recording.metadata, "these biases hold")
@@ -318,7 +318,7 @@ def _notices(unit: Imu) -> Iterator[str]:
 def scale_warning(
     combined: CombinedBiases, spins: Sequence[Spin], applied: Calibration | None, gravity: float
 ) -> Iterator[str]:
-    """Say what a scale error does to the accelerometer bias, unless an earlier calibration has seen to it."""
+    """Describes the effect of a scale error on the accelerometer bias, unless it was calibrated before."""
     if not combined.accelerometer_bias.observable:
         return
     if applied and applied.accelerometer and "matrix" in applied.accelerometer.estimated:
@@ -333,7 +333,7 @@ def scale_warning(
 
 
 def _first_half(progress: SampleProgress | None) -> SampleProgress | None:
-    """Count the samples of a first pass, and expect as many again."""
+    """Counts the samples of a first pass, and expects as many again."""
     if progress is None:
         return None
     return lambda done, expected: progress(done, None if expected is None else 2 * expected)

@@ -1,4 +1,4 @@
-"""What the spin procedure finds, as plain data: what reports show and calibration files keep."""
+"""Results of the spin procedure, as plain data that reports show and calibration files keep."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SpinMethod = Literal["level-free", "published"]
 
 FULL_TURN = 2.0 * math.pi
 SMALLEST_DIRECTION = math.radians(10.0)
-"""What a gyroscope shows of a direction in which the robot did not turn."""
+"""Smallest turn in a direction that shows the scale of the gyroscope in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class BiasEstimate:
     """Why it could not be observed, or how far it can be trusted."""
 
     def parameters(self, triad: TriadName) -> Iterator[Parameter]:
-        """Give the bias of each axis."""
+        """Returns the bias of each axis."""
         for axis, value, sigma in zip("xyz", map(float, self.value), map(float, self.sigma), strict=True):
             name, half = f"{triad} bias {axis}", INTERVAL * sigma
             yield Parameter(
@@ -96,7 +96,7 @@ class Spin:
     turning_time: float
     """s of turning, without the rests between."""
     method: SpinMethod
-    """Whose accelerometer bias is the result."""
+    """Method whose accelerometer bias is the result."""
     gyroscope_bias: BiasEstimate
     level_free: BiasEstimate
     """Accelerometer bias, whatever the tilt of the floor."""
@@ -112,7 +112,7 @@ class Spin:
     chi_square: float
     degrees_of_freedom: int
     widening: float
-    """How many times wider all sigmas are than noise explains; 1 where noise and model explain all."""
+    """Factor by which all sigmas are widened beyond noise; 1 where noise and model explain all."""
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
     noise: FloatArray
@@ -149,7 +149,7 @@ class Spin:
         return sum(rest.end - rest.start for rest in self.rests)
 
     def from_start(self, time: LogTime) -> Spin:
-        """Give the spin with times from the first sample of its recording."""
+        """Returns the spin with times from the first sample of its recording."""
         return replace(
             self,
             start=time.since(self.start),
@@ -222,7 +222,7 @@ class SpinResult(Tabular, Collection[Spin]):
     """Clock of the recording, which all times are of."""
 
     def from_start(self) -> SpinResult:
-        """Give the result with all times from the first sample of the recording, as people read them."""
+        """Returns the result with all times from the first sample of the recording, as people read them."""
         return replace(
             self,
             spins=tuple(spin.from_start(self.time) for spin in self.spins),
@@ -237,7 +237,7 @@ class SpinResult(Tabular, Collection[Spin]):
         return self.spins
 
     def rows(self) -> Iterator[Row]:
-        """Give a line for each parameter of each spin, then those that hold for all spins together."""
+        """Returns a line for each parameter of each spin, then those that hold for all spins together."""
         for spin in self.spins:
             for parameter in spin.parameters:
                 yield {"spin": spin.label} | parameter.row()
@@ -255,7 +255,7 @@ class SpinResult(Tabular, Collection[Spin]):
         return calibration_of(self)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
-        """Write what `tumble spin` writes; give the path of each file by what it is.
+        """Writes what `tumble spin` writes; returns the path of each file by what it is.
 
         Raises `OutputError` where a file cannot be written; what stood there before is untouched.
         """

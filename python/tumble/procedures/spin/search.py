@@ -29,14 +29,14 @@ from tumble.procedures.spin.segments import Segment
 from tumble.procedures.spin.turns import Angle, TrueTurns
 
 LARGEST_SCALE_ERROR = 0.1
-"""Of a gyroscope; a true angle further off than that was counted wrongly."""
+"""Largest scale error of a gyroscope; a larger deviation of a true angle is a counting error."""
 LARGEST_AXIS_CHANGE = 0.3
 """m by which the turning axis of a robot may shift from one turn to the next."""
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """How to judge, and what the user knows."""
+    """Criteria of the judgement, and prior knowledge of the user."""
 
     settings: _core.SpinSettings
     still: float
@@ -59,7 +59,7 @@ class FittedSpin:
 def chains_of(
     segments: Iterable[tuple[Segment, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
 ) -> Iterator[Chain | UnusedInterval]:
-    """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
+    """Links rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
 
     With each segment comes whether the chain ends there. `rests` are those of the recording, at least one.
     A drive ends a chain as soon as it is known to be one, so that a day of driving need not be kept.
@@ -86,7 +86,7 @@ def chains_of(
 
 
 def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[FittedSpin | UnusedInterval]:
-    """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
+    """Fits a chain as one spin; where one of its motions spoils that, takes it out and fits what is left."""
     if not _moves(chain):
         if chain.given and chain.segments:
             kind = SpinFailureKind.NO_TURN if chain.rests else SpinFailureKind.NO_REST
@@ -117,13 +117,13 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[FittedSpin | Unus
 
 
 def _moves(chain: Chain) -> bool:
-    """Whether there is a rest, and a motion that is more than a knock."""
+    """Returns whether there is a rest, and a motion that is more than a knock."""
     rests = chain.rests
     return bool(rests) and not all(is_nudge(motion, nearest_rest(motion, rests)) for motion in chain.motions)
 
 
 def _first_stray(chain: Chain, criteria: Criteria) -> tuple[Segment, SpinFailure] | None:
-    """Find a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
+    """Finds a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
     if chain.given or len(chain.motions) < 2:
         return None
     arms: list[tuple[Segment, FloatArray]] = []
@@ -138,7 +138,7 @@ def _first_stray(chain: Chain, criteria: Criteria) -> tuple[Segment, SpinFailure
 
 
 def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, FailedChain | None]:
-    """Fit a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
+    """Fits a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
     if (
         chain.segments[0].rest is None
         or len(chain.motions) != 1
@@ -148,13 +148,13 @@ def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, FailedC
     try:
         figures, blocks = _fit(chain, criteria.settings)
     except _core.CoreError:
-        # What is too little by itself, or spoilt for another reason, is seen with the others.
+        # The fit with the others judges a part that is too small by itself, or unfit for another reason.
         return None, None
     return figures["lever_arm"], drive_failure(chain, figures, blocks)
 
 
 def _another_axis(arms: Sequence[tuple[Segment, FloatArray]]) -> tuple[Segment, SpinFailure] | None:
-    """Find a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
+    """Finds a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
     if not arms:
         return None
     vectors = np.array([arm for _, arm in arms])
@@ -169,7 +169,7 @@ def _another_axis(arms: Sequence[tuple[Segment, FloatArray]]) -> tuple[Segment, 
 def _without_motion(
     faulty_motion: Segment, failure: SpinFailure, chain: Chain, criteria: Criteria
 ) -> Iterator[FittedSpin | UnusedInterval]:
-    """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
+    """Fits what lies before and after a motion, and the turn it began with, if it did not only turn."""
     at = chain.segments.index(faulty_motion)
     first = first_turn(faulty_motion, nearest_rest(faulty_motion, chain.rests))
     yield from fit_or_split(Chain((*chain.segments[:at], *first)), criteria)
@@ -213,7 +213,7 @@ def _fit(
 
 
 def _contradiction(turned: tuple[float, float], known: Angle) -> SpinFailure | None:
-    """Tell if the gyroscope and the true angle cannot both be right."""
+    """Reports a contradiction between gyroscope and true angle."""
     for angle, truth, clockwise in zip(turned, known, (True, False), strict=False):
         if math.isfinite(truth) and abs(angle - truth) > LARGEST_SCALE_ERROR * truth:
             figures = {"turned": angle, "true": truth, "clockwise": float(clockwise)}
@@ -243,7 +243,7 @@ def _rested_too_shortly(chain: Chain, criteria: Criteria) -> FailedChain | None:
 
 
 def _motion_at(chain: Chain, time: float | None) -> Segment | None:
-    """Find the motion at or nearest to a time; None where there is no time to go by."""
+    """Finds the motion at or nearest to a time; None where there is no time to go by."""
     if time is None:
         return None
     return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))

@@ -60,11 +60,11 @@ class Interval:
 
     @property
     def seconds(self) -> float:
-        """How long it is."""
+        """Duration, s."""
         return self.end - self.start
 
     def within(self, other: Interval) -> Interval:
-        """Cut it to what lies in the other."""
+        """Cuts it to what lies in the other."""
         return Interval(max(self.start, other.start), min(self.end, other.end))
 
 
@@ -96,12 +96,12 @@ class Segment:
         return float(self.samples.time[-1])
 
     def between(self, start: float, end: float) -> Segment:
-        """Cut out the part from `start` up to but without `end`."""
+        """Cuts out the part from `start` up to but without `end`."""
         return Segment(self.samples.between(start, end), self.rest)
 
 
 def rest_from(samples: SpinSamples) -> Rest:
-    """Describe samples, at least two, as a rest; the noise is taken to be white."""
+    """Describes samples, at least two, as a rest; the noise is taken to be white."""
     root = math.sqrt(len(samples))
     return Rest(
         start=float(samples.time[0]),
@@ -115,7 +115,7 @@ def rest_from(samples: SpinSamples) -> Rest:
 
 
 def true_rests(rests: Sequence[Rest]) -> list[Rest]:
-    """Leave out what is as quiet as a rest and yet turns, which a robot on a level floor does.
+    """Omits parts as quiet as a rest that turn, as a robot on a level floor may.
 
     At rest the gyroscope always says the same, its bias. Which of several rates that is, repetition tells: a
     robot comes back to rest, seldom to one speed. Where none comes back, the smallest is the bias.
@@ -132,7 +132,7 @@ def true_rests(rests: Sequence[Rest]) -> list[Rest]:
 
 
 def alike_rests(rests: Sequence[Rest]) -> tuple[Rest, ...]:
-    """Keep of rests those of the rate of the first, a rest for certain: a steady turn is as quiet."""
+    """Keeps of rests those of the rate of the first, a rest for certain: a steady turn is as quiet."""
     if not rests:
         return ()
     first = rests[0]
@@ -168,7 +168,7 @@ def segments_within(window: Interval, rests: Sequence[Rest]) -> Iterator[UnreadS
 
 
 def _shortened(unread: UnreadSegment) -> Iterator[UnreadSegment]:
-    """Give a rest as it is, or only its ends if it is long."""
+    """Returns a rest as it is, or only its ends if it is long."""
     start, end = unread.interval.start, unread.interval.end
     if unread.interval.seconds <= LONGEST_REST:
         yield unread
@@ -183,7 +183,7 @@ def read_intervals(
     intervals: Sequence[Interval],
     progress: SampleProgress | None = None,
 ) -> Iterator[SpinSamples]:
-    """Read a recording once and give the samples of each interval, which are in order, as soon as it is past.
+    """Reads a recording once and returns the samples of each interval, in order, as soon as it has passed.
 
     Only the samples of one interval are held at a time.
     """

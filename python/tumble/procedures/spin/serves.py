@@ -1,4 +1,4 @@
-"""What a recording of a spin has to show."""
+"""Conditions on a recording of a spin."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LONGEST_PAUSE = 1.5
 
 
 def services(evidence: Evidence) -> Iterator[Service]:
-    """Judge a recording."""
+    """Judges the suitability of a recording."""
     yield lacking_triad(evidence, "spin") or evidence.service(
         "spin", _lacking_spin(evidence.rests, evidence.trace)
     )
@@ -67,7 +67,7 @@ def _longest_spin(
 
 
 def _is_pause(start: float, end: float, rests: Sequence[Rest]) -> bool:
-    """Whether a robot stood for all the time between two turns but what slowing down and speeding up take."""
+    """Returns whether a robot stood between two turns for all but the time to slow down and speed up."""
     stood = sum(max(0.0, min(end, rest.end) - max(start, rest.start)) for rest in rests)
     return end - start - stood < _LONGEST_PAUSE
 

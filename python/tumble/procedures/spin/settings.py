@@ -1,4 +1,4 @@
-"""How to spin and how to judge it, as the core takes it."""
+"""Settings of a spin and of its judgement, in the form of the core."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.setting_models import SpinSettings
 
 DEFAULT = SpinSettings()
-"""As the core has it."""
+"""Default settings of the core."""
 DEFAULT_TURNS = DEFAULT.turn / math.tau
 SLOWEST = 2.0
 """Times as long as asked for that a turn may take."""
@@ -25,7 +25,7 @@ def core_settings(
     latitude: float | None = None,
     bias_instability: tuple[float, float] | None = None,
 ) -> _core.SpinSettings:
-    """Give settings to the core: `stated` by their names, in SI units, `turns`, and `latitude`, deg.
+    """Returns settings to the core: `stated` by their names, in SI units, `turns`, and `latitude`, deg.
 
     Raises `ProcedureError`, in one line, where a setting cannot have its value.
     """
@@ -43,7 +43,7 @@ def core_settings(
 
 
 def _with_time_enough(settings: SpinSettings) -> SpinSettings:
-    """Let the procedure wait as much longer as standing and turning take longer than usual."""
+    """Extends the time limit where standing and turning take longer than usual."""
     stated = settings.model_fields_set
     later = {
         "still_timeout": DEFAULT.still_timeout - DEFAULT.still + settings.still,

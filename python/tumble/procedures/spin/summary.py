@@ -115,7 +115,7 @@ def _both_methods(shown: tuple[Spin, ...], several: bool, scale: Scale) -> Itera
 
 
 def _scales(result: SpinResult, shown: tuple[Spin, ...], several: bool) -> dict[str, Scale]:
-    """Choose one scale for each unit, for all spins."""
+    """Chooses one scale for each unit, for all spins."""
     found = [_readable(each) for spin in shown for each in spin.parameters if not _is_chi_square(each)]
     sizes = [(each.unit, max(abs(each.value), each.sigma)) for each in found if each.observable]
     biases = [bias for spin in shown for bias in (spin.level_free, spin.published)]

@@ -1,4 +1,4 @@
-"""What a robot truly turned, known from elsewhere: counted turns, dock to dock, wheel odometry."""
+"""True turns of a robot from another source: counted turns, dock to dock, wheel odometry."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TrueTurns:
 
     @classmethod
     def parse(cls, text: str, sigma: float = SIGMA) -> TrueTurns:
-        """Read `3` (in every direction it turned), `+3` (counter-clockwise), `-3` (clockwise), or `+3,-3`.
+        """Reads `3` (in every direction it turned), `+3` (counter-clockwise), `-3` (clockwise), or `+3,-3`.
 
         `sigma` is in deg.
 
@@ -51,7 +51,7 @@ class TrueTurns:
         return cls(ccw if alone else cw, ccw, sigma, alone)
 
     def angle(self, clockwise: float, counter_clockwise: float, least: float) -> Angle:
-        """Give the angles to hold a gyroscope against that has these, rad; below `least` there is none."""
+        """Returns the angles to hold a gyroscope against that has these, rad; below `least` there is none."""
         cw = self._known(self.clockwise, clockwise, least)
         ccw = self._known(self.counter_clockwise, counter_clockwise, least)
         return cw, ccw, math.radians(self.sigma)

@@ -20,7 +20,7 @@ SCHEMA: Final = "tumble-thermal-result/1"
 
 
 def screen_summary(result: ThermalResult) -> RenderableType:
-    """Say what a person wants to know at once: how far each axis drifts, and what to beware of."""
+    """Describes the result at a glance: drift of each axis, and warnings."""
     head = [Text(line) for line in sentences(result)]
     notes = [Text(f"Warning: {line}", "yellow") for line in result.warnings]
     return Group(*head, "", _table(result), "", *notes)

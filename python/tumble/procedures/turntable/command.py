@@ -196,7 +196,7 @@ def _production(
 
 
 def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, list[str]]:
-    """Tell reference and targets of a session apart; what else was typed stays as it is."""
+    """Splits a session into reference and targets; other typed sources stay as they are."""
     from tumble.logs.session import unit_names
     from tumble.procedures.turntable.live import REFERENCE
 

@@ -71,7 +71,7 @@ class LiveOptions(Options):
     sender: SenderOption = None
 
     def refuse_without_live(self) -> None:
-        """Raise `ProcedureError` where one of them was typed with recordings."""
+        """Raises `ProcedureError` where one of them was typed with recordings."""
         typed = {
             "--until": self.until,
             "--pose-seconds": self.pose_seconds,
@@ -86,11 +86,11 @@ class LiveOptions(Options):
 
 @dataclass(frozen=True, slots=True)
 class RecordedSession:
-    """What a live session left to be calibrated."""
+    """Recording of a live session that is to be calibrated."""
 
     folder: Path
     is_all: bool
-    """Whether all poses, all turns and the goal were reached, and few samples are missing."""
+    """Indicates whether all poses, all turns and the goal were reached, and few samples are missing."""
     not_shown: tuple[str, ...]
     """Poses of which nothing is there."""
 
@@ -109,7 +109,7 @@ def record_live(
     resume: bool,
     voice: VoiceOptions,
 ) -> RecordedSession | None:
-    """Lead through the session and record it; None where only the plan was asked for.
+    """Guides the session and records it; None where only the plan was asked for.
 
     Raises `TumbleError`, in one line, where that cannot be done, and `KeyboardInterrupt` at Ctrl-C and
     SIGTERM; what was recorded stays.

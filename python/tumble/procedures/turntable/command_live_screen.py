@@ -1,4 +1,4 @@
-"""How a live session shows: faces that are ticked on a terminal, else a line for what matters; or JSON."""
+"""Screen of a live session: checked faces on a terminal, else a line for each notable event; or JSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Show: TypeAlias = "Callable[[TurntableStep], None]"
 """Told every step of the session."""
 
 TROUBLE = ("warning", "ended early")
-"""What is said even where little is."""
+"""Events that are shown even in quiet mode."""
 A_ROW = 6
 """Poses beside each other."""
 
@@ -53,13 +53,13 @@ def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
 
 
 def event_of(step: TurntableStep) -> dict[str, Any]:
-    """Give a step as plain data: `event` first, goals by their name."""
+    """Returns a step as plain data: `event` first, goals by their name."""
     content = asdict(step)
     return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
 def prompt(step: TurntableStep) -> str:
-    """Say what happened, and what to do now; empty where nothing is new."""
+    """Describes the latest event and the next step; empty where nothing is new."""
     names = ", ".join(unit.name for unit in step.units)
     done = sum(pose.done for pose in step.poses)
     again = f" again: {step.text}" if step.text else ""
@@ -76,7 +76,7 @@ def prompt(step: TurntableStep) -> str:
 
 
 def drawn(step: TurntableStep) -> Group:
-    """Draw poses and turns with ticks, each unit, and sigmas against the goal."""
+    """Draws poses and turns with ticks, each unit, and sigmas against the goal."""
     from rich.console import Group
 
     return Group(_poses(step), *_turns(step), *_table(step), _units(step), *goal_lines(step.goals))
@@ -107,7 +107,7 @@ def _poses(step: TurntableStep) -> Table:
 
 
 def _ticks(pose: PoseProgress) -> str:
-    """Draw a tick for each target, a line each."""
+    """Draws a tick for each target, a line each."""
     return "".join(f"\n[{DONE if unit.done else OPEN}] {unit.name}" for unit in pose.units)
 
 

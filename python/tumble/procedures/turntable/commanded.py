@@ -21,7 +21,7 @@ USUAL_ACCURACY = 100.0
 def commanded_rates(
     truth: TruthSource, poses: PoseList | None, rates: Sequence[float] | None, accuracy: float | None
 ) -> CommandedRates | None:
-    """Take the magnitudes given, deg/s, or else those of the pose list; None where they are not the truth.
+    """Returns the magnitudes given, deg/s, or else those of the pose list; None where not the truth.
 
     Raises `ProcedureError` where none are known, or what was given is of no use.
     """
@@ -51,7 +51,7 @@ def commanded_rates(
 
 
 def refuse_without_gyroscope(unit: Imu) -> None:
-    """Raise `ProcedureError` where the reference has no gyroscope."""
+    """Raises `ProcedureError` where the reference has no gyroscope."""
     if "gyroscope" not in unit.triads:
         raise ProcedureError(
             "truth 'table' needs a gyroscope in the reference, which shows when the table turned, about "
@@ -61,7 +61,7 @@ def refuse_without_gyroscope(unit: Imu) -> None:
 
 
 def rates_not_shown(commanded: CommandedRates | None, fitted: _core.Reference, name: str) -> Iterator[str]:
-    """Say which commanded rates the reference never turned at."""
+    """Describes commanded rates at which the reference never turned."""
     if commanded is None:
         return
     shown = np.degrees(fitted.figures["commanded"])

@@ -45,7 +45,7 @@ COLOURS = {
     "not calibrated": "red",
 }
 _OWN = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?(: [XYZ] (up|down))?")
-"""What is a target's own in a warning that others have too: numbers, and poses behind them."""
+"""Parts of a warning that differ between targets: numbers, and poses behind them."""
 
 
 @dataclass(slots=True)
@@ -53,18 +53,18 @@ class SharedWarning:
     """A warning, and which targets have it, whatever its numbers are for each."""
 
     text: str
-    """As the first target has it."""
+    """Text for the first target."""
     alike: bool = True
-    """Whether it is the same to the letter for all."""
+    """Indicates whether it is identical for all."""
     times: int = 0
-    """How often it was said: more than once of a target to which it happened at several poses."""
+    """Number of reports: more than one for a target that has it at several poses."""
     targets: int = 0
     latest: str = ""
     """The target that it was said of last."""
     names: list[str] = field(default_factory=list)
 
     def say_of(self, target: str, text: str, most_named: int | None) -> None:
-        """Take in that it was said of a target; targets come one after another."""
+        """Adds a warning of a target; targets come one after another."""
         self.alike = self.alike and self.text == text
         self.times += 1
         if self.targets and self.latest == target:
@@ -75,7 +75,7 @@ class SharedWarning:
 
 
 class ScreenSummary:
-    """What a person wants to know of a run at once; takes targets one by one, and keeps what is shown."""
+    """Summary of a run on screen; takes targets one by one, and keeps what is shown."""
 
     def __init__(self, batch: TurntableResult, expected: int, *, everything: bool = False) -> None:
         self._batch = batch
@@ -89,7 +89,7 @@ class ScreenSummary:
         """Targets that have no calibration, or cannot be said to be within their limits."""
 
     def add(self, record: TargetRecord) -> None:
-        """Take a target of the run."""
+        """Adds a target of the run."""
         self.verdicts[record.verdict] += 1
         self.failed += record.fails
         failed = record.verdict not in GOOD
@@ -102,12 +102,12 @@ class ScreenSummary:
             shared.say_of(record.target, warning, None if self._everything else MOST_NAMED)
 
     def counts(self) -> str:
-        """Say how many targets got which verdict."""
+        """Describes the number of targets with each verdict."""
         shown = ", ".join(f"{count} {verdict}" for verdict, count in self.verdicts.items())
         return f"{count_of('target', self.verdicts.total())}: {shown}"
 
     def failures(self) -> Iterator[str]:
-        """Say a line for each target shown that failed or has no calibration."""
+        """Describes each shown target that failed or has no calibration in a line."""
         for record in self._shown:
             if record.reason:
                 yield f"{record.target}: {record.verdict}: {record.reason}"
@@ -115,7 +115,7 @@ class ScreenSummary:
             yield f"{self._hidden_failures} more failed; see summary.csv"
 
     def rendered(self) -> RenderableType:
-        """Give the reference, a row for each triad, why targets failed, and what is odd about them."""
+        """Returns the reference, a row for each triad, why targets failed, and what is odd about them."""
         head: list[RenderableType] = [Text(line) for line in self._head()]
         notes = [Text(f"Warning: {warning}", "yellow") for warning in self._batch.warnings]
         notes += [Text(line, "red") for line in self.failures()]
@@ -151,7 +151,7 @@ class ScreenSummary:
 
 
 def write_summary(path: Path, records: Callable[[], Iterable[TargetRecord]]) -> None:
-    """Write one row a target: verdict, why, every parameter with its sigma; what was not observable is empty.
+    """Writes one row a target: verdict, why, every parameter with its sigma; unobservable ones are empty.
 
     `records` are gone through twice, to know all columns first, and not kept.
     """
@@ -214,7 +214,7 @@ def json_content(run: TurntableRun, files: Mapping[str, Path]) -> dict[str, Any]
 
 
 def target_content(record: TargetRecord, calibration: dict[str, Any] | None) -> dict[str, Any]:
-    """Give one target as JSON has it; `calibration` is the content of its file, where this run made it."""
+    """Returns one target as JSON has it; `calibration` is the content of its file, where this run made it."""
     return {
         "name": record.target,
         "source": record.source,
@@ -250,7 +250,7 @@ def _table(records: Sequence[TargetRecord]) -> Table:
 
 
 def _column(records: Sequence[TargetRecord], group: str) -> dict[str, Scale]:
-    """Choose the units that a group is shown in, of all targets."""
+    """Chooses the units that a group is shown in, of all targets."""
     found = (_worst(record.parameters, f"{triad} {group} ") for record in records for triad in TRIADS)
     return scales_of((each.unit, each.distance) for each in found if each is not None)
 

@@ -28,7 +28,7 @@ def apply_source(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Correct what comes from `source` until it ends, or Control-C; raises `TumbleError` as `apply` does."""
+    """Corrects what comes from `source` until it ends, or Control-C; raises `TumbleError` as `apply` does."""
     from tumble.calibration.document import Calibration
     from tumble.live import open_source
     from tumble.live.outputs import parse_output
@@ -49,7 +49,7 @@ def correct(
     force: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Correct until the source ends, or a signal comes, and say on standard error what was done.
+    """Corrects until the source ends, or a signal comes, and says on standard error what was done.
 
     With `as_json` the event `listening` is printed on standard output, or on standard error where samples go
     to standard output.

@@ -26,7 +26,7 @@ SCHEMA: Final = "tumble-compare-result/1"
 
 
 def screen_summary(result: CompareResult) -> RenderableType:
-    """Say what a person wants to know at once: whether they are the same, and what each parameter says."""
+    """Describes the result at a glance: whether they are the same, and each parameter."""
     parts = [part for pair in result.pairs for part in _pair(pair)]
     drift = [Text(drift_sentence(result))] if result.history else []
     return Group(*parts, *drift, *(Text(f"Note: {line}") for line in result.notes))

@@ -85,7 +85,7 @@ def _calibrations() -> list[dict[str, Any]]:
 
 
 def _missing(extra: str) -> list[str]:
-    """Give the libraries of an extra that are not installed."""
+    """Returns the libraries of an extra that are not installed."""
     from tumble.tools.doctor.libraries import requirements
 
     return [

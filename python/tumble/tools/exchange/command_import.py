@@ -60,7 +60,7 @@ def import_command(
 
 
 def _notes(calibration: Calibration) -> Iterator[str]:
-    """Say how logs have to be read where a calibration corrects readings in no unit of its triad."""
+    """Describes options for logs where a calibration corrects readings in another unit."""
     from tumble.foundation.plain import short
     from tumble.tools.exchange.target import READINGS
 

@@ -61,7 +61,7 @@ def inspect_command(
 
 
 def _inspect(source: str, options: ReadOptions) -> Iterator[Inspection]:
-    """Inspect the IMU that is named, or all IMUs of the file."""
+    """Inspects the IMU that is named, or all IMUs of the file."""
     from tumble.cli.progress import sample_progress
     from tumble.logs import list_imus, open_recording, parse_spec
     from tumble.tools.inspect.procedure import inspect

@@ -1,4 +1,4 @@
-"""How a recording shows on screen: a table on a terminal, else lines; or JSON for machines."""
+"""Screen of a recording: a table on a terminal, else lines; or JSON for machines."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", 
 
 
 def is_whole(losses: Iterable[SampleLoss]) -> bool:
-    """Warn of each unit of which many samples are missing; return True where there is none."""
+    """Warns of each unit of which many samples are missing; returns True where there is none."""
     heavy = [loss for loss in losses if loss.is_heavy]
     for loss in heavy:
         print(f"tumble: warning: {loss}", file=sys.stderr, flush=True)

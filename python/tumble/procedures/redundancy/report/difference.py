@@ -27,7 +27,7 @@ class Difference:
     after: FloatArray
     """(n,) compensated with what was stored at the time, at the primary's place."""
     axes: int = 3
-    """How many both have."""
+    """Number of axes that both have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Agreement:
 
 
 def difference(result: RedundancyResult, unit: str, sensor: Sensor) -> Difference:
-    """Compare a secondary with the primary, window by window."""
+    """Compares a secondary with the primary, window by window."""
     primary, secondary = (_trace(result, name) for name in (result.primary, unit))
     if primary is None or secondary is None:
         nothing = np.empty(0)
@@ -59,7 +59,7 @@ def difference(result: RedundancyResult, unit: str, sensor: Sensor) -> Differenc
 
 
 def agreements(result: RedundancyResult) -> tuple[Agreement, ...]:
-    """Give the differences since each sensor was calibrated last, as numbers, at rest and in motion.
+    """Returns the differences since each sensor was calibrated last, as numbers, at rest and in motion.
 
     Windows in which either unit was unhealthy are left out, and so are those the error was fitted to, which
     lie before its adoption. A sensor with no stored error has none.
@@ -87,7 +87,7 @@ def agreements(result: RedundancyResult) -> tuple[Agreement, ...]:
 
 
 def thinned(time: FloatArray, values: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """Replace many windows by at most `most` root mean squares of neighbours; NaN where none is finite."""
+    """Replaces many windows by at most `most` root mean squares of neighbours; NaN where none is finite."""
     if len(time) <= most:
         return time, values
     edges = np.linspace(0, len(time), most + 1).astype(int)

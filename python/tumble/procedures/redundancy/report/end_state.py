@@ -20,7 +20,7 @@ class EndState:
 
 
 def end_state(result: RedundancyResult) -> EndState:
-    """Give the state at the end of a replay, or of what was watched so far."""
+    """Returns the state at the end of a replay, or of what was watched so far."""
     source = result.selected[-1].unit if result.selected else ""
     words = []
     if source != result.primary:

@@ -67,7 +67,7 @@ _SMALLEST_DECADES = 2
 
 
 def timeline_figure(line: TimeLine, prefix: str) -> Markup:
-    """Draw a lane for each unit: source, mode, health and marks; rests shaded over all lanes."""
+    """Draws a lane for each unit: source, mode, health and marks; rests shaded over all lanes."""
     bottom, top = 0.45, 0.62
     height = bottom + top + LANE * len(line.lanes)
     figure = Figure(FULL_WIDTH, height)
@@ -132,12 +132,12 @@ def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
 
 
 def _kind(event: RedundancyEvent) -> str:
-    """Give which of `MARKS` an event is."""
+    """Returns which of `MARKS` an event is."""
     return "found wrong" if is_verdict(event) else event.event
 
 
 def _draw_disagreements(axes: Axes, line: TimeLine, gap: float) -> None:
-    """Draw a bar on the lanes of both units and, where it begins, a line from one to the other."""
+    """Draws a bar on the lanes of both units and, where it begins, a line from one to the other."""
     places = {lane.unit: float(place) for place, lane in enumerate(line.lanes)}
     for dispute in line.disagreements[:MOST_MARKS]:
         tops = sorted(places[unit] for unit in dispute.units if unit in places)
@@ -152,12 +152,12 @@ def _draw_disagreements(axes: Axes, line: TimeLine, gap: float) -> None:
 
 
 def _sides(at: float, text: str) -> tuple[tuple[Side, float], ...]:
-    """Give where a text begins, in inches, that stands right or left of a mark, and its end that is there."""
+    """Beginning of a text, in inches, beside a mark to its left or right, and its end."""
     return ("left", at + 0.07), ("right", at - 0.07 - _LETTER * len(text))
 
 
 def _draw_key(figure: Figure, line: TimeLine, height: float) -> None:
-    """Explain what the time line shows, and nothing else."""
+    """Explains what the time line shows, and nothing else."""
     key = figure.add_axes((0.0, height - 0.55, FULL_WIDTH, 0.5))
     key.set_xlim(0.0, FULL_WIDTH)
     key.set_ylim(2.0, 0.0)
@@ -190,7 +190,7 @@ def _draw_key(figure: Figure, line: TimeLine, height: float) -> None:
 
 
 def _shown(line: TimeLine) -> dict[str, bool]:
-    """Tell which kinds of spans there are, by their names in the key."""
+    """Returns the kinds of spans that occur, by their names in the key."""
     modes = {span.kind for lane in line.lanes for span in lane.modes}
     return {
         "source": any(lane.source for lane in line.lanes),
@@ -204,7 +204,7 @@ def _shown(line: TimeLine) -> dict[str, bool]:
 
 
 def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> Markup:
-    """Draw each deviation at rest against the threshold it had then: a row for each unit, log scale."""
+    """Draws each deviation at rest against the threshold it had then: a row for each unit, log scale."""
     units = (result.primary, *result.secondaries)
     height = 0.5 + len(units) * (PANEL_HEIGHT + PANEL_GAP) + 0.1
     figure = Figure(FULL_WIDTH, height)
@@ -246,7 +246,7 @@ def _draw_evaluations(
 
 
 def _worst(series: Evaluations, most: int) -> list[int]:
-    """Choose which evaluations are drawn: of neighbours too many to tell apart the largest deviation."""
+    """Chooses which evaluations are drawn: of neighbours too many to tell apart the largest deviation."""
     count = len(series.time)
     edges = np.linspace(0, count, min(count, most) + 1).astype(int)
     deviation = np.nan_to_num(np.array(series.deviation), nan=-1.0)
@@ -254,7 +254,7 @@ def _worst(series: Evaluations, most: int) -> list[int]:
 
 
 def difference_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> Markup:
-    """Draw |secondary - primary| over time, as read and compensated: a row for each secondary, log scale."""
+    """Draws |secondary - primary| over time, as read and compensated: a row for each secondary, log scale."""
     units = result.secondaries
     height = 0.5 + len(units) * (PANEL_HEIGHT + PANEL_GAP) + 0.1
     figure = Figure(FULL_WIDTH, height)
@@ -294,7 +294,7 @@ def _adoptions(result: RedundancyResult, unit: str, sensor: Sensor) -> list[floa
 
 
 def decades(arrays: Sequence[FloatArray]) -> tuple[float, float]:
-    """Return decadic logarithms that hold what is positive and finite, at least two decades."""
+    """Returns decadic logarithms that hold what is positive and finite, at least two decades."""
     numbers = np.concatenate([np.ravel(array) for array in arrays]) if arrays else np.empty(0)
     numbers = numbers[np.isfinite(numbers) & (numbers > 0)]
     if not numbers.size:
@@ -306,7 +306,7 @@ def decades(arrays: Sequence[FloatArray]) -> tuple[float, float]:
 
 
 def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
-    """Set a vertical axis of decadic logarithms, decades written as numbers."""
+    """Sets a vertical axis of decadic logarithms, decades written as numbers."""
     axes.set_ylim(low, high)
     marks = range(math.ceil(low), math.floor(high) + 1)
     stride = 1 if len(marks) <= 4 else 2
@@ -331,7 +331,7 @@ def _time_axis(axes: Axes, line: TimeLine, *, last: bool) -> None:
 
 
 def _wide_enough(spans: Iterable[Span], shortest: float) -> list[Span]:
-    """Widen what is too short to be seen, so that no fault is overlooked."""
+    """Widens what is too short to be seen, so that no fault is overlooked."""
     return [Span(span.start, max(span.end, span.start + shortest), span.kind) for span in spans]
 
 

@@ -11,7 +11,7 @@ from tumble.report.notebook import figures, paragraphs, row
 
 
 def redundancy_html(result: RedundancyResult) -> str:
-    """Print what happened in a replay, and every parameter of each error found with sigma."""
+    """Prints what happened in a replay, and every parameter of each error found with sigma."""
     result = result.from_start()
     caption = Markup("<caption><b>{}</b></caption>").format(result.primary)
     head = row("th", ("", "", "parameter", "value", "± sigma", "unit")) if result.errors else Markup()

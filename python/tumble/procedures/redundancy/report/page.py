@@ -31,7 +31,7 @@ _ALARMS = (
 
 @dataclass(frozen=True, slots=True)
 class UnitState:
-    """How a unit stood at the end."""
+    """State of a unit at the end."""
 
     unit: str
     word: str
@@ -61,7 +61,7 @@ class EventTable:
 
     @property
     def has_remedies(self) -> bool:
-        """Whether anything is to be done about any of them."""
+        """Returns whether any of them has a remedy."""
         return any(row.remedy for row in self.rows)
 
 
@@ -98,7 +98,7 @@ class AgreementRow:
 
 @dataclass(frozen=True, slots=True)
 class RedundancyPage:
-    """What the template of the page is given."""
+    """Data for the template of the page."""
 
     name: str
     state: EndState
@@ -122,7 +122,7 @@ class RedundancyPage:
 
 
 def redundancy_page(result: RedundancyResult) -> RedundancyPage:
-    """Gather the page."""
+    """Gathers the page."""
     result = result.from_start()
     line = time_line(result)
     told: dict[str, list[RedundancyEvent]] = {"events": [], "evaluations": [], "health": []}
@@ -157,7 +157,7 @@ def _state(result: RedundancyResult, unit: str) -> UnitState:
 
 
 def event_table(events: Sequence[RedundancyEvent]) -> EventTable:
-    """Print events, with what to do; what is more than `MOST_ROWS` rows is only counted.
+    """Prints events, with what to do; what is more than `MOST_ROWS` rows is only counted.
 
     The same event of one unit at one time, as of both its sensors, is one row.
     """
@@ -277,7 +277,7 @@ def _section(result: RedundancyResult, unit: str, number: int) -> RedundantUnitS
 def _settings(
     result: RedundancyResult,
 ) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...]]:
-    """Print the settings: those that differ from their defaults, and the others."""
+    """Prints the settings: those that differ from their defaults, and the others."""
     changed, unchanged = [], []
     for name, value in result.settings.items():
         if name in result.defaults and result.defaults[name] != value:

@@ -22,8 +22,8 @@ _AXES = ("x", "y", "z")
 
 
 def error_groups(error: SecondaryError) -> tuple[ParameterGroup, ...]:
-    """Print the error of one sensor. The elements of M count as independent of each other."""
-    # What was given from outside may leave a bias open for any reason.
+    """Prints the error of one sensor. The elements of M count as independent of each other."""
+    # An error from outside may leave a bias open for any reason.
     why = NO_AXIS if error.sequence else HIDDEN
     parameters: dict[str, list[Parameter]] = {
         "bias": _three("bias", UNITS[error.sensor], error.bias, error.bias_sigma, why),

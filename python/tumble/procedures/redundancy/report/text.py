@@ -1,4 +1,4 @@
-"""What a replay found, in words: the summary, each event with its figures, and what to do about it."""
+"""Wording of a replay: the summary, each event with its figures, and its remedy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TELL_APART = (
     "Let the platform rest, or turn it about its horizontal axes: that may show which unit is wrong; two "
     "units alone cannot always tell."
 )
-"""What to do where units contradict each other and nobody knows which is wrong."""
+"""Remedy where units contradict each other and the faulty one is unknown."""
 
 _UNFIT = {
     "primary invalid": (
@@ -108,7 +108,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "clock jumped": "Repair its time stamps.",
     },
 }
-"""What to do, by event and reason."""
+"""Remedies, by event and reason."""
 
 _EVENTS = {
     "rest began": "Rest began",
@@ -190,7 +190,7 @@ _OUTCOMES = {"refused": "Refused", "abandoned": "Abandoned", "withheld": "Not ca
 
 
 def summary(result: RedundancyResult) -> list[str]:
-    """Say in a few sentences who is primary, what became of the secondaries, and who was the source."""
+    """Describes primary, secondaries and sources in a few sentences."""
     span = result.end - result.start
     sentences = [
         f"{result.primary} is the primary of {count_of('secondary unit', len(result.secondaries))}; "
@@ -203,7 +203,7 @@ def summary(result: RedundancyResult) -> list[str]:
 
 
 def known_fault_sentences(result: RedundancyResult) -> list[str]:
-    """Say what was known to be wrong and stayed so: what is the same of a unit once, with its first time."""
+    """Describes known faults that remained: repeated ones of a unit once, with the first time."""
     alike: dict[tuple[object, ...], list[KnownFault]] = {}
     for fault in result.known_faults:
         sensor = fault.cause.figures.get("sensor") if fault.cause else None
@@ -248,7 +248,7 @@ def _when(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
 
 
 def output_sentences(result: RedundancyResult) -> list[str]:
-    """Say which source failed, how, and who took over when; and for what share the output is degraded."""
+    """Describes failures of the source and takeovers; and the share of degraded output."""
     told = []
     for before, after in pairwise(result.selected):
         if before.unit and after.unit and after.reason in ("primary failed", "source failed"):
@@ -267,7 +267,7 @@ def output_sentences(result: RedundancyResult) -> list[str]:
 
 
 def _unhealthy_at_the_end(result: RedundancyResult) -> Iterator[str]:
-    """Say which secondaries no longer count that neither were the source nor are told of as known faults."""
+    """Describes excluded secondaries that neither were the source nor are known faults."""
     told = {unit for fault in result.known_faults for unit in fault.units}
     told |= {span.unit for span in result.selected}
     for unit in result.secondaries:
@@ -282,7 +282,7 @@ def _last_fault(result: RedundancyResult, unit: str, time: float) -> RedundancyE
 
 
 def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
-    """Give the event that says how a unit stood at the end, its health before its errors, and its figures."""
+    """Event that says how a unit stood at the end, its health before its errors, and its figures."""
     own = [event for event in result.events if event.unit == unit and event.figures.get("reason") != COVERED]
     health = next((event for event in reversed(own) if event.event in ("unhealthy", "healthy")), None)
     if health is not None and health.event == "unhealthy":
@@ -300,14 +300,14 @@ def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
 
 
 def event_title(event: RedundancyEvent) -> str:
-    """Say what happened in a word or two."""
+    """Names the event in a word or two."""
     if event.event == "selected" and event.figures.get("reason") == "none fit":
         return "No unit is healthy enough to be the source"
     return _EVENTS.get(event.event, event.event.capitalize())
 
 
 def event_details(event: RedundancyEvent) -> str:
-    """Say the figures of an event."""
+    """Describes the figures of an event."""
     figures = event.figures
     sensor = str(figures.get("sensor", ""))
     parts = [str(figures[key]) for key in ("sensor", "sensors", "channel") if key in figures]
@@ -330,7 +330,7 @@ def event_details(event: RedundancyEvent) -> str:
 
 
 def remedy(event: RedundancyEvent) -> str:
-    """Say what to do about an event; empty where nothing is to be done."""
+    """Describes the remedy for an event; empty where none is needed."""
     if event.event == "selected":
         return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
     if event.event == "disagree":
@@ -344,7 +344,7 @@ def remedy(event: RedundancyEvent) -> str:
 
 
 def mark_text(event: RedundancyEvent) -> str:
-    """Say in a few words, beside a mark of the time line, what happened."""
+    """Describes the event at a mark of the time line in a few words."""
     reason = str(event.figures.get("reason", ""))
     if event.event == "unhealthy":
         return reason
@@ -352,7 +352,7 @@ def mark_text(event: RedundancyEvent) -> str:
 
 
 def quantity(value: float, sensor: str, scales: Mapping[str, Scale] | None = None) -> str:
-    """Print a figure of a sensor in a unit of sensible size, or of these; `unknown` where there is none."""
+    """Prints a figure of a sensor in a unit of sensible size, or of these; `unknown` where there is none."""
     if not math.isfinite(value):
         return "unknown"
     unit = UNITS["gyroscope" if sensor.startswith(("gyroscope", "angular rate")) else "accelerometer"]
@@ -361,7 +361,7 @@ def quantity(value: float, sensor: str, scales: Mapping[str, Scale] | None = Non
 
 
 def errors_of(result: RedundancyResult, unit: str) -> list[SecondaryError]:
-    """Return what is stored of a unit, accelerometer first."""
+    """Returns what is stored of a unit, accelerometer first."""
     return sorted(
         (error for error in result.errors if error.unit == unit),
         key=lambda error: SENSORS.index(error.sensor),
@@ -369,7 +369,7 @@ def errors_of(result: RedundancyResult, unit: str) -> list[SecondaryError]:
 
 
 def fit_sentence(error: SecondaryError) -> str:
-    """Say where an error comes from and how well it explains pairs kept from the fit."""
+    """Describes the source of an error and its residual on held-out pairs."""
     when = "stored before the replay" if error.adopted is None else f"adopted at {error.adopted:.2f} s"
     sentence = (
         f"Rung: {error.rung}, {error.directions} of 3 directions, {count_of('pair', error.pairs)}, "
@@ -384,7 +384,7 @@ def fit_sentence(error: SecondaryError) -> str:
 
 
 def unobserved_sentences(result: RedundancyResult) -> list[str]:
-    """Say which directions the motion did not show."""
+    """Describes directions that the motion did not show."""
     return [
         f"{error.unit}, {error.sensor}: shown along {error.directions} of 3 directions only; along the "
         "others it is unchanged."
@@ -395,7 +395,7 @@ def unobserved_sentences(result: RedundancyResult) -> list[str]:
 
 
 def silent_units(result: RedundancyResult) -> list[str]:
-    """Name the units that said nothing in the whole replay."""
+    """Names the units that said nothing in the whole replay."""
     spoke = {
         trace.name
         for trace in result.traces
@@ -435,7 +435,7 @@ def _residual_range(result: RedundancyResult, sensor: Sensor, units: Sequence[st
 
 
 def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
-    """Say which units that were to be calibrated were not, and why; each reason once."""
+    """Describes triggered units that were not calibrated, by reason; each reason once."""
     why: dict[str, list[str]] = {}
     for event in result.events:
         if event.event in ("refused", "abandoned", "withheld"):
@@ -461,13 +461,13 @@ def _sources(result: RedundancyResult) -> Iterator[str]:
 
 
 def _value_and_limit(event: RedundancyEvent) -> str:
-    """Return the value that broke its limit, in brackets; empty where there is none."""
+    """Returns the value that broke its limit, in brackets; empty where there is none."""
     shown = value_and_limit(event)
     return f" ({shown})" if shown else ""
 
 
 def value_and_limit(event: RedundancyEvent) -> str:
-    """Return the value that broke its limit, and the limit, each in its unit; empty where there is none."""
+    """Returns the value that broke its limit, and the limit, each in its unit; empty where there is none."""
     value, limit = number(event.figures.get("value")), number(event.figures.get("limit"))
     if not math.isfinite(value):
         return ""
@@ -488,7 +488,7 @@ def _with_unit(value: float, event: RedundancyEvent) -> str:
 
 
 def _judged_figures(event: RedundancyEvent) -> Iterator[str]:
-    """Say with whom a unit disagrees or which agree without it, over what time, and on which ground."""
+    """Describes the units that disagree or agree, the time scale, and the evidence."""
     figures = event.figures
     if "other" in figures:
         yield f"with {_named(figures['other'])}{_value_and_limit(event)}"

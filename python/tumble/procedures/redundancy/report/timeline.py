@@ -30,7 +30,7 @@ _ENDS_A_CALIBRATION = ("fitted", "adopted", "refused", "abandoned")
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """What one unit went through."""
+    """States of one unit over time."""
 
     unit: str
     modes: tuple[Span, ...]
@@ -67,7 +67,7 @@ class Evaluations:
 
 
 def time_line(result: RedundancyResult) -> TimeLine:
-    """Lay the events of a replay out over time."""
+    """Arranges the events of a replay over time."""
     start, end = shown_range(result)
     return TimeLine(
         start=start,
@@ -81,7 +81,7 @@ def time_line(result: RedundancyResult) -> TimeLine:
 
 
 def shown_range(result: RedundancyResult) -> tuple[float, float]:
-    """Return the time that holds all events, s; never empty, so that it can be an axis."""
+    """Returns the time that holds all events, s; never empty, so that it can be an axis."""
     times = [result.start, result.end, *(event.time for event in result.events)]
     finite = [time for time in times if math.isfinite(time)] or [0.0]
     start, end = min(finite), max(finite)
@@ -89,12 +89,12 @@ def shown_range(result: RedundancyResult) -> tuple[float, float]:
 
 
 def rests(events: Sequence[RedundancyEvent], end: float) -> tuple[Span, ...]:
-    """Return where the platform stood still; a rest without an end lasts to the end of the replay."""
+    """Returns where the platform stood still; a rest without an end lasts to the end of the replay."""
     return between(events, ("rest began",), ("rest ended", "time jumped"), end)
 
 
 def evaluations(result: RedundancyResult, unit: str, sensor: str) -> dict[str, Evaluations]:
-    """Gather the evaluations of one sensor by check (`norm`, `vector`); magnitudes, SI."""
+    """Gathers the evaluations of one sensor by check (`norm`, `vector`); magnitudes, SI."""
     found: dict[str, Evaluations] = {}
     for event in of_unit(result.events, unit):
         if event.event != "evaluated" or event.figures.get("sensor") != sensor:
@@ -108,17 +108,17 @@ def evaluations(result: RedundancyResult, unit: str, sensor: str) -> dict[str, E
 
 
 def is_verdict(event: RedundancyEvent) -> bool:
-    """Whether an event says that a unit was found wrong, and on which ground."""
+    """Returns whether an event isolates a faulty unit, and states the evidence."""
     return event.event == "unhealthy" and event.figures.get("reason") in (*JUDGED, "refuted")
 
 
 def number(figure: Figure | None) -> float:
-    """Return a figure as a number; NaN where it is none."""
+    """Returns a figure as a number; NaN where it is none."""
     return float(figure) if isinstance(figure, (int, float)) else math.nan
 
 
 def merged(spans: Iterable[Span], shortest_gap: float) -> list[Span]:
-    """Join spans of a kind whose gaps are too short to be seen, so that thousands stay drawable."""
+    """Joins spans of a kind whose gaps are too short to be seen, so that thousands stay drawable."""
     joined: list[Span] = []
     for span in spans:
         if joined and joined[-1].kind == span.kind and span.start - joined[-1].end < shortest_gap:
@@ -129,7 +129,7 @@ def merged(spans: Iterable[Span], shortest_gap: float) -> list[Span]:
 
 
 def inside(time: FloatArray, spans: Iterable[Span]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Say which times (n,) lie in any of the spans."""
+    """Returns for (n,) times whether they lie in any of the spans."""
     found = np.zeros(len(time), dtype=np.bool_)
     for span in spans:
         found |= (time >= span.start) & (time < span.end)
@@ -151,7 +151,7 @@ def _lane(result: RedundancyResult, unit: str, end: float) -> Lane:
 
 
 def _modes(events: Iterable[RedundancyEvent], end: float) -> Iterable[Span]:
-    """Follow a secondary through its modes; one that is open at the end lasts to the end."""
+    """Follows a secondary through its modes; one that is open at the end lasts to the end."""
     mode, since = "", 0.0
     for event in events:
         after = _mode_after(event.event, mode)

@@ -56,7 +56,7 @@ _SQUARE = 3.3
 
 
 def time_figure(spin: Spin, prefix: str) -> Markup:
-    """Draw rate about the turning axis, rate across it and heading over time, rests shaded."""
+    """Draws rate about the turning axis, rate across it and heading over time, rests shaded."""
     blocks = spin.blocks
     figure = Figure(FULL_WIDTH, 5.3)
     panels = [figure.add_axes(box(FULL_WIDTH, bottom=bottom, height=1.2)) for bottom in (3.85, 2.15, 0.45)]
@@ -78,7 +78,7 @@ def time_figure(spin: Spin, prefix: str) -> Markup:
 
 
 def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
-    """Draw forward and left force over heading, with the fit and what a level floor would give."""
+    """Draws forward and left force over heading, with the fit and what a level floor would give."""
     blocks = spin.blocks
     figure = Figure(FULL_WIDTH, 3.0)
     width = (FULL_WIDTH - 2 * (LEFT + RIGHT) - 0.2) / 2
@@ -106,7 +106,7 @@ def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
 
 
 def level_floor_fit(spin: Spin, gravity: float) -> FloatArray | None:
-    """Return what the model would have forward and left on a level floor: (n, 2) m/s^2.
+    """Returns what the model would have forward and left on a level floor: (n, 2) m/s^2.
 
     None where tilt or uphill bearing are not known.
     """
@@ -119,7 +119,7 @@ def level_floor_fit(spin: Spin, gravity: float) -> FloatArray | None:
 
 
 def scatter_figure(spin: Spin, prefix: str) -> Markup:
-    """Draw the rate across the turning axis, one component over the other, with circles of the noise."""
+    """Draws the rate across the turning axis, one component over the other, with circles of the noise."""
     blocks = spin.blocks
     radii = noise_radii(spin)
     figure = Figure(HALF_WIDTH, _SQUARE + 0.85)
@@ -146,7 +146,7 @@ def scatter_figure(spin: Spin, prefix: str) -> Markup:
 
 
 def noise_radii(spin: Spin) -> tuple[float | None, float | None]:
-    """Return the radii that white noise alone gives the rate across the axis at rest, and turning: rad/s.
+    """Returns the radii that white noise alone gives the rate across the axis at rest, and turning: rad/s.
 
     Such a circle holds 95 of 100 blocks. None where it is not known how many samples a block has.
     """
@@ -161,7 +161,7 @@ def noise_radii(spin: Spin) -> tuple[float | None, float | None]:
 
 
 def _noise_across(scatter: FloatArray, up: FloatArray) -> float:
-    """Return what noise alone is in the scatter of three gyroscopes, rad/s; NaN where that is not known.
+    """Returns what noise alone is in the scatter of three gyroscopes, rad/s; NaN where that is not known.
 
     Speeding up and slowing down scatter too, but along the turning axis only: the scatter squared is that of
     the noise, alike on all axes, and a share of the rest by how far each axis leans to the turning axis.
@@ -196,7 +196,7 @@ def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
 
 
 def force_errors(spin: Spin, gravity: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return |specific force| less gravity at each rest, raw, compensated, and the 1-sigma of the means.
+    """Returns |specific force| less gravity at each rest, raw, compensated, and the 1-sigma of the means.
 
     (k,) m/s^2 each; NaN where the bias is not known.
     """
@@ -208,7 +208,7 @@ def force_errors(spin: Spin, gravity: float) -> tuple[FloatArray, FloatArray, Fl
 
 
 def rates_at_rest(spin: Spin) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return |angular rate| at each rest, raw, compensated, and the 1-sigma of the means: (k,) rad/s each."""
+    """|angular rate| at each rest, raw, compensated, and the 1-sigma of the means: (k,) rad/s each."""
     raw = np.array([rest.angular_rate for rest in spin.rests]).reshape(-1, 3)
     sigma = np.array([rest.angular_rate_sigma for rest in spin.rests]).reshape(-1, 3)
     before, spread = _norms(raw, sigma)
@@ -217,19 +217,19 @@ def rates_at_rest(spin: Spin) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def shown_blocks(spin: Spin) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Choose the blocks drawn as points: every so-manyth where there are many. (n,)."""
+    """Chooses the blocks drawn as points: every so-manyth where there are many. (n,)."""
     count = len(spin.blocks.time)
     stride = max(1, -(-count // MOST_POINTS))
     return np.asarray(np.arange(count) % stride == 0)
 
 
 def small_markers(axes: Axes, x: FloatArray, y: FloatArray, colour: str, marker: str, hollow: bool) -> None:
-    """Draw many unconnected points. Shapes (k,)."""
+    """Draws many unconnected points. Shapes (k,)."""
     axes.points(x, y, colour, marker, 2.6, hollow=hollow, edge=0.7)
 
 
 def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colour: str) -> None:
-    """Draw a line over folded heading, in the order of time, broken where it passes 360 deg."""
+    """Draws a line over folded heading, in the order of time, broken where it passes 360 deg."""
     if len(degrees) == 0:
         return
     breaks = np.flatnonzero(np.abs(np.diff(degrees)) > 180.0) + 1

@@ -11,7 +11,7 @@ from tumble.report.notebook import figures, paragraphs, row
 
 
 def spin_html(result: SpinResult) -> str:
-    """Print the biases that the spins agree on, and every parameter of each spin with sigma."""
+    """Prints the biases that the spins agree on, and every parameter of each spin with sigma."""
     caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, text.found_sentence(result))
     biases = (
         text.bias_sentence("Accelerometer bias", "m/s^2", result.accelerometer_bias),

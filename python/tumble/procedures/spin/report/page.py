@@ -65,7 +65,7 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class SpinPage:
-    """What the template of a spin's page is given."""
+    """Data for the template of a spin's page."""
 
     name: str
     serial: str
@@ -84,7 +84,7 @@ class SpinPage:
 
 
 def spin_page(result: SpinResult) -> SpinPage:
-    """Gather the page."""
+    """Gathers the page."""
     result = result.from_start()
     several = len(result.spins) > 1
     return SpinPage(

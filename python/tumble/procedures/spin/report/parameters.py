@@ -70,7 +70,7 @@ class Overview:
 
 
 def spin_groups(spin: Spin) -> tuple[ParameterGroup, ...]:
-    """Print every parameter of a spin, by kind; a scale as its deviation from one."""
+    """Prints every parameter of a spin, by kind; a scale as its deviation from one."""
     kinds: dict[str, list[Parameter]] = {}
     for parameter in (*spin.parameters, spin.slow_turn):
         kinds.setdefault(_kind(parameter), []).append(parameter)
@@ -85,7 +85,7 @@ def spin_groups(spin: Spin) -> tuple[ParameterGroup, ...]:
 
 
 def methods(spin: Spin, gravity: float) -> Methods:
-    """Print both accelerometer biases, and their difference as the tilt of the floor; `gravity` in m/s^2."""
+    """Prints both accelerometer biases, and their difference as the tilt of the floor; `gravity` in m/s^2."""
     both = (spin.level_free, spin.published)
     scale = _common_scale("m/s^2", both)
     rows = tuple(
@@ -106,7 +106,7 @@ def methods(spin: Spin, gravity: float) -> Methods:
 
 
 def overview(result: SpinResult) -> Overview:
-    """Print the biases of every spin and those they agree on."""
+    """Prints the biases of every spin and those they agree on."""
     force = _common_scale("m/s^2", [spin.accelerometer_bias for spin in result.spins])
     rate = _common_scale("rad/s", [spin.gyroscope_bias for spin in result.spins])
     rows = tuple(
@@ -132,13 +132,13 @@ def overview(result: SpinResult) -> Overview:
 
 
 def turns_text(spin: Spin) -> str:
-    """Print how far the robot turned, by direction: `3.00 clockwise, 3.00 counter-clockwise`."""
+    """Prints how far the robot turned, by direction: `3.00 clockwise, 3.00 counter-clockwise`."""
     turned = [f"{turns:.2f} {direction}" for direction, turns in spin.turns_by_direction.items()]
     return ", ".join(turned) or significant(spin.turns, 2)
 
 
 def parameter_named(spin: Spin, name: str) -> Parameter | None:
-    """Find a parameter the data showed; None if they did not, or if there is none of that name."""
+    """Finds a parameter the data showed; None if they did not, or if there is none of that name."""
     return next((each for each in spin.parameters if each.name == name and each.observable), None)
 
 
@@ -150,12 +150,12 @@ def _kind(parameter: Parameter) -> str:
 
 
 def is_scale(parameter: Parameter) -> bool:
-    """Whether it is a scale of the gyroscope, which is 1 for a perfect one."""
+    """Returns whether it is a scale of the gyroscope, which is 1 for a perfect one."""
     return parameter.name.startswith(_SCALE)
 
 
 def scale_error(parameter: Parameter) -> Parameter:
-    """Return a scale as its error, which people read more easily."""
+    """Returns a scale as its error, which people read more easily."""
     return replace(parameter, value=parameter.value - 1.0, low=parameter.low - 1.0, high=parameter.high - 1.0)
 
 
@@ -184,7 +184,7 @@ def _difference(spin: Spin, axis: int, scale: Scale) -> str:
 
 
 def _apart(spin: Spin) -> FloatArray:
-    """Return published less level-free accelerometer bias: (3,) m/s^2, case frame."""
+    """Returns published less level-free accelerometer bias: (3,) m/s^2, case frame."""
     return spin.published.value - spin.level_free.value
 
 

@@ -45,7 +45,7 @@ class LeverArm:
 
 
 def lever_arm(spin: Spin) -> LeverArm | None:
-    """Turn the lever arm into the floor frame; None where the data do not show it."""
+    """Turns the lever arm into the floor frame; None where the data do not show it."""
     found = [parameter_named(spin, f"lever arm {axis}") for axis in "xyz"]
     known = [each for each in found if each is not None]
     if len(known) < 3:
@@ -64,7 +64,7 @@ def lever_arm(spin: Spin) -> LeverArm | None:
 
 
 def top_view_figure(spin: Spin, prefix: str) -> Markup:
-    """Draw the robot from above: forward, uphill, the turning axis and the IMU with its 1-sigma ellipse."""
+    """Draws the robot from above: forward, uphill, the turning axis and the IMU with its 1-sigma ellipse."""
     figure = Figure(HALF_WIDTH, 2 * _REACH)
     axes = figure.add_axes((0.0, 0.0, HALF_WIDTH, 2 * _REACH))
     axes.set_xlim(-HALF_WIDTH / 2, HALF_WIDTH / 2)
@@ -82,7 +82,7 @@ def top_view_figure(spin: Spin, prefix: str) -> Markup:
 
 
 def top_view_caption(spin: Spin) -> str:
-    """Say in words what the sketch shows."""
+    """Describes the sketch in words."""
     tilt, uphill = parameter_named(spin, "floor tilt"), parameter_named(spin, "uphill bearing")
     arm = lever_arm(spin)
     floor = (
@@ -105,7 +105,7 @@ def top_view_caption(spin: Spin) -> str:
 
 
 def spins_figure(result: SpinResult, prefix: str) -> Markup:
-    """Draw how far the biases of each spin are from those of all spins, and the 1-sigma band of these."""
+    """Draws how far the biases of each spin are from those of all spins, and the 1-sigma band of these."""
     figure = Figure(2 * HALF_WIDTH, 2.75)
     panels = (
         ("accelerometer", "m/s^2", result.accelerometer_bias, [s.accelerometer_bias for s in result.spins]),

@@ -1,4 +1,4 @@
-"""What the page of a spin says in sentences: what was found, and how far it can be trusted."""
+"""Sentences of the page of a spin: results, and their limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tumble.report.text import temperature_sentence
 
 
 def found_sentence(result: SpinResult) -> str:
-    """Say which biases were found."""
+    """Describes the biases."""
     match result.accelerometer_bias.observable, result.gyroscope_bias.observable:
         case True, True:
             return "Both biases found."
@@ -27,7 +27,7 @@ def found_sentence(result: SpinResult) -> str:
 
 
 def bias_sentence(name: str, unit: str, bias: BiasEstimate) -> str:
-    """Say a bias with its sigma, or why it is not known."""
+    """Describes a bias with its sigma, or why it is unknown."""
     if not bias.observable:
         return f"{name}: not observable: {bias.reason or NOT_SHOWN}."
     scale = readable_scale(unit, max(abs(float(value)) for value in bias.value))
@@ -39,7 +39,7 @@ def bias_sentence(name: str, unit: str, bias: BiasEstimate) -> str:
 
 
 def trust_sentences(result: SpinResult) -> list[str]:
-    """Say what the biases rest on, and so how far they can be trusted."""
+    """Describes the basis of the biases, and their limits."""
     return [
         *_about_the_method(result),
         *_about_the_fit(result),
@@ -48,7 +48,7 @@ def trust_sentences(result: SpinResult) -> list[str]:
 
 
 def unobserved_sentences(result: SpinResult) -> list[str]:
-    """Say what the spins did not show, with its reason; no numbers of ours."""
+    """Describes unobservable values of the spins, with reasons; no numbers of ours."""
     shown = {spin.label: (*spin.parameters, spin.slow_turn) for spin in result.spins}
     return [
         f"{_whose(labels, result)}: {join(names)}: {reason or NOT_SHOWN}."
@@ -59,7 +59,7 @@ def unobserved_sentences(result: SpinResult) -> list[str]:
 def unobserved(
     shown: Mapping[str, Sequence[Parameter]],
 ) -> Iterator[tuple[str, tuple[str, ...], list[str]]]:
-    """Give, for parameters that spins of these labels do not show: the reason, their names, the labels."""
+    """Returns, for parameters that spins of these labels do not show: the reason, their names, the labels."""
     by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for label, parameters in shown.items():
         hidden = [parameter for parameter in parameters if not parameter.observable]
@@ -76,7 +76,7 @@ def _whose(labels: Sequence[str], result: SpinResult) -> str:
 
 
 def spin_sentence(spin: Spin) -> str:
-    """Say what the robot did."""
+    """Describes the motion of the robot."""
     return (
         f"From {spin.start:.1f} to {spin.end:.1f} s: {count_of('rest', len(spin.rests))} of "
         f"{spin.resting:.1f} s in all; {turns_text(spin)} turns at {significant(spin.rate, 2)} rad/s."
@@ -84,7 +84,7 @@ def spin_sentence(spin: Spin) -> str:
 
 
 def fit_sentence(spin: Spin) -> str:
-    """Say chi-square and its degrees of freedom, and what they mean."""
+    """Describes chi-square, its degrees of freedom, and their meaning."""
     freedom = spin.degrees_of_freedom
     if freedom <= 0 or not math.isfinite(spin.chi_square):
         return "As many parameters as measurements, so that the fit cannot be tested."
@@ -95,7 +95,7 @@ def fit_sentence(spin: Spin) -> str:
 
 
 def method_lines(result: SpinResult) -> tuple[tuple[str, str], ...]:
-    """Say how it was done: name and value of what a reader needs in order to do it again."""
+    """Returns names and values that a reader needs in order to repeat the procedure."""
     carried = f"sha256 {result.calibration_hash}" if result.calibration_hash else "none"
     options = [(f"Option {name}", _option(value)) for name, value in result.options.items()]
     return (

@@ -39,11 +39,11 @@ NUMBERS = {
     "clock-skew": "clock_skew_ppm",
     "latency": "latency_seconds",
 }
-"""What may be said of a unit, and the field it is kept in."""
+"""Keys of a unit, and the fields that hold them."""
 
 
 class Carrier(str, Enum):
-    """What carries the units."""
+    """Carrier of the units."""
 
     QUADROTOR = "quadrotor"
     VEHICLE = "vehicle"
@@ -227,7 +227,7 @@ def _units(specs: list[str] | None) -> Sequence[FlightUnit]:
 
 
 def _unit(spec: str, *, first: bool) -> FlightUnit:
-    """Read `consumer:lever-arm=0.03,0,0:rate=100`; the primary has not aged unless it says so."""
+    """Reads `consumer:lever-arm=0.03,0,0:rate=100`; the primary has not aged unless it says so."""
     from tumble.tools.simulate import FlightUnit
 
     grade, *settings = spec.split(":")
@@ -300,7 +300,7 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
 
 
 def _next(flight: SimulatedFlight, paths: dict[str, str]) -> str:
-    """Give the command that makes use of what was written; without primary and secondary, to look at it."""
+    """Command that makes use of what was written; without primary and secondary, to look at it."""
     log = paths.get("log")
     primary, *others = flight.units
     secondaries = [unit.name for unit in others if len(unit.samples)]
@@ -314,5 +314,5 @@ def _next(flight: SimulatedFlight, paths: dict[str, str]) -> str:
 
 
 def _source(name: str, paths: Mapping[str, str]) -> str:
-    """Say where a unit is found; one that said nothing has its name only."""
+    """Describes the place of a unit; a silent one has only its name."""
     return paths.get(name) or (f"{paths['log']}:{name}" if "log" in paths else name)

@@ -25,7 +25,7 @@ FAULTS_HELP = (
 
 
 class MotionName(str, Enum):
-    """What moves the units."""
+    """Motion of the units."""
 
     TABLE = "table"
     SIX_FACES = "six-faces"
@@ -35,7 +35,7 @@ class MotionName(str, Enum):
 
 
 class Transport(str, Enum):
-    """How units are heard."""
+    """Transport of the samples."""
 
     UDP = "udp"
     PTY = "pty"

@@ -15,7 +15,7 @@ POLL = 0.2
 
 @contextmanager
 def ended_by_signals() -> Iterator[Callable[[LiveSimulation], None]]:
-    """What waits until a bench has ended, or a signal came that asks for its end, be it before that."""
+    """Context that waits for the end of a bench, or a signal that requests it, even before."""
     asked: list[int] = []
 
     def ask(number: int, _frame: FrameType | None) -> None:

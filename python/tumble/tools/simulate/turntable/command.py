@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class ClockSharing(str, Enum):
-    """Whether one clock stamps all units."""
+    """Sharing of one clock by all units."""
 
     SHARED = "shared"
     APART = "apart"
