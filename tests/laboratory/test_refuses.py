@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import sys
 
@@ -11,8 +12,10 @@ from hypothesis import strategies as st
 
 from made_up_calibrations import made_up, save
 from postgres import PASSWORD
+from tumble.cli.commands import _SUBCOMMANDS
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.address import parse_address
+from tumble.laboratory.command import registry_app
 from tumble.laboratory.registry import Registry
 from turntable_sessions import one_line, typed
 
@@ -127,3 +130,17 @@ def test_a_result_that_nobody_knows_is_said_in_one_line(tmp_path, wanted):
         return
     assert "see tumble registry list" in refusal("show", wanted, "--registry", tmp_path / "lab.db")
     assert registry.verify().intact
+
+
+def test_a_registry_in_a_folder_with_an_odd_name_is_one(tmp_path):
+    folder = tmp_path / os.fsdecode(b"caf\xe9 %41?mode=memory#x")
+    folder.mkdir()
+    registry = Registry.create(folder / "lab.db")
+    registry.add(save(folder / "a", made_up()))
+    done = typed("registry", "verify", "--registry", folder / "lab.db")
+    assert (done.code, done.err) == (0, "")
+    assert sorted(path.name for path in folder.iterdir() if path.is_file()) == ["lab.db"]
+
+
+def test_each_command_of_the_registry_has_settings_of_the_project():
+    assert {each.name for each in registry_app.registered_commands} == {*_SUBCOMMANDS, "add"}

@@ -10,7 +10,6 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from urllib.parse import quote
 
 from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
 from sqlalchemy.exc import SQLAlchemyError
@@ -144,7 +143,7 @@ class Database:
 
 
 def _sqlite(path: Path, patience: float) -> Engine:
-    place = f"file:{quote(str(path))}?mode=rw"
+    place = f"{path.as_uri()}?mode=rw"
 
     def connect() -> sqlite3.Connection:
         # Transactions are begun by the listener below, not by the driver.
