@@ -428,6 +428,33 @@ fn a_witness_that_lies_condemns_no_sound_unit() {
     }
 }
 
+/// What an aiding measurement says wrongly just as a unit begins to drift, or a while after.
+const GLITCHES: [Says; 2] = [
+    |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from((100.0..103.0).contains(&t))),
+    |t, v| velocity(v - Vector3::new(1.2, -1.3, 1.0) * f64::from((103.0..108.0).contains(&t))),
+];
+
+#[test]
+fn a_glitch_together_with_a_fault_names_no_sound_unit() {
+    for (number, says) in GLITCHES.into_iter().enumerate() {
+        for fault in [force_drifts, rate_drifts] {
+            for seed in 0..2 {
+                let base = |seed| Flight::<2> {
+                    fault,
+                    says,
+                    ..flight(seed)
+                };
+                let found = base(seed).fly();
+                let wrong: Vec<_> = blamed(&found)
+                    .into_iter()
+                    .filter(|(unit, _)| *unit != 1)
+                    .collect();
+                assert_eq!(wrong, [], "seed {seed}, glitch {number}: {found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_witness_that_lied_is_believed_again_once_it_fits() {
     let found = Flight::<2> {
