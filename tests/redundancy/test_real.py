@@ -60,6 +60,27 @@ def test_every_secondary_is_calibrated_against_any_primary(results, primary):
         assert (error.rung, error.directions) == ("affine", 3)
 
 
+@pytest.mark.parametrize("primary", [1, 2, 4, 7])
+def test_a_set_never_calibrated_calibrates_with_default_settings(primary):
+    result = tumble.redundancy(
+        f"imu{primary}",
+        [f"imu{number}" for number in NUMBERS if number != primary],
+        log=LOG,
+        settings={"units": known(primary)},
+        keep_output=False,
+    )
+    early = Counter(event.event for event in result.events if event.time < SHAKING)
+    left = {
+        sensor: max(error.residual for error in result.errors if error.sensor == sensor)
+        for sensor in ("accelerometer", "gyroscope")
+    }
+    print(f"imu{primary}: {left}, {early}")
+    assert early["adopted"] == 14
+    assert early["abandoned"] == early["withheld"] == early["unhealthy"] == early["disagree"] == 0
+    assert left["accelerometer"] < 0.12
+    assert left["gyroscope"] < 0.006
+
+
 @pytest.mark.parametrize("primary", NUMBERS)
 def test_residual_on_held_out_pairs_is_far_below_the_initial_error(results, primary):
     errors = results[primary].errors

@@ -99,7 +99,7 @@ def test_an_offset_that_takes_the_logs_apart_is_refused(log, out):
 
 def test_contradictory_settings_are_refused_before_the_log_is_read(log, out):
     line = refusal(log, *units(["imu1", "imu2"]), "--set", "collect=700", "-o", out)
-    assert line == "settings: collect_timeout is 600.0 and collect is 700.0; the first needs to be longer"
+    assert line == "settings: collect_timeout is 300.0 and collect is 700.0; the first needs to be longer"
 
 
 @pytest.mark.parametrize(

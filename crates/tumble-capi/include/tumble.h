@@ -52,7 +52,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((498 + (180 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((502 + (184 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
@@ -1337,7 +1337,7 @@ typedef struct tumble_redundancy_settings {
     uint64_t collect;
     /**
      * Longest time for collecting; then what there is has to do, or the calibration is abandoned. Longer
-     * than `collect`. Default: 600 000 000 microseconds.
+     * than `collect`. Default: 300 000 000 microseconds.
      */
     uint64_t collect_timeout;
     /**
@@ -1376,6 +1376,16 @@ typedef struct tumble_redundancy_settings {
      * Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
      */
     float rest_angular_rate_scatter;
+    /**
+     * Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+     * relative to it, where they deviate as well. Default: 0.8 m/s^2.
+     */
+    float uncalibrated_specific_force;
+    /**
+     * Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+     * relative to it, where they deviate as well. Default: 0.1 rad/s.
+     */
+    float uncalibrated_angular_rate;
     /**
      * Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
      * m/s^2.

@@ -210,6 +210,18 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
     ];
     let evaluation = vec![
         row!(
+            evaluation.uncalibrated.specific_force as uncalibrated_specific_force,
+            "m/s^2",
+            Positive,
+            "Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated relative to it, where they deviate as well."
+        ),
+        row!(
+            evaluation.uncalibrated.angular_rate as uncalibrated_angular_rate,
+            "rad/s",
+            Positive,
+            "Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated relative to it, where they deviate as well."
+        ),
+        row!(
             evaluation.evaluate_after_start,
             "",
             Any,

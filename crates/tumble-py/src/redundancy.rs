@@ -85,7 +85,6 @@ pub struct PyMonitor {
     monitor: Box<dyn DynMonitor>,
     units: usize,
     time_offsets: Vec<f64>,
-    window: f64,
     origin: Option<f64>,
     restored: EventLog,
     records: Vec<(Record<f64>, Option<f64>)>,
@@ -117,7 +116,6 @@ impl PyMonitor {
         let primary = units.first().map(|unit| unit.calibration);
         let calibration = primary.ok_or_else(|| PyValueError::new_err("a set has a primary"))?;
         let wide = settings_of(&setting_table::redundancy::<f64>(), &values)?;
-        let window = in_seconds(wide.window);
         let set = if is_single(precision)? {
             let narrow = settings_of(&setting_table::redundancy::<f32>(), &values)?;
             build(&built, &calibration, narrow)
@@ -129,7 +127,6 @@ impl PyMonitor {
             monitor: set.map_err(|error| platform_error(settings.py(), &error))?,
             units: built.len(),
             time_offsets: built.iter().map(|unit| unit.time_offset as f64 * 1e-6).collect(),
-            window,
             origin: None,
             restored: EventLog::default(),
             records: Vec::new(),
@@ -197,14 +194,7 @@ impl PyMonitor {
             progress.as_ref(),
         )?;
         let dict = self.said(py, &done, first_of(&unit_samples))?;
-        traces(
-            py,
-            &dict,
-            &done,
-            self.units,
-            self.origin.unwrap_or(0.0),
-            self.window,
-        )?;
+        traces(py, &dict, &done, self.units, self.origin.unwrap_or(0.0))?;
         dict.set_item("seconds", seconds)?;
         Ok(dict)
     }

@@ -198,17 +198,15 @@ pub(crate) fn rejection(event: &EventText) -> Option<&'static str> {
 /// Column of three components of the means of a unit over a window.
 type MeansColumn = fn(&WindowMeans) -> &[f64];
 
-/// Adds the windows of a replay as arrays; `length` is that of a window, s.
+/// Adds the windows of a replay as arrays.
 pub(crate) fn traces(
     py: Python<'_>,
     dict: &Bound<'_, PyDict>,
     replay: &Replay,
     units: usize,
     origin: f64,
-    length: f64,
 ) -> PyResult<()> {
-    #[allow(clippy::cast_precision_loss)]
-    let middle = |window: &ReplayWindow| (window.number as f64 + 0.5) * length + origin;
+    let middle = |window: &ReplayWindow| window.time + origin;
     let times: Vec<f64> = replay.windows.iter().map(middle).collect();
     dict.set_item("window_time", PyArray1::from_vec(py, times))?;
     let columns: [(&str, MeansColumn); 4] = [

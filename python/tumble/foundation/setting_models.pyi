@@ -20,6 +20,12 @@ class MonitorSettings(Document):
     s."""
     gravity: float = 9.80665
     """Local gravity. In m/s^2."""
+    uncalibrated_specific_force: float = 0.8
+    """Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+    relative to it, where they deviate as well. In m/s^2."""
+    uncalibrated_angular_rate: float = 0.1
+    """Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+    relative to it, where they deviate as well. In rad/s."""
     evaluate_after_start: bool = True
     """Evaluate the first rest after the start."""
     evaluate_every: float | None = 600.0
@@ -48,7 +54,7 @@ class MonitorSettings(Document):
     """Longest wait for motion; then the calibration is abandoned. In s."""
     collect: float = 30.0
     """Motion to be collected. In s."""
-    collect_timeout: float = 600.0
+    collect_timeout: float = 300.0
     """Longest time for collecting; then what there is has to do, or the calibration is abandoned. In s."""
     fewest_pairs: int = 200
     """Fewest pairs with which a fit is tried when time is up."""

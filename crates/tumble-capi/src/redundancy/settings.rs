@@ -34,7 +34,7 @@ pub struct RedundancySettings {
     /// Motion to be collected. Longer than `window`. Default: 30 000 000 microseconds.
     pub collect: u64,
     /// Longest time for collecting; then what there is has to do, or the calibration is abandoned. Longer
-    /// than `collect`. Default: 600 000 000 microseconds.
+    /// than `collect`. Default: 300 000 000 microseconds.
     pub collect_timeout: u64,
     /// Time without a sample after which a unit is late. Default: 100 000 microseconds.
     pub late: u64,
@@ -56,6 +56,12 @@ pub struct RedundancySettings {
     pub rest_specific_force_scatter: f32,
     /// Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
     pub rest_angular_rate_scatter: f32,
+    /// Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+    /// relative to it, where they deviate as well. Default: 0.8 m/s^2.
+    pub uncalibrated_specific_force: f32,
+    /// Deviation at rest of a primary without a calibration of its own up to which secondaries are calibrated
+    /// relative to it, where they deviate as well. Default: 0.1 rad/s.
+    pub uncalibrated_angular_rate: f32,
     /// Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
     /// m/s^2.
     pub secondary_accelerometer_threshold: Threshold,
@@ -183,6 +189,8 @@ impl RedundancySettings {
             return_after: core.selection.return_after.unwrap_or_default(),
             rest_specific_force_scatter: core.evaluation.thresholds.rest_scatter.specific_force,
             rest_angular_rate_scatter: core.evaluation.thresholds.rest_scatter.angular_rate,
+            uncalibrated_specific_force: core.evaluation.uncalibrated.specific_force,
+            uncalibrated_angular_rate: core.evaluation.uncalibrated.angular_rate,
             secondary_accelerometer_threshold: Threshold::of(
                 core.evaluation.thresholds.secondary.accelerometer,
             ),
@@ -248,6 +256,8 @@ impl RedundancySettings {
         core.selection.return_after = unless_zero(self.return_after);
         core.evaluation.thresholds.rest_scatter.specific_force = self.rest_specific_force_scatter;
         core.evaluation.thresholds.rest_scatter.angular_rate = self.rest_angular_rate_scatter;
+        core.evaluation.uncalibrated.specific_force = self.uncalibrated_specific_force;
+        core.evaluation.uncalibrated.angular_rate = self.uncalibrated_angular_rate;
         core.evaluation.thresholds.secondary.accelerometer =
             self.secondary_accelerometer_threshold.in_core()?;
         core.evaluation.thresholds.secondary.gyroscope = self.secondary_gyroscope_threshold.in_core()?;

@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use crate::products::{
     Length, identity, product, squared, squared_matrix, transposed_product, unit_beyond, zeros,
 };
-use crate::real::{Real, count, real};
+use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::components::{difference, scaled, sum};
+use crate::redundancy::judgement::SLOW_OFFSET;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::{Axes, Sensor};
@@ -28,6 +30,12 @@ impl<T: Real> Deviation<T> {
         !within
     }
 }
+
+/// Standard deviation of the change of a bias from one run to the next; of its drift in a second; and of what a calibration
+/// leaves at a rest that goes with the attitude: m/s^2 and rad/s (docs/theory/judgement.md, section 14).
+const AGEING: [f32; 2] = [0.1, 0.006];
+const DRIFT: [f32; 2] = [1.3e-3, 1.3e-4];
+const BY_ATTITUDE: [f32; 2] = [0.01, 2e-4];
 
 /// What is stored of one sensor of a secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +63,12 @@ pub struct StoredCalibration<T: Real> {
     /// Whether it is off by more than its trigger beside a primary that physics found right: it says nothing of others until it
     /// is calibrated anew.
     pub stale: bool,
+    /// What it says beyond the primary, by the latest rests, m/s^2 or rad/s, in the axes of the primary, and its variance.
+    pub trimmed: Vector3<T>,
+    /// Of each axis.
+    pub trim_variance: T,
+    /// Whether it comes from before the start, and no rest has shown yet how it has aged.
+    pub aged: bool,
     /// Whether physics, the others or a witness found it wrong: its next calibration may follow as far as it leads.
     pub freed: bool,
 }
@@ -74,6 +88,9 @@ impl<T: Real> StoredCalibration<T> {
             agrees: false,
             followed: zeros(),
             stale: false,
+            trimmed: zeros(),
+            trim_variance: T::zero(),
+            aged: false,
             freed: false,
         }
     }
@@ -89,9 +106,43 @@ impl<T: Real> StoredCalibration<T> {
             sequence,
             calibrated: true,
             stale: false,
+            trimmed: zeros(),
+            trim_variance: T::zero(),
+            aged: false,
             freed: false,
             ..*self
         };
+    }
+
+    /// It comes from before the start: biases may have changed meanwhile.
+    pub fn age(&mut self, sensor: Sensor) {
+        let aged = tabulated::<T>(*sensor.of(&AGEING));
+        (self.aged, self.trim_variance) = (true, aged * aged);
+    }
+
+    /// Bias instability and warming have gone on for so long, s (docs/theory/judgement.md, eq. 26).
+    pub fn drift(&mut self, sensor: Sensor, passed: T) {
+        let drift = tabulated::<T>(*sensor.of(&DRIFT));
+        self.trim_variance += drift * drift * passed; // judgement.md, eq. 26
+    }
+
+    /// Takes in how far from a valid primary it is at a rest, trimmed as it was, in the axes of the primary; gives what is
+    /// taken off beyond what was before.
+    pub fn trim(&mut self, sensor: Sensor, apart: &Vector3<T>) -> Vector3<T> {
+        let by_attitude = tabulated::<T>(*sensor.of(&BY_ATTITUDE));
+        let noise = by_attitude * by_attitude;
+        let gain = self.trim_variance / (self.trim_variance + noise); // judgement.md, eq. 27
+        let before = self.trimmed;
+        let trimmed = sum(&before, &scaled(apart, gain));
+        let (size, most) = (trimmed.length(), tabulated::<T>(*sensor.of(&SLOW_OFFSET)));
+        self.trimmed = if size > most {
+            scaled(&trimmed, most / size)
+        } else {
+            trimmed
+        };
+        self.trim_variance *= T::one() - gain;
+        self.aged = false;
+        difference(&self.trimmed, &before)
     }
 
     /// Takes in how far it was from a valid primary at rest.

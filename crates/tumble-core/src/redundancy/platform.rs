@@ -174,6 +174,11 @@ impl<T: Real> PrimaryCalibration<T> {
         limited
     }
 
+    /// Whether a sensor has one; else nobody says how far off it may be.
+    pub fn is_known(&self, sensor: Sensor) -> bool {
+        *self.model(sensor) != ErrorModel::identity()
+    }
+
     /// That of a sensor.
     pub fn model(&self, sensor: Sensor) -> &ErrorModel<T> {
         sensor.of(&self.models)

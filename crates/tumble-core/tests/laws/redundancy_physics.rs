@@ -206,3 +206,151 @@ fn begun_in_motion_a_gyroscope_that_jumps_is_named() {
         );
     }
 }
+
+#[test]
+fn an_accelerometer_turned_over_is_named_by_secondaries_that_aged() {
+    for seed in 0..4 {
+        let mut draws = Draws::new(seed);
+        let mut aged = || (draws.normals::<3>().normalize() * 0.08).into();
+        let parts = [Part::exact(), off(aged()), off(aged()), off(aged())];
+        let mission = Mission::new(seed, &parts).spoilt(|number, _, sample| {
+            if number == 0 {
+                sample.specific_force = -sample.specific_force;
+            }
+            true
+        });
+        let flight = since::<4>(&mission);
+        assert_told!(
+            flight,
+            0,
+            EventKind::Unhealthy {
+                fault: HealthFault::OutOfFamily { .. }
+            }
+        );
+        for unit in 1..4 {
+            assert_told!(flight, unit, 0 x EventKind::Unhealthy { .. });
+        }
+    }
+}
+
+#[test]
+fn three_of_four_that_aged_and_shift_alike_are_named_at_rest() {
+    for seed in 0..4 {
+        let mut draws = Draws::new(seed);
+        let mut aged = || off((draws.normals::<3>().normalize() * 0.06).into());
+        let parts = [Part::exact(), aged(), aged(), aged()];
+        let mission = Mission::new(seed, &parts)
+            .phases(&[(3.0, Phase::Rest), (15.0, Phase::Free(1.0)), (6.0, Phase::Rest)])
+            .spoilt(|number, time, sample| {
+                if number > 0 && time >= 10.0 {
+                    sample.specific_force += Vector3::new(0.35, 0.0, 0.35);
+                }
+                true
+            });
+        let flight = since::<4>(&mission);
+        for unit in 1..4 {
+            assert_told!(
+                flight,
+                unit,
+                EventKind::Unhealthy {
+                    fault: HealthFault::Blamed {
+                        ground: Ground::Rest,
+                        ..
+                    }
+                }
+            );
+        }
+        assert_eq!(flight.monitor.source(), Some(0), "{}", flight.story());
+    }
+}
+
+/// Three units that were never calibrated, of which the primary is off by so much along gravity.
+fn never_calibrated(primary: f64, secondaries: f64) -> Flight<f32, 3> {
+    let parts = [
+        off([0.0, 0.0, primary]),
+        off([0.2, 0.1, secondaries]),
+        off([-0.1, 0.2, -secondaries]),
+    ];
+    let mission = Mission::new(3, &parts);
+    fly(&platform(settings(), units(&parts)), &mission)
+}
+
+#[test]
+fn units_that_are_all_off_are_calibrated_relative_to_the_primary() {
+    let flight = never_calibrated(0.5, 0.4);
+    for unit in 1..3 {
+        assert_eq!(
+            flight.adopted(unit, Sensor::Accelerometer).len(),
+            1,
+            "{}",
+            flight.story()
+        );
+    }
+}
+
+#[test]
+fn a_primary_that_alone_is_off_or_by_more_than_any_calibrates_nobody() {
+    for (primary, secondaries) in [(0.5, 0.05), (1.2, 1.0)] {
+        let flight = never_calibrated(primary, secondaries);
+        for unit in 1..3 {
+            assert_told!(flight, unit, 0 x EventKind::Adopted { .. });
+        }
+    }
+}
+
+#[test]
+fn the_output_steps_by_little_where_calibrated_units_drifted_and_rested_since() {
+    let (mut forces, mut rates) = (Vec::new(), Vec::new());
+    for seed in 0..6 {
+        let parts = [Part::exact(); 2];
+        let mut draws = Draws::new(seed);
+        let (f, w) = (
+            draws.normals::<3>().normalize() * 0.04,
+            draws.normals::<3>().normalize() * 4e-3,
+        );
+        let fails = 103.0;
+        let mission = Mission::new(seed, &parts)
+            .phases(&[
+                (3.0, Phase::Rest),
+                (40.0, Phase::Free(0.3)),
+                (4.0, Phase::Rest),
+                (20.0, Phase::Free(0.3)),
+                (4.0, Phase::Rest),
+                (20.0, Phase::Free(0.3)),
+                (4.0, Phase::Rest),
+                (20.0, Phase::Free(0.3)),
+            ])
+            .spoilt(move |number, time, sample| {
+                if number == 1 {
+                    let share = (time / 40.0).min(1.0);
+                    sample.specific_force += f * share;
+                    sample.angular_rate += w * share;
+                }
+                number != 0 || time < fails
+            });
+        let flight = since::<2>(&mission);
+        let mean = |source: usize| {
+            let mut sums = [Vector3::<f64>::zeros(); 2];
+            let mut count = 0.0;
+            let outputs = flight.outputs.iter().filter(|output| {
+                let time = seconds(output.time - START);
+                output.source == source && (time - fails).abs() < 4.0
+            });
+            for output in outputs {
+                let [true_force, true_rate] = mission.truth(seconds(output.time - START));
+                sums[0] += output.specific_force.map(f64::from) - true_force;
+                sums[1] += output.angular_rate.map(f64::from) - true_rate;
+                count += 1.0;
+            }
+            assert!(count > 100.0, "{}", flight.story());
+            sums.map(|sum| sum / count)
+        };
+        let ([before_force, before_rate], [after_force, after_rate]) = (mean(0), mean(1));
+        forces.push((after_force - before_force).norm());
+        rates.push((after_rate - before_rate).norm());
+    }
+    let mean = |steps: &[f64]| steps.iter().sum::<f64>() / steps.len() as f64;
+    println!("{:.4} m/s^2, {:.5} rad/s", mean(&forces), mean(&rates));
+    assert!(mean(&forces) < 0.005, "{forces:?}");
+    assert!(mean(&rates) < 0.001, "{rates:?}");
+}

@@ -13,7 +13,7 @@ use tumble_core::sample::Sample;
 
 use crate::common::{cases, double};
 use crate::redundancy_mission::{
-    Arrivals, Flight, Mission, Part, assert_holds, assert_told, fly, platform, settings, units,
+    Arrivals, Flight, Mission, Part, Phase, assert_holds, assert_told, fly, platform, settings, units,
 };
 
 const SEED: u64 = 21;
@@ -225,5 +225,23 @@ proptest! {
     ) {
         withstands::<f64>(&pushes)?;
         withstands::<f32>(&pushes)?;
+    }
+}
+
+#[test]
+fn units_of_ten_samples_a_second_are_calibrated_beside_one_that_is_fast() {
+    for slow in [50_000, 100_000] {
+        for number in 0..2 {
+            let mut parts = parts();
+            parts[number].period = slow;
+            let phases = [(6.0, Phase::Rest), (16.0, Phase::Free(0.5)), (4.0, Phase::Rest)];
+            let flight = fly::<f32, 2>(&set(), &Mission::new(SEED, &parts).phases(&phases));
+            for sensor in SENSORS {
+                assert_eq!(flight.adopted(1, sensor).len(), 1, "{}", flight.story());
+            }
+            for unit in 0..2 {
+                assert_told!(flight, unit, 0 x EventKind::Unhealthy { .. });
+            }
+        }
     }
 }

@@ -79,6 +79,8 @@ pub trait DynMonitor: Send + Sync {
     fn command(&mut self, command: Command);
     /// Number of the window looked at last.
     fn window(&self) -> Option<u64>;
+    /// Length of a window, microseconds.
+    fn window_length(&self) -> u64;
     /// Means of a unit over that window.
     fn means(&self, unit: usize) -> Option<WindowMeans>;
     /// Memory of the monitor, bytes.
@@ -172,6 +174,10 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
 
     fn window(&self) -> Option<u64> {
         self.monitor.window()
+    }
+
+    fn window_length(&self) -> u64 {
+        self.monitor.window_length(&self.platform)
     }
 
     fn means(&self, number: usize) -> Option<WindowMeans> {

@@ -51,8 +51,8 @@ impl ReplayUnit<'_> {
 /// All units over one window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayWindow {
-    /// Its number on the common clock.
-    pub number: u64,
+    /// Its middle on the common clock, s.
+    pub time: f64,
     /// `None` for a unit without samples in it.
     pub means: Vec<Option<WindowMeans>>,
 }
@@ -152,7 +152,8 @@ impl Replay {
         let window = monitor.window();
         if let Some(number) = window.filter(|_| window != *latest) {
             let means = (0..units).map(|unit| monitor.means(unit)).collect();
-            self.windows.push(ReplayWindow { number, means });
+            let time = (number as f64 + 0.5) * 1e-6 * monitor.window_length() as f64;
+            self.windows.push(ReplayWindow { time, means });
         }
         *latest = window;
     }

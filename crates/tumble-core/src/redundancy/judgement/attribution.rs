@@ -53,7 +53,7 @@ impl<T: Real> Proof<T> {
 const STEP_LEAST: f64 = 0.5;
 const STEP_MOST: f64 = 2.5;
 const STEP_TIMES_OTHER: f64 = 2.5;
-const STEP_TIMES_USUAL: f64 = 4.0;
+const STEP_TIMES_USUAL: f64 = 2.5;
 
 /// Changes of a sensor from sample to sample, and how its unit is mounted.
 pub(super) struct MountedSteps<'a, T: Real> {

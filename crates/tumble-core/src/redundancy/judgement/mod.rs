@@ -261,9 +261,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of_mut(&mut self.sensors).acquit(unit);
     }
 
-    /// What a calibrated unit is off by at rest, m/s^2 or rad/s, beside a primary that physics found right, is no fault.
-    pub(crate) fn trim(&mut self, sensor: Sensor, unit: usize, offset: &Vector3<T>) {
-        sensor.of_mut(&mut self.sensors).trim(sensor, unit, offset);
+    /// So much more is taken off what a calibrated unit says from now on, m/s^2 or rad/s, beside a primary that physics found
+    /// right.
+    pub(crate) fn trimmed(&mut self, sensor: Sensor, unit: usize, change: &Vector3<T>, anew: bool) {
+        sensor
+            .of_mut(&mut self.sensors)
+            .trimmed(sensor, unit, change, anew);
     }
 
     /// How far a unit is from another over ten seconds, m/s^2 or rad/s; `None` until it has said something for as long.
@@ -371,6 +374,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 usual_error: self.usual_error.variance(&self.turned),
                 turned: &self.turned,
                 force: f,
+                change: sensor.of(&strains).change(),
                 voters: *sensor.of(&voters),
                 known: *sensor.of(&known),
             };

@@ -40,6 +40,11 @@ impl<T: Real> Strain<T> {
         }
     }
 
+    /// Square of how fast what the set reads changes.
+    pub fn change(&self) -> T {
+        self.any_pair * real(1.0 / (CLOCKS * CLOCKS))
+    }
+
     fn follow(&mut self, strain: &Self, share: T) {
         self.any_pair += (strain.any_pair - self.any_pair) * share;
         self.vibration += (strain.vibration - self.vibration) * share;
@@ -84,6 +89,11 @@ pub struct Tolerance<T: Real> {
 }
 
 impl<T: Real> Tolerance<T> {
+    /// What straight lines between samples leave: no pair shows less of it.
+    pub fn straight_lines(&self, strain: &Strain<T>) -> T {
+        self.interpolation * strain.curvature
+    }
+
     /// Variance of their difference that motion explains (eq. 3 and 4).
     pub fn variance(&self, strain: &Strain<T>) -> T {
         strain.any_pair

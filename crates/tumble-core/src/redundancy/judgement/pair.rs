@@ -76,6 +76,9 @@ impl ScaleConstants {
 /// Residuals of a channel that three channels stay within together.
 const RESIDUALS: f64 = 3.0;
 
+/// Times what straight lines between samples are off by that two units may be apart: slow ones say little of a quick motion.
+const STRAIGHT: f64 = 2.0;
+
 /// Shortest time over which it is learnt, s, beyond two of the scale.
 const LEARNT_OVER: f64 = 30.0;
 
@@ -328,11 +331,12 @@ impl<T: Real> Comparison<T> {
             let vibration = strain.vibration;
             let shaken = (known.shaken)(vibration) * tabulated::<T>(of.shaken);
             let shaken = smaller(vibration, shaken + shaken); // judgement.md, eq. 24
+            let straight = known.tolerance.straight_lines(strain) * real(STRAIGHT * STRAIGHT);
             let strain = known.tolerance.variance(strain);
             let share = shown.share(of);
             let explained = of.noise_variance::<T>(sensor) + share * strain + shaken;
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
-            let threshold = drift * drift + tail * tail * explained + residuals + known.unfound; // eq. 8
+            let threshold = drift * drift + tail * tail * explained + residuals + straight + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
             let ratio = apart / threshold;
             *squares = Squares {

@@ -123,6 +123,10 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     windows: u16,
 }
 
+/// What smooth motion adds to the variance of samples, an axis, of its squared change from one to the next: a sixth, twice, as
+/// windows show less of it than there is.
+const MOVED: f64 = 1.0 / 3.0;
+
 /// What a sensor is judged on.
 pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
@@ -136,6 +140,8 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub turned: &'a Turned<T>,
     /// What the set feels, m/s^2: at rest, gravity, upwards.
     pub force: Vector3<T>,
+    /// Square of how fast it changes what it says, (m/s^3)^2 or (rad/s^2)^2.
+    pub change: T,
     /// Units that may be compared, and those of them of which more is known than of a stranger.
     pub voters: UnitSet,
     pub known: UnitSet,
@@ -144,6 +150,14 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     fn unit(&self, number: usize) -> Option<&UnitReading<T>> {
         self.window.units.get(number)?.as_ref()
+    }
+
+    /// Scatter of a unit from sample to sample, m/s^2 or rad/s, without what it moves meanwhile: of one that is slow, that is
+    /// the most of it.
+    fn scatter(&self, reading: &UnitReading<T>) -> T {
+        let scatter = *self.sensor.of(&reading.scatter);
+        let moved = self.change * reading.interval * reading.interval * real(MOVED);
+        larger(T::zero(), scatter * scatter - moved).square_root()
     }
 
     fn steps(&self, number: usize) -> Option<MountedSteps<'_, T>> {
@@ -247,11 +261,17 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    pub fn trim(&mut self, sensor: Sensor, unit: usize, offset: &Vector3<T>) {
+    pub fn trimmed(&mut self, sensor: Sensor, unit: usize, change: &Vector3<T>, anew: bool) {
         if let Some(deviation) = self.deviations.get_mut(unit) {
-            deviation.begin_with(sensor, offset);
+            if anew {
+                deviation.begin_with(sensor, &Vector3::zeros());
+            } else {
+                deviation.trimmed(change);
+            }
         }
-        self.streaks = [Streak::NONE; SCALES];
+        if anew {
+            self.streaks = [Streak::NONE; SCALES];
+        }
     }
 
     /// How far two units are apart over the third scale.
@@ -410,7 +430,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
         for unit in case.known.units() {
-            let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
+            let scatter_of = |unit: usize| Some(case.scatter(case.unit(unit)?));
             let Some(scatter) = scatter_of(unit) else {
                 continue;
             };
@@ -608,7 +628,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let [i, j] = dispute.units.map(usize::from);
         let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
         let sensor = case.sensor;
+        // What a stranger is off by moves with the platform, and each start of a motion is a step of it.
         if lasting < real(STEP_WITHIN)
+            && case.known.contain_both([i, j])
             && let Some(found) = self.by_step([i, j], case)
         {
             return Some(found);
@@ -744,7 +766,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 continue;
             };
             deviation.follow(case.sensor, window);
-            scatters.learn(*case.sensor.of(&reading.scatter), window);
+            scatters.learn(case.scatter(reading), window);
         }
     }
 }

@@ -99,6 +99,11 @@ impl<T: Real> SensorDeviation<T> {
         self.begin_with(sensor, &offset);
     }
 
+    /// So much more is taken off what it says from now on: of the slow offset no more is left.
+    pub fn trimmed(&mut self, change: &Vector3<T>) {
+        self.offset = difference(&self.offset, change);
+    }
+
     /// Begins anew with a slow offset, or as much of it as there may be.
     pub fn begin_with(&mut self, sensor: Sensor, offset: &Vector3<T>) {
         let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));

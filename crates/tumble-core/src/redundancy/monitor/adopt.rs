@@ -65,7 +65,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     /// Takes a step; adopts or refuses what the last of a sensor found.
     #[inline(never)]
     fn take_step(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) -> Option<()> {
-        let settings = platform.settings();
+        let (settings, window) = (platform.settings(), self.window_length(platform));
         let fits =
             |slot: &&mut Option<CalibrationRun<T>>| slot.as_ref().is_some_and(CalibrationRun::is_fitting);
         let slot = self.calibrations.iter_mut().find(fits)?;
@@ -81,6 +81,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             stored,
             found_wrong,
             settings,
+            window,
             &mut found,
         )?;
         let mut tell = |kind| {

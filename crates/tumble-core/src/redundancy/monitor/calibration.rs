@@ -263,7 +263,12 @@ impl<T: Real> CalibrationRun<T> {
     }
 
     /// Whether there is enough, or no time left.
-    pub fn check(&self, time: u64, settings: &CollectionSettings<T>, window: u64) -> CalibrationProgress {
+    pub fn check(
+        &self,
+        time: u64,
+        settings: &CollectionSettings<T>,
+        (window, fewest): (u64, u32),
+    ) -> CalibrationProgress {
         let passed = time.saturating_sub(self.since);
         if self.is_fitting() {
             return CalibrationProgress::GoesOn;
@@ -284,7 +289,7 @@ impl<T: Real> CalibrationRun<T> {
         if passed <= settings.collect_timeout {
             return CalibrationProgress::GoesOn;
         }
-        if pairs >= settings.fewest_pairs {
+        if pairs >= fewest {
             CalibrationProgress::Complete
         } else {
             CalibrationProgress::Abandoned(Abandoned::TimedOut)
@@ -324,6 +329,7 @@ impl<T: Real> CalibrationRun<T> {
         stored: &[StoredCalibration<T>; 2],
         found_wrong: [bool; 2],
         settings: &RedundancySettings<T>,
+        window: u64,
         found: &'f mut Fit<T>,
     ) -> Option<(Sensor, TrialEnd<'f, T>)> {
         let sensor = self.fitted_sensor()?;
@@ -348,7 +354,8 @@ impl<T: Real> CalibrationRun<T> {
             shared: *sensor.of(&self.shared),
             settings,
             rest: self.rest.readings(sensor, unit),
-            noise: self.rest.noise(sensor, unit, settings.window),
+            fewest: settings.fewest_pairs(window),
+            noise: self.rest.noise(sensor, unit, window),
             rests: sensor.of(&self.rests),
             fitted,
             held_out,

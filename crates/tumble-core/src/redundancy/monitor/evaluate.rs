@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::products::{Length, product, squared, unit_beyond, zeros};
-use crate::real::Real;
+use crate::real::{Real, real};
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest, across};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::health::Health;
@@ -16,6 +16,25 @@ use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
+
+/// Share of what the primary is off by that a secondary has to be off by to be off as well.
+const AS_WELL: f64 = 0.5;
+
+/// Sensors of the primary, accelerometer first.
+#[derive(Clone, Copy)]
+struct PrimaryTrust {
+    /// That physics found right.
+    proven: [bool; 2],
+    /// That others may be calibrated against.
+    valid: [bool; 2],
+}
+
+impl PrimaryTrust {
+    /// Whether secondaries are calibrated relative to a sensor that is off itself.
+    fn is_relative(&self, sensor: Sensor) -> bool {
+        *sensor.of(&self.valid) && !*sensor.of(&self.proven)
+    }
+}
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     Monitor<T, UNITS, AT_ONCE, WITNESSED>
@@ -36,7 +55,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             }
         }
         let settings = platform.settings();
-        let needed = settings.windows(settings.evaluation.rest_duration);
+        let needed = self.windows(platform, settings.evaluation.rest_duration);
         let most = self.rest_means.iter().map(RestMean::windows).max().unwrap_or(0);
         if u64::from(most) < needed {
             return;
@@ -55,7 +74,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let deviations = self.evaluate_primary(platform, fewest, time, told, report);
         self.hold_rest_against_primary(platform, &deviations);
         let reopened = self.apply_physics(platform, fewest, &deviations);
-        let valid = deviations.map(|deviation| deviation.is_some_and(|deviation| !deviation.exceeds()));
+        let proven = deviations.map(|deviation| deviation.is_some_and(|deviation| !deviation.exceeds()));
+        let trust = PrimaryTrust {
+            proven,
+            valid: self.trusted(platform, fewest, &deviations, proven),
+        };
+        let valid = trust.valid;
         self.abandon_if_primary_invalid(platform, valid, time, report);
         // What became stale here is calibrated from this rest on, unless its primary has to be proven again.
         let purpose = if reopened {
@@ -67,10 +91,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             self.rest.evaluated(time);
         }
         for number in 1..UNITS {
-            self.evaluate_secondary(platform, number, fewest, (valid, purpose), time, report);
+            self.evaluate_secondary(platform, number, fewest, (trust, purpose), time, report);
         }
-        self.prove(platform, valid);
-        self.take_rest(platform, fewest, valid, time);
+        self.prove(platform, proven);
+        self.take_rest(platform, fewest, trust, time);
+        self.rest.end_evaluation();
     }
 
     fn purpose(&mut self, platform: &Platform<T, UNITS>, time: u64) -> Purpose {
@@ -85,13 +110,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         &mut self,
         platform: &Platform<T, UNITS>,
         fewest: u64,
-        valid: [bool; 2],
+        trust: PrimaryTrust,
         time: u64,
     ) -> Option<()> {
         if self.calibrations.iter().all(Option::is_none) {
             return None;
         }
-        let apart = SENSORS.map(|sensor| self.apart_at_rest(platform, sensor, fewest, valid));
+        let apart = SENSORS.map(|sensor| self.apart_at_rest(platform, sensor, fewest, trust.proven));
         let primary = self.rest_means.first()?;
         for calibration in self.calibrations.iter_mut().flatten() {
             let number = calibration.secondary();
@@ -100,7 +125,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 let rest = RestPair {
                     primary,
                     secondary,
-                    valid,
+                    valid: trust.valid,
                     shared: apart.map(|apart| shared(&apart, number)),
                 };
                 calibration.take_rest(time, platform.units().get(number)?, &rest, stored);
@@ -197,6 +222,66 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         })
     }
 
+    /// Sensors of the primary that others may be calibrated against: those that physics found right, and those without a
+    /// calibration of their own that are off by no more than their grade may be, and not alone.
+    #[inline(never)]
+    fn trusted(
+        &self,
+        platform: &Platform<T, UNITS>,
+        fewest: u64,
+        deviations: &[Option<Deviation<T>>; 2],
+        proven: [bool; 2],
+    ) -> [bool; 2] {
+        let mut trusted = proven;
+        for ((sensor, trusted), deviation) in SENSORS.into_iter().zip(&mut trusted).zip(deviations) {
+            let settings = &platform.settings().evaluation;
+            let unknown = settings.vector_check && !platform.calibration().is_known(sensor);
+            if let Some(deviation) = deviation.filter(|_| unknown && !*trusted) {
+                *trusted = deviation.value <= settings.uncalibrated.of(sensor)
+                    && self.shares_deviation(platform, sensor, fewest, deviation.value);
+            }
+        }
+        trusted
+    }
+
+    /// Whether the primary is not alone in what it is off by at this rest: most secondaries that were calibrated say what it
+    /// says; where none was, and there are more than one, one of them is off by half as much.
+    fn shares_deviation(
+        &self,
+        platform: &Platform<T, UNITS>,
+        sensor: Sensor,
+        fewest: u64,
+        deviation: T,
+    ) -> bool {
+        let settings = &platform.settings().evaluation;
+        let most = settings.thresholds.secondary.of(sensor).least();
+        let (mut alike, mut not, mut off) = (0_u32, 0_u32, false);
+        for number in 1..UNITS {
+            let at_rest = self.rest_means.get(number).map_or(0, RestMean::windows);
+            let sound = self.health.get(number).is_some_and(Health::is_sound);
+            let stored = self.stored.get(number).map(|stored| sensor.of(stored));
+            let Some(stored) = stored.filter(|_| sound && u64::from(at_rest) >= fewest.max(1)) else {
+                continue;
+            };
+            if stored.calibrated && !stored.stale {
+                let apart = self.apart_from_primary(platform, sensor, number);
+                let agrees = apart.is_some_and(|apart| apart.length() <= most);
+                alike += u32::from(agrees);
+                not += u32::from(!agrees);
+            } else if UNITS > 2 {
+                let own = self
+                    .at_rest_said(platform, number)
+                    .map(|own| sensor.of(&own).abs());
+                off |= own.is_some_and(|own| own >= deviation * real(AS_WELL));
+            }
+        }
+        if alike + not > 0 {
+            alike > 0 && alike >= not
+        } else {
+            off
+        }
+    }
+
     /// Pairs with a primary that turned out invalid are worth nothing.
     fn abandon_if_primary_invalid(
         &mut self,
@@ -225,7 +310,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         platform: &Platform<T, UNITS>,
         number: usize,
         fewest: u64,
-        (primary_valid, purpose): ([bool; 2], Purpose),
+        (trust, purpose): (PrimaryTrust, Purpose),
         time: u64,
         report: Report<'_, T>,
     ) -> Option<()> {
@@ -236,12 +321,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return None;
         }
-        let [force_valid, _] = primary_valid;
+        let (primary_valid, [force_proven, _]) = (trust.valid, trust.proven);
         let force = Sensor::Accelerometer;
         let up = platform.calibration().correct(force, &force.triad(&primary));
-        let points = force_valid && primary_healthy && platform.primary_axes().complete(force);
+        let points = force_proven && primary_healthy && platform.primary_axes().complete(force);
         let up = unit_beyond(&up, T::default_epsilon()).filter(|_| points);
         let comparable = platform.comparable(unit);
+        // What others say as well, each calibrated by itself, is the primary's.
+        let shared = SENSORS.map(|sensor| self.is_shared(platform, sensor, number));
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
@@ -261,7 +348,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let shown = unit.axes.within(&comparable, sensor) || !settings.evaluation.vector_check;
             let shown = shown && comparable.any(sensor);
             let mut tell = |check, deviation: &Deviation<T>| {
-                *exceeded |= deviation.exceeds() && (shown || check == Check::Vector);
+                // Beside a primary that is off itself, its difference from it counts.
+                let counts = match check {
+                    Check::Norm => shown && !trust.is_relative(sensor),
+                    Check::Vector => true,
+                };
+                *exceeded |= deviation.exceeds() && counts;
                 if purpose == Purpose::Health {
                     return;
                 }
@@ -283,7 +375,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             if settings.evaluation.vector_check && valid && primary_healthy && comparable.any(sensor) {
                 let deviation = secondary.vector(&sensor.triad(&primary), &settings.evaluation);
                 tell(Check::Vector, &deviation);
-                *sensor.of_mut(&mut apart) = Some(deviation);
+                *sensor.of_mut(&mut apart) = Some(deviation).filter(|_| !*sensor.of(&shared));
             }
         }
         let findings = Findings {

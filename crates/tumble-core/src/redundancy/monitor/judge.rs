@@ -47,13 +47,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         report: Report<'_, T>,
     ) {
         let settings = platform.settings();
-        let length = seconds(settings.window);
+        let span = self.window_length(platform);
+        let length = seconds(span);
         let mut readings = [None; UNITS];
         self.readings(platform, window, length, &mut readings);
         let set = SetWindow {
             units: &readings,
             number: window,
-            span: settings.window,
+            span,
             steps: &self.steps,
             mounted: platform.units(),
             length,
@@ -203,7 +204,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         };
         let unfound = |sensor: Sensor| {
             if sensor.of(&set.known).contains(number) {
-                return T::zero();
+                // What is stored has aged by up to what triggers, until a rest has shown by how much.
+                let aged = if sensor.of(stored).aged {
+                    platform
+                        .settings()
+                        .evaluation
+                        .thresholds
+                        .secondary
+                        .of(sensor)
+                        .least()
+                } else {
+                    T::zero()
+                };
+                return aged * aged;
             }
             let most = platform.settings().plausible_at_rest(sensor, false);
             most * most
@@ -287,10 +300,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
 
     /// `|f| - g` and `|w|` of a unit over this rest.
     fn at_rest(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
-        let at_rest = self
-            .rest_means
+        self.rest_means
             .get(number)
             .filter(|at_rest| at_rest.windows() >= RESTED)?;
+        self.at_rest_said(platform, number)
+    }
+
+    /// The same however long the rest is.
+    pub(super) fn at_rest_said(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
+        let at_rest = self.rest_means.get(number)?;
         let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
         let force = said(Sensor::Accelerometer)?.length() - platform.settings().evaluation.gravity;
         Some([force, said(Sensor::Gyroscope)?.length()])

@@ -14,7 +14,8 @@ mod witness;
 
 use nalgebra::Vector3;
 
-use crate::real::Real;
+use crate::real::{Real, SECOND, whole_spans};
+use crate::redundancy::components::difference;
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::judgement::Judge;
@@ -47,6 +48,13 @@ crate::vocabulary! {
     }
 }
 
+/// First samples of a unit that show how far apart they are, and the mark of a unit that is quick enough.
+const FIRST_SAMPLES: u8 = 16;
+const QUICK: u8 = u8::MAX;
+
+/// Most windows of the settings that make one.
+const LONGEST_WINDOW: u8 = 20;
+
 /// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `WITNESSED` is 1 where
 /// witnesses from outside are heard, 0 where there are none, which takes 800 bytes less of a set of three.
@@ -63,6 +71,10 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITN
     stored: [[StoredCalibration<T>; 2]; UNITS],
     calibrations: [Option<CalibrationRun<T>>; AT_ONCE],
     latest_window: Option<u64>,
+    /// How many windows of the settings one is.
+    stretch: u8,
+    /// First samples of each unit that came so slowly that windows have to be longer; [`QUICK`] once one did not.
+    slow: [u8; UNITS],
     known_healthy: [bool; UNITS],
     selection: Selection,
     lever_arm_correction: LeverArmCorrection<T>,
@@ -94,6 +106,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             stored: [[StoredCalibration::nothing(); 2]; UNITS],
             calibrations: [None; AT_ONCE],
             latest_window: None,
+            stretch: 1,
+            slow: [0; UNITS],
             known_healthy: [true; UNITS],
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
@@ -196,6 +210,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             });
             usable = health.push(&sample, &unit.axes, &unit.range, settings);
             speaks = health.speaks();
+            self.lengthen_windows(platform, number, now, report);
             self.integrate(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
@@ -213,6 +228,57 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         Some(output)
     }
 
+    /// Length of the windows, microseconds: that of the settings, or a multiple of it where a unit is slower.
+    pub fn window_length(&self, platform: &Platform<T, UNITS>) -> u64 {
+        platform.settings().window.saturating_mul(self.stretch.into())
+    }
+
+    /// Whole windows in a span of microseconds.
+    fn windows(&self, platform: &Platform<T, UNITS>, span: u64) -> u64 {
+        whole_spans(span, self.window_length(platform)).0
+    }
+
+    /// Makes windows longer where all first samples of a unit were so far apart that it would complete none, or few.
+    fn lengthen_windows(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        now: u64,
+        report: Report<'_, T>,
+    ) -> Option<()> {
+        let slow = self.slow.get_mut(number)?;
+        if *slow == QUICK {
+            return None;
+        }
+        let wanted = u64::from(self.clock.interval(number)).saturating_mul(5) / 4;
+        if wanted == 0 {
+            return None;
+        }
+        let length = platform.settings().window.saturating_mul(self.stretch.into());
+        *slow = if wanted > length { *slow + 1 } else { QUICK };
+        if *slow < FIRST_SAMPLES {
+            return None;
+        }
+        *slow = QUICK;
+        // Every other second is kept from fits, so that a second has to be a whole number of windows.
+        let window = platform.settings().window;
+        let fits = |times: &u8| {
+            let length = window.saturating_mul((*times).into());
+            length >= wanted && length <= SECOND && whole_spans(SECOND, length).1 == 0
+        };
+        self.stretch = (self.stretch..=LONGEST_WINDOW).find(fits)?;
+        if self.rest.is_resting() {
+            report(Event {
+                time: now,
+                unit: 0,
+                kind: EventKind::RestEnded,
+            });
+        }
+        self.begin_windows(now, report);
+        self.rest.lengthen();
+        Some(())
+    }
+
     #[inline(never)]
     fn integrate(
         &mut self,
@@ -222,7 +288,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         usable: [bool; 2],
         report: Report<'_, T>,
     ) {
-        let length = platform.settings().window;
+        let length = self.window_length(platform);
         // Pairs alone need them.
         if number == 0 && self.calibrations.iter().any(Option::is_some) {
             let products = products(platform.calibration(), &sample.angular_rate);
@@ -273,7 +339,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         });
     }
 
-    fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
+    /// Windows begin anew.
+    #[cold]
+    #[inline(never)]
+    fn begin_windows(&mut self, time: u64, report: Report<'_, T>) {
         self.histories = [WindowHistory::new(); UNITS];
         self.products = WindowHistory::new();
         self.rest_means = [RestMean::new(); UNITS];
@@ -281,12 +350,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
         self.judge.restart_time();
+        for slot in &mut self.calibrations {
+            abandon(slot, time, Abandoned::TimeJumped, report);
+        }
+    }
+
+    fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
+        self.begin_windows(time, report);
         self.selection.restart_time();
         for health in &mut self.health {
             health.restart_time(time);
-        }
-        for slot in &mut self.calibrations {
-            abandon(slot, time, Abandoned::TimeJumped, report);
         }
         report(Event {
             time,
@@ -438,6 +511,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         }
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
         compensate(sensor, unit, stored, calibration, readings);
+        for reading in readings {
+            *reading = difference(reading, &sensor.of(stored).trimmed);
+        }
         Some(())
     }
 

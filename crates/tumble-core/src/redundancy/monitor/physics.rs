@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::products::Length;
-use crate::real::{Real, real};
-use crate::redundancy::components::{difference, larger};
-use crate::redundancy::evaluation::{Deviation, SecondaryAtRest};
+use crate::real::{Real, count, real, seconds};
+use crate::redundancy::components::{difference, scaled, sum};
+use crate::redundancy::evaluation::{Deviation, SecondaryAtRest, across};
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::monitor::Monitor;
@@ -16,9 +16,6 @@ use crate::redundancy::unit_set::UnitSet;
 
 /// Share of what a secondary is off by that a primary may be which is believed beside it.
 const MUCH_LESS: f64 = 0.5;
-
-/// Share of drift within specification that is not trimmed: what a unit is off by as it is switched on may go again.
-const UNTRIMMED: f64 = 0.25;
 
 /// What a secondary is off by at a rest.
 struct Off<T: Real> {
@@ -44,6 +41,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             return false;
         }
         let first = self.rest.meet();
+        self.drift_on();
         let mut reopened = false;
         for (sensor, deviation) in SENSORS.into_iter().zip(deviations) {
             let fault = self.health.first().and_then(|health| health.fault());
@@ -51,17 +49,31 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let Some(primary) = deviation.filter(|deviation| believed && !deviation.exceeds()) else {
                 continue;
             };
+            let common = self.common_across(platform, sensor);
             let mut contradicted = UnitSet::default();
             for number in 1..UNITS {
                 let off = self.off_at_rest(platform, sensor, number, fewest);
                 let Some(off) = off else { continue };
-                if self.place(platform, sensor, number, &off, &primary, first) {
+                if self.place(platform, sensor, number, &off, (&primary, &common), first) {
                     contradicted.insert(number);
                 }
             }
             reopened |= self.reopen(platform, sensor, fewest, contradicted);
         }
         reopened
+    }
+
+    /// What calibrated units may have drifted by since the latest rest.
+    fn drift_on(&mut self) {
+        let Some(passed) = self.rest.since_latest(self.clock.now().unwrap_or(0)) else {
+            return;
+        };
+        let passed = seconds::<T>(passed);
+        for stored in self.stored.iter_mut().skip(1) {
+            for (sensor, stored) in SENSORS.into_iter().zip(stored) {
+                stored.drift(sensor, passed);
+            }
+        }
     }
 
     /// Where no rest comes, a secondary that was never calibrated is known once it has said in motion what the primary says, to
@@ -125,13 +137,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         sensor: Sensor,
         number: usize,
         off: &Off<T>,
-        primary: &Deviation<T>,
+        (primary, common): (&Deviation<T>, &Vector3<T>),
         first: bool,
     ) -> bool {
         let by_physics = off
             .physics
             .is_some_and(|own| own.exceeds() && primary.value < own.value * real(MUCH_LESS)); // judgement.md, eq. 25
         let (siblings, alike) = self.siblings(platform, sensor, number);
+        let alike = alike || self.is_shared(platform, sensor, number);
         let by_primary = first && off.primary.exceeds() && !(siblings && alike);
         if by_physics || by_primary {
             self.make_stale(sensor, number, by_physics || siblings);
@@ -145,15 +158,83 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             .get_mut(number)
             .map(|stored| &mut sensor.of_mut(stored).stale);
         let was_stale = stale.is_some_and(core::mem::take);
-        if first || was_stale {
-            let kept = platform.settings().health.tolerated.of(sensor) * real(UNTRIMMED);
-            let apart = self.apart_from_primary(platform, sensor, number);
+        self.trim(platform, (sensor, number), common, first || was_stale);
+        false
+    }
+
+    /// What calibrated secondaries say beyond the primary at this rest, on average, as far as physics does not say that the
+    /// primary is right: across gravity. Zero where there are not two of them.
+    fn common_across(&self, platform: &Platform<T, UNITS>, sensor: Sensor) -> Vector3<T> {
+        let (mut total, mut number_of) = (Vector3::zeros(), 0_u32);
+        for number in 1..UNITS {
+            let sound = self.health.get(number).is_some_and(Health::is_sound);
+            let stored = self.stored.get(number).map(|stored| sensor.of(stored));
+            let known = stored.is_some_and(|stored| stored.calibrated && !stored.stale);
+            let apart = self
+                .apart_from_primary(platform, sensor, number)
+                .filter(|_| sound && known);
             if let Some(apart) = apart {
-                let beyond = larger(T::zero(), T::one() - kept / larger(kept, apart.length()));
-                self.judge.trim(sensor, number, &(apart * beyond));
+                total = sum(&total, &apart);
+                number_of += 1;
             }
         }
-        false
+        let up = self
+            .rest_means
+            .first()
+            .map(|at_rest| sensor.triad(at_rest.mean()));
+        match (sensor, up) {
+            (Sensor::Accelerometer, Some(up)) if number_of > 1 => {
+                across(&scaled(&total, T::one() / count(number_of)), &up)
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// Brings what a calibrated secondary says to what the primary says at this rest, as far as it can be known from one
+    /// (docs/theory/judgement.md, eq. 27).
+    fn trim(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        (sensor, number): (Sensor, usize),
+        common: &Vector3<T>,
+        anew: bool,
+    ) -> Option<()> {
+        let fresh = self.rest.is_fresh();
+        let sound = [0, number]
+            .iter()
+            .all(|unit| self.health.get(*unit).is_some_and(Health::is_sound));
+        if !(fresh || anew) || !sound || self.judge.is_disputed(sensor) {
+            return None;
+        }
+        let apart = self.apart_from_primary(platform, sensor, number)?;
+        // What all share is the primary's own drift; of what was stored before, all of it is likelier to be theirs.
+        let apart = if anew { apart } else { difference(&apart, common) };
+        let stored = sensor.of_mut(self.stored.get_mut(number)?);
+        let change = stored.trim(sensor, &apart);
+        self.judge.trimmed(sensor, number, &change, anew);
+        Some(())
+    }
+
+    /// Whether other calibrated secondaries are from the primary as this one is, by more than any calibration could find.
+    pub(super) fn is_shared(&self, platform: &Platform<T, UNITS>, sensor: Sensor, number: usize) -> bool {
+        let own = self.apart_from_primary(platform, sensor, number);
+        let calibrated = |number: usize| {
+            self.stored
+                .get(number)
+                .is_some_and(|stored| sensor.of(stored).calibrated)
+        };
+        let least = platform.settings().plausible_at_rest(sensor, false);
+        let Some(own) = own.filter(|own| calibrated(number) && own.length() > least) else {
+            return false;
+        };
+        let alike = |other: usize| {
+            let apart = self.apart_from_primary(platform, sensor, other);
+            other != number
+                && calibrated(other)
+                && apart
+                    .is_some_and(|apart| difference(&own, &apart).length() < own.length() * real(MUCH_LESS))
+        };
+        (1..UNITS).any(alike)
     }
 
     /// Whether there are other calibrated secondaries, and whether all of them say what this one does.
@@ -178,7 +259,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     }
 
     /// What a secondary says at this rest beyond the primary, in its axes, m/s^2 or rad/s.
-    fn apart_from_primary(
+    pub(super) fn apart_from_primary(
         &self,
         platform: &Platform<T, UNITS>,
         sensor: Sensor,
@@ -225,7 +306,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 .is_some_and(|stored| !sensor.of(stored).stale);
             off.is_some_and(|off| known && off.primary.exceeds())
         };
-        if (1..UNITS).any(against) {
+        // Who differs from the primary only where physics says nothing is outnumbered by those that physics contradicts.
+        if UnitSet::of::<UNITS>(|number| number != 0 && against(number)).count() >= contradicted.count() {
             return false;
         }
         self.acquit(sensor, 0);

@@ -26,12 +26,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         report: Report<'_, T>,
     ) {
         let settings = platform.settings();
-        let time = window.saturating_add(1).saturating_mul(settings.window);
+        let length = self.window_length(platform);
+        let time = window.saturating_add(1).saturating_mul(length);
         self.judge(platform, window, time, report);
         let still = self.is_still(platform, window);
         match self
             .rest
-            .push(still, settings.windows(settings.evaluation.rest_settle))
+            .push(still, whole_spans(settings.evaluation.rest_settle, length).0)
         {
             RestTransition::Moving if still => {}
             RestTransition::Moving => self.rest_means.iter_mut().for_each(RestMean::end),
@@ -70,7 +71,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             self.compensated(platform, number, sensor, &sensor.triad(&means.mean))
         };
         let (earlier, w) = (said(Sensor::Gyroscope, before)?, said(Sensor::Gyroscope, means)?);
-        let change = (w - earlier) / seconds::<T>(platform.settings().window);
+        let change = (w - earlier) / seconds::<T>(self.window_length(platform));
         let arm = lever_arm(unit, stored);
         Some(Compensated {
             specific_force: said(Sensor::Accelerometer, means)?
@@ -111,16 +112,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         if self.calibrations.iter().all(Option::is_none) {
             return None;
         }
-        let settings = platform.settings();
+        let (settings, length) = (platform.settings(), self.window_length(platform));
         let readings = self.histories.first()?.pair(window)?;
         let products = self.products.pair(window);
         let axes = platform.primary_axes();
-        let primary = products.map(|products| {
-            PrimaryMeans::of(&axes, platform.calibration(), readings, products, settings.window)
-        });
+        let primary = products
+            .map(|products| PrimaryMeans::of(&axes, platform.calibration(), readings, products, length));
         let usable = both(readings.0.usable, readings.1.usable);
         // The later window may lie in the next second, of which the pair would then be a part as well.
-        let second = |window: u64| whole_spans(window * settings.window, SECOND).0;
+        let second = |window: u64| whole_spans(window * length, SECOND).0;
         let within = second(window.checked_sub(1)?) == second(window);
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
@@ -147,7 +147,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             if let Some((before, now)) = history.pair(window).filter(|_| within) {
                 let pair = MotionPair::of(unit, primary, &before.triangle(now));
                 let usable = both(usable, both(before.usable, now.usable));
-                calibration.take(window * settings.window, &pair, usable, stored);
+                calibration.take(window * length, &pair, usable, stored);
             }
         }
         Some(())
@@ -156,7 +156,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     /// Ends the collection where a calibration has all it needs, or no time left.
     #[inline(never)]
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
-        let settings = platform.settings();
+        let (settings, length) = (platform.settings(), self.window_length(platform));
+        let fewest = settings.fewest_pairs(length);
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
@@ -167,7 +168,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 abandon(slot, time, Abandoned::Disputed, report);
                 continue;
             }
-            match calibration.check(time, &settings.collection, settings.window) {
+            match calibration.check(time, &settings.collection, (length, fewest)) {
                 CalibrationProgress::GoesOn => {}
                 CalibrationProgress::Abandoned(why) => {
                     abandon(slot, time, why, report);

@@ -20,6 +20,11 @@ pub struct RestState {
     passed: u16,
     /// Whether a rest was evaluated.
     met: bool,
+    /// Whether it has moved after a rest.
+    has_moved: bool,
+    /// Whether this rest was, and when one was the last time, microseconds.
+    fresh: bool,
+    latest: Option<u64>,
 }
 
 /// Windows in succession without a rest after which none is waited for, and windows of any kind.
@@ -70,6 +75,9 @@ impl RestState {
             moved: 0,
             passed: 0,
             met: false,
+            has_moved: false,
+            fresh: true,
+            latest: None,
         }
     }
 
@@ -88,6 +96,25 @@ impl RestState {
         !core::mem::replace(&mut self.met, true)
     }
 
+    /// Whether this rest was not evaluated before.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
+    }
+
+    /// A rest was evaluated to the end.
+    pub fn end_evaluation(&mut self) {
+        self.fresh = false;
+    }
+
+    /// Time since the rest before was evaluated, microseconds; `None` of another evaluation of this one, and of the first.
+    pub fn since_latest(&mut self, now: u64) -> Option<u64> {
+        if !self.fresh {
+            return None;
+        }
+        let before = self.latest.replace(now)?;
+        Some(now.saturating_sub(before))
+    }
+
     /// The platform was still over one more window, or was not.
     pub fn push(&mut self, still: bool, settle_windows: u64) -> RestTransition {
         self.passed = self.passed.saturating_add(1);
@@ -100,6 +127,7 @@ impl RestState {
         if !still {
             self.windows = 0;
             return if core::mem::take(&mut self.announced) {
+                self.has_moved = true;
                 RestTransition::Ended
             } else {
                 RestTransition::Moving
@@ -114,6 +142,7 @@ impl RestState {
         }
         self.announced = true;
         self.tried = false;
+        self.fresh = true;
         RestTransition::Began
     }
 
@@ -182,12 +211,19 @@ impl RestState {
         self.tried = true;
     }
 
+    /// Windows are longer from now on: units that said nothing until now do. Before it has moved, rests begin anew.
+    pub fn lengthen(&mut self) {
+        self.evaluated = None;
+        self.met &= self.has_moved;
+        (self.moved, self.passed) = (0, 0);
+    }
+
     /// The common clock jumped to this time.
     pub fn restart_time(&mut self, time: u64) {
         self.windows = 0;
         self.announced = false;
-        if let Some(evaluated) = &mut self.evaluated {
-            *evaluated = time;
+        for latest in [&mut self.evaluated, &mut self.latest].into_iter().flatten() {
+            *latest = time;
         }
     }
 }

@@ -71,6 +71,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                     let factory = factory_error(sensor, &unit.axes, &error, residual, settings);
                     let stored = sensor.of_mut(stored);
                     stored.replace(error, residual, record.sequence, factory);
+                    stored.age(sensor);
                     stored.matrix_shown = record.shows_matrix();
                     stored.place_sigma = record.lever_arm_sigma.length();
                     stored.followed = record.followed;

@@ -31,6 +31,8 @@ pub struct TrialData<'a, T: Real> {
     pub settings: &'a RedundancySettings<T>,
     /// The rest before.
     pub rest: RestReadings<T>,
+    /// Fewest pairs.
+    pub fewest: u32,
     /// Noise of the primary.
     pub noise: PrimaryNoise<T>,
     /// Rests that count beside the pairs.
@@ -213,7 +215,7 @@ impl<T: Real> Trial<T> {
 
 impl<T: Real> TrialData<'_, T> {
     fn are_enough(&self) -> Result<(), AdoptionRefusal<T>> {
-        let needed = self.settings.collection.fewest_pairs;
+        let needed = self.fewest;
         let pairs = self.all.samples();
         if pairs < needed || self.fitted.samples() == 0 || self.held_out.samples() == 0 {
             return Err(AdoptionRefusal::TooFewPairs { pairs, needed });

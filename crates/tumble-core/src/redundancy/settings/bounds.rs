@@ -21,6 +21,14 @@ impl<T: Real> RedundancySettings<T> {
                 self.evaluation.thresholds.rest_scatter.angular_rate,
             ),
             ("gravity", self.evaluation.gravity),
+            (
+                "uncalibrated_specific_force",
+                self.evaluation.uncalibrated.specific_force,
+            ),
+            (
+                "uncalibrated_angular_rate",
+                self.evaluation.uncalibrated.angular_rate,
+            ),
             ("motion_specific_force", self.collection.motion.specific_force),
             ("motion_angular_rate", self.collection.motion.angular_rate),
             ("excitation_specific_force", self.fit.excitation.specific_force),

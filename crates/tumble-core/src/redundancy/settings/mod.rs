@@ -110,6 +110,8 @@ pub struct EvaluationSettings<T: Real> {
     pub vector_check: bool,
     /// Whose deviations count.
     pub gate: Gate,
+    /// Deviation at rest up to which secondaries are calibrated relative to a primary without a calibration of its own.
+    pub uncalibrated: ForceAndRate<T>,
 }
 
 /// How pairs are collected in motion.
@@ -274,13 +276,14 @@ impl<T: Real> Default for RedundancySettings<T> {
                 data: Data::Compensated,
                 vector_check: true,
                 gate: Gate::WholePrimary,
+                uncalibrated: both(0.8, 0.1),
             },
             collection: CollectionSettings {
                 scope: Scope::AllSensors,
                 motion: both(0.5, 0.2),
                 motion_timeout: 300 * SECOND,
                 collect: 30 * SECOND,
-                collect_timeout: 600 * SECOND,
+                collect_timeout: 300 * SECOND,
                 fewest_pairs: 200,
             },
             fit: FitSettings {
@@ -310,6 +313,13 @@ impl<T: Real> RedundancySettings<T> {
     /// Whole windows in a span of microseconds.
     pub fn windows(&self, span: u64) -> u64 {
         whole_spans(span, self.window).0
+    }
+
+    /// Fewest pairs of a fit over windows of a length, microseconds, that cover as much time as those of the settings do.
+    pub fn fewest_pairs(&self, window: u64) -> u32 {
+        let pairs = u64::from(self.collection.fewest_pairs);
+        let fewest = whole_spans(pairs.saturating_mul(self.window), window.max(1)).0;
+        u32::try_from(fewest).unwrap_or(u32::MAX)
     }
 
     /// Whether a secondary can exceed a threshold of deviation before it is refuted: else nothing would ever be calibrated.
