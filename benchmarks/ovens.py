@@ -6,11 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from tumble import _core
 from tumble.foundation.recording import FloatArray, Recording
 
 SECONDS, RATE = 3600.0, 2.0
 SCATTER = 5e-3
 """m/s^2 a sample."""
+GYROSCOPE_SCATTER = 3e-4
+"""rad/s a sample."""
 LOOPS = {"lens": (0.09, 0.06), "constant": (0.03, 0.03), "none": (0.0, 0.0)}
 """Largest and mean difference of warming and cooling of accelerometer z, m/s^2."""
 SHAPES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
@@ -29,12 +32,14 @@ def oven(
     bias: Sequence[float] = (0.1, 0.05, -0.2),
     gyroscope: float = 0.05,
     jump: float = 0.0,
+    wander: float = 0.0,
 ) -> Recording:
     """Simulates a unit that warms from -10 to 60 degC and cools again at an even pace.
 
     `loop` is that of accelerometer z, `lag` the time constant of the thermometer, s. `bias` is the drift of
     the accelerometer over half the range, m/s^2, and `jump` a step of it; the gyroscope drifts `gyroscope`
-    times as much, rad/s.
+    times as much, rad/s. `wander` is the bias instability of each axis over its white noise,
+    1/sqrt(s).
     """
     rng = np.random.default_rng(seed)
     time = np.arange(round(SECONDS * RATE)) / RATE
@@ -48,10 +53,16 @@ def oven(
     if lag:
         for k in range(1, len(reading)):
             reading[k] = reading[k - 1] + (temperature[k] - reading[k - 1]) / (lag * RATE)
+    scatter = np.array([SCATTER] * 3 + [GYROSCOPE_SCATTER] * 3)
+    noise = scatter * np.hstack([rng.normal(size=drift.shape), rng.normal(size=drift.shape)])
+    if wander:
+        density = scatter / np.sqrt(RATE)
+        terms = np.column_stack([0 * density, density, wander * density, 0 * density, 0 * density])
+        noise = _core.StillNoise(seed, terms, RATE, len(time)).draw(len(time))
     return Recording.from_arrays(
         "oven",
         time,
-        drift + [0.0, 0.0, 9.8] + SCATTER * rng.normal(size=drift.shape),
-        gyroscope * x[:, None] * np.array(bias) + 3e-4 * rng.normal(size=drift.shape),
+        drift + [0.0, 0.0, 9.8] + noise[:, :3],
+        gyroscope * x[:, None] * np.array(bias) + noise[:, 3:],
         temperature=reading,
     )

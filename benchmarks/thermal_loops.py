@@ -20,6 +20,10 @@ BASE_SEED = 27_700
 AXIS = "accelerometer z"
 LAG = 60.0
 """s."""
+WANDERS = (0.15, 0.6)
+"""Bias instability over white noise density, 1/sqrt(s)."""
+COVERAGE = (0.93, 1.0)
+MOST_FALSE_LAGS = 0.05
 
 
 def against(found: Sequence[Parameter], truth: float) -> Content:
@@ -58,6 +62,18 @@ def lags(shape: str, lag: float, sessions: int) -> Content:
     return row | (against(observable, lag) if observable else {})
 
 
+def wandering(wander: float, sessions: int) -> Content:
+    """How often a lag is found where there is none and biases wander."""
+    found = [tumble.thermal(oven(BASE_SEED + k, wander=wander)) for k in range(sessions)]
+    observable = [each.lag for each in found if each.lag.observable]
+    return {
+        "wander": wander,
+        "sessions": sessions,
+        "lags": len(observable),
+        "largest": max((abs(lag.value) for lag in observable), default=0.0),
+    }
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Runs the benchmark from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -69,6 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "seeds": [BASE_SEED, BASE_SEED + options.sessions - 1],
         "loops": [loops(shape, options.sessions) for shape in LOOPS],
         "lags": [lags(shape, LAG, options.sessions) for shape in ("none", "lens", "constant")],
+        "wandering": [wandering(each, options.sessions) for each in WANDERS],
     }
     console = Console()
     console.print(content)

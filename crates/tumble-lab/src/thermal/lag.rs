@@ -54,6 +54,13 @@ impl Lagging {
     }
 }
 
+/// Loop of a channel that was chosen beside a lag.
+#[derive(Clone, Copy)]
+struct Choice {
+    likelihood: f64,
+    has_loop: bool,
+}
+
 struct Candidates<'a> {
     data: &'a ThermalBlocks,
     whitening: &'a Whitening,
@@ -62,8 +69,8 @@ struct Candidates<'a> {
 
 /// Lag of the thermometer, fitted before hysteresis is: alone, and beside loops of any shape.
 ///
-/// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that remain beside
-/// it are hysteresis. One axis and a steady ramp cannot separate the two. Axes whose bias does not depend on
+/// One time constant that explains the loops of several axes, or the shape of one, is a lag; loops that other axes have
+/// beside it are hysteresis. One axis and a steady ramp cannot separate the two. Axes whose bias does not depend on
 /// temperature show no lag. None as well where one leg is missing.
 pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Lagging {
     let design = Design::new(whitening, &data.blocks, reference_of(&data.blocks));
@@ -82,9 +89,8 @@ pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[
         return Lagging::None;
     }
     let without_loops = of.likelihoods(0.0, 0);
-    let with_loops = of.likelihoods(0.0, KNOTS);
     let constant_loops = of.likelihoods(0.0, 1);
-    let alone = of.most_likely(0);
+    let alone = of.most_likely(|lag| sum(&of.likelihoods(lag, 0)));
     if let Some((lag, likelihood)) = alone {
         let beside: f64 = sum(&of.likelihoods(lag.value, 1)) - likelihood;
         // Where it turns, a first-order lag is no line: what remains of that is little beside what a lag explains.
@@ -97,18 +103,17 @@ pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[
             }
             let pairs = without_loops.iter().zip(&constant_loops);
             let loops = pairs.filter(|(without, with)| *with - *without > CLEARLY).count();
-            let better = likelihood > sum(&constant_loops) + CLEARLY;
-            return if loops >= AGREEING || better {
+            let alone = of.loops_alone(&constant_loops);
+            return if loops >= AGREEING || likelihood > alone + CLEARLY {
                 Lagging::Shown(lag)
+            } else if alone > likelihood + CLEARLY {
+                Lagging::None
             } else {
                 Lagging::OrHysteresis(lag)
             };
         }
     }
-    match of.most_likely(KNOTS) {
-        Some((lag, likelihood)) if likelihood > sum(&with_loops) + CLEARLY => Lagging::Shown(lag),
-        _ => Lagging::None,
-    }
+    of.beside_loops(&without_loops)
 }
 
 impl Candidates<'_> {
@@ -125,16 +130,73 @@ impl Candidates<'_> {
         self.channels.par_iter().map(of_channel).collect()
     }
 
+    /// The lag on which axes agree that have no loop beside it, whatever the loops of the others; none where fewer than two do.
+    ///
+    /// A loop of any shape takes up all of a lag on a steady ramp but what shows where it turns, so that an axis with a loop says
+    /// next to nothing of a lag.
+    fn beside_loops(&self, without: &[f64]) -> Lagging {
+        let at_zero = self.simplest(0.0, without);
+        let sought = self.most_likely(|lag| sum_of(&self.simplest(lag, without)));
+        let Some((lag, _)) = sought.filter(|(_, most)| *most > sum_of(&at_zero) + CLEARLY) else {
+            return Lagging::None;
+        };
+        let pairs = at_zero.iter().zip(self.simplest(lag.value, without));
+        let freed = pairs.filter(|(before, after)| before.has_loop && !after.has_loop);
+        if freed.count() >= AGREEING {
+            Lagging::Shown(lag)
+        } else {
+            Lagging::None
+        }
+    }
+
+    /// Logarithm of the likelihood of loops without a lag: constants, or curves where these are worth their terms.
+    fn loops_alone(&self, constants: &[f64]) -> f64 {
+        let cost = 0.5 * (KNOTS - 1) as f64 * (self.data.blocks.len() as f64).ln();
+        let curves = self.likelihoods(0.0, KNOTS);
+        constants
+            .iter()
+            .zip(&curves)
+            .map(|(constant, curve)| constant.max(curve - cost))
+            .sum()
+    }
+
+    /// Of each channel its simplest loop beside a lag, and the likelihood less what the loop costs; `without` lag or loop.
+    fn simplest(&self, lag: f64, without: &[f64]) -> Vec<Choice> {
+        let plain = self.likelihoods(lag, 0);
+        let loops = [1, KNOTS].map(|terms| (terms, self.likelihoods(lag, terms)));
+        let blocks = self.data.blocks.len() as f64;
+        let choose = |channel: usize| {
+            let none = Choice {
+                likelihood: plain[channel],
+                has_loop: false,
+            };
+            let remains = REMAINING * (plain[channel] - without[channel]).max(0.0);
+            loops.iter().fold(none, |best, (terms, found)| {
+                let cost = (0.5 * *terms as f64 * blocks.ln()).max(CLEARLY) + remains; // eq. 16
+                let likelihood = found[channel] - cost;
+                if likelihood > best.likelihood {
+                    Choice {
+                        likelihood,
+                        has_loop: true,
+                    }
+                } else {
+                    best
+                }
+            })
+        };
+        (0..plain.len()).map(choose).collect()
+    }
+
     /// The lag under which all channels together are most likely, and that likelihood; None where it is at the edge.
-    fn most_likely(&self, hysteresis: usize) -> Option<(Lag, f64)> {
-        let likelihood = |lag: f64| sum(&self.likelihoods(lag, hysteresis)); // eq. 11
+    fn most_likely(&self, likelihood: impl Fn(f64) -> f64) -> Option<(Lag, f64)> {
+        // eq. 11
         let coarse: Vec<f64> = (-EACH_SIDE..=EACH_SIDE).map(coarse_lag).collect();
-        let best = best_of(&coarse, likelihood)?;
+        let best = best_of(&coarse, &likelihood)?;
         let step = (coarse[best.0 + 1] - coarse[best.0 - 1]) / f64::from(FINER);
         let fine: Vec<f64> = (0..=FINER)
             .map(|place| coarse[best.0 - 1] + step * f64::from(place))
             .collect();
-        let (place, [before, at, after]) = best_of(&fine, likelihood)?;
+        let (place, [before, at, after]) = best_of(&fine, &likelihood)?;
         let curvature = (before - 2.0 * at + after) / (step * step);
         let lag = Lag {
             value: fine[place] - 0.5 * (after - before) / (step * curvature),
@@ -165,6 +227,10 @@ fn has_drift(design: &Design, means: &[f64], most: &Terms) -> bool {
 
 fn sum(values: &[f64]) -> f64 {
     values.iter().sum()
+}
+
+fn sum_of(choices: &[Choice]) -> f64 {
+    choices.iter().map(|choice| choice.likelihood).sum()
 }
 
 fn coarse_lag(place: i32) -> f64 {
