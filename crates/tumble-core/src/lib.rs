@@ -19,6 +19,7 @@
 pub mod eigen;
 pub mod grade;
 pub mod gravity;
+pub mod mean_scatter;
 pub mod model;
 pub mod moments;
 pub mod noise;

@@ -7,6 +7,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::mean_scatter::MeanScatter;
 use crate::moments::RunningSums;
 use crate::noise::AllanLadder;
 use crate::pauses::{Bends, Interpolation, Pauses, SampleInterval};
@@ -30,6 +31,8 @@ pub struct SegmenterSettings<T: Real> {
     pub gap_intervals: u64,
     /// Settings of the detection of rest.
     pub stillness: StillnessSettings<T>,
+    /// Whether means of blocks may scatter by more than white noise makes them, as behind a low-pass; not where hands hold it.
+    pub slow_noise: bool,
 }
 
 impl<T: Real> Default for SegmenterSettings<T> {
@@ -40,6 +43,7 @@ impl<T: Real> Default for SegmenterSettings<T> {
             shortest_rest: 1_000_000,
             gap_intervals: 10,
             stillness: StillnessSettings::default(),
+            slow_noise: false,
         }
     }
 }
@@ -206,6 +210,9 @@ struct Resting<T: Real> {
 pub struct Segmenter<T: Real> {
     settings: SegmenterSettings<T>,
     stillness: Stillness<T>,
+    means: MeanScatter<T>,
+    /// Variance of the mean of a block beyond that of white noise.
+    coloured: Scatter<T>,
     state: SegmenterState<T>,
     turn: Option<Segment<T>>,
     sums: Option<RunningSums<T, CHANNELS>>,
@@ -232,6 +239,8 @@ impl<T: Real> Segmenter<T> {
         Self {
             settings,
             stillness: Stillness::new(settings.stillness),
+            means: MeanScatter::default(),
+            coloured: Scatter::zero(),
             state: SegmenterState::Moving,
             turn: None,
             sums: None,
@@ -390,19 +399,39 @@ impl<T: Real> Segmenter<T> {
                 .push(block.mean_rate(), block.duration(), pauses.fifth_powers());
         block.complete = !gap;
         let enough = sums.samples() >= self.settings.block_samples;
-        let quiet = enough && !gap && self.stillness.push(&block.moments);
+        if !enough || gap {
+            self.means.pause();
+        }
+        let quiet = enough && !gap && self.is_quiet(&block.moments);
         let segment = self.advance(&block, quiet);
         self.block_is_new = true;
         self.block = Some(block);
         segment
     }
 
+    /// Learns from a block what the noise is, and judges whether it is all there is of the block.
+    fn is_quiet(&mut self, block: &UnitMoments<T>) -> bool {
+        let quiet = self.stillness.push(block);
+        if !self.settings.slow_noise {
+            return quiet;
+        }
+        self.means.push(block.mean());
+        if let Some(floor) = self.stillness.floor() {
+            self.coloured = self.means.coloured(&floor, block.samples());
+        }
+        quiet
+            || self
+                .stillness
+                .is_quiet_beside(&Scatter::of(block), &self.coloured)
+    }
+
     /// One step of the machine: moving, settling, resting.
     fn advance(&mut self, block: &Segment<T>, quiet: bool) -> Option<FinishedSegment<T>> {
         let stays = quiet
-            && self
-                .level()
-                .is_some_and(|level| self.stillness.is_level(level, &block.moments));
+            && self.level().is_some_and(|level| {
+                self.stillness
+                    .is_level_beside(level, &block.moments, &self.coloured)
+            });
         match (&self.state, stays) {
             (SegmenterState::Resting(_), true) => self.rest_on(),
             (SegmenterState::Resting(resting), false) => {

@@ -54,6 +54,14 @@ pub struct Scatter<T: Real> {
 }
 
 impl<T: Real> Scatter<T> {
+    /// No scatter.
+    pub fn zero() -> Self {
+        Self {
+            specific_force: T::zero(),
+            angular_rate: T::zero(),
+        }
+    }
+
     /// Scatter of a run of samples.
     pub fn of(moments: &UnitMoments<T>) -> Self {
         let [fx, fy, fz, wx, wy, wz] = moments.variance();
@@ -113,31 +121,66 @@ impl<T: Real> Stillness<T> {
 
     /// Tests whether a scatter is that of the sensor's own noise.
     pub fn is_quiet(&self, scatter: &Scatter<T>) -> bool {
+        self.is_quiet_beside(scatter, &Scatter::zero())
+    }
+
+    /// The same where means of blocks scatter by a variance of their own: noise that is slower than a block.
+    pub fn is_quiet_beside(&self, scatter: &Scatter<T>, coloured: &Scatter<T>) -> bool {
         let Some(floor) = self.floor else {
             return false;
         };
         let limits = &self.settings;
-        let gate = |floor: T, smallest: T| floor * limits.variance_ratio + smallest * smallest;
-        scatter.specific_force <= gate(floor.specific_force, limits.smallest_specific_force_scatter)
-            && scatter.angular_rate <= gate(floor.angular_rate, limits.smallest_angular_rate_scatter)
+        let gate =
+            |floor: T, slow: T, smallest: T| (floor + slow) * limits.variance_ratio + smallest * smallest;
+        let force = gate(
+            floor.specific_force,
+            coloured.specific_force,
+            limits.smallest_specific_force_scatter,
+        );
+        let rate = gate(
+            floor.angular_rate,
+            coloured.angular_rate,
+            limits.smallest_angular_rate_scatter,
+        );
+        scatter.specific_force <= force && scatter.angular_rate <= rate
     }
 
     /// Tests whether a block is at the level of the rest it would join.
     pub fn is_level(&self, rest: &UnitMoments<T>, block: &UnitMoments<T>) -> bool {
+        self.is_level_beside(rest, block, &Scatter::zero())
+    }
+
+    /// The same where means of blocks scatter by a variance of their own: noise that is slower than a block.
+    pub fn is_level_beside(
+        &self,
+        rest: &UnitMoments<T>,
+        block: &UnitMoments<T>,
+        coloured: &Scatter<T>,
+    ) -> bool {
         let Some(floor) = self.floor else {
             return false;
         };
         let limits = &self.settings;
         let shorter = T::one() / count(block.samples().max(1)) + T::one() / count(rest.samples().max(1));
-        let within = |first: usize, variance: T, drift: T| {
+        let blocks = T::one() + count::<T>(block.samples().max(1)) / count(rest.samples().max(1));
+        let within = |first: usize, variance: T, slow: T, drift: T| {
             let apart = (first..first + 3).fold(T::zero(), |sum, i| {
                 let d = block.mean()[i] - rest.mean()[i];
                 sum + d * d
             });
-            apart.square_root() <= drift + limits.sigmas * (variance * shorter).square_root()
+            apart.square_root() <= drift + limits.sigmas * (variance * shorter + slow * blocks).square_root()
         };
-        within(0, floor.specific_force, limits.specific_force_drift)
-            && within(3, floor.angular_rate, limits.angular_rate_drift)
+        within(
+            0,
+            floor.specific_force,
+            coloured.specific_force,
+            limits.specific_force_drift,
+        ) && within(
+            3,
+            floor.angular_rate,
+            coloured.angular_rate,
+            limits.angular_rate_drift,
+        )
     }
 
     /// The floor is the mean over the quietest group of blocks: a minimum of single blocks would sit below the noise.

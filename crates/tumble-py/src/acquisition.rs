@@ -5,6 +5,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use tumble_core::real::seconds;
+use tumble_core::segmenter::SegmenterSettings;
 use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, RateGate};
 use tumble_lab::multipose::{BY_HAND, rest_settings};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
@@ -28,7 +29,10 @@ impl PyAcquisition {
     fn new(shortest_rest: f64, by_hand: bool, rates: Option<&str>, pace_sigma: f64) -> PyResult<Self> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let shortest = (shortest_rest * 1e6) as u64;
-        let acquisition = Acquisition::new(rest_settings(shortest, if by_hand { BY_HAND } else { 1.0 }));
+        let acquisition = Acquisition::new(SegmenterSettings {
+            slow_noise: !by_hand,
+            ..rest_settings(shortest, if by_hand { BY_HAND } else { 1.0 })
+        });
         Ok(Self {
             acquisition: Some(match rates {
                 None => acquisition,
