@@ -73,6 +73,7 @@ DATA = {
         "procedures",
         "services",
         "noise_terms",
+        "gravity",
         "printed",
         "debugging",
     ),
@@ -140,7 +141,7 @@ LAYERS: dict[str, set[str]] = {
     }
     | {"clock_skew", "debugging"},
     "gravity": {"errors", "constants", "_core"},
-    "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
+    "acquisition": DATA | {"calibration", "logs", "_core"},
     "procedure": DATA
     | {
         "lazy",
@@ -151,7 +152,6 @@ LAYERS: dict[str, set[str]] = {
         "poses",
         "logs",
         "live",
-        "gravity",
         "acquisition",
         "clock_skew",
     }

@@ -128,7 +128,10 @@ class Acquired:
     def trace(self) -> tuple[FloatArray, FloatArray, FloatArray]: ...
 
 class TurntableSettings:
-    """How to calibrate; latitude in rad; g-sensitivity None: where the residuals ask for it."""
+    """How to calibrate; latitude in rad; g-sensitivity None: where the residuals ask for it.
+
+    `gravity_sigma` in m/s^2 is 0 where scale is relative to gravity.
+    """
 
     def __init__(
         self,
@@ -138,6 +141,7 @@ class TurntableSettings:
         latitude: float | None = None,
         g_sensitivity: bool | None = None,
         commanded: tuple[list[float], float] | None = None,
+        gravity_sigma: float = 0.0,
     ) -> None: ...
 
 class ReferenceFigures(TypedDict, total=False):
@@ -190,6 +194,8 @@ class TriadFigures(TypedDict, total=False):
     values: list[float]
     sigmas: list[float]
     inherited_sigmas: list[float]
+    drift: FloatArray
+    drift_sigma: FloatArray
     rank: int
     widened: float
     variance_freedom: float
@@ -345,6 +351,7 @@ def multipose_of(
     sections: list[tuple[str, int, int]] = ...,
     pace_sigma: float = 0.0,
     stamp_sigma: float = 0.0,
+    gravity_sigma: float = 0.0,
 ) -> MultiposeFigures: ...
 def held_rests(
     time: FloatArray, force: FloatArray, rate: FloatArray, shortest: float

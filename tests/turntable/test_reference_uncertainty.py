@@ -105,9 +105,9 @@ def test_file_and_summary_keep_the_share_of_the_reference_apart(tmp_path):
     logs = write(simulate(38), tmp_path)
     graded = calibrated(*logs, "--reference-grade", "industrial", "-o", tmp_path / "out")
     assert "stated of its accelerometer and gyroscope by its grade industrial" in graded.text
-    assert "of reference" in (tmp_path / "out/target_1.html").read_text("utf-8")
+    assert "in common" in (tmp_path / "out/target_1.html").read_text("utf-8")
     row = rows(tmp_path / "out")["target_1"]
-    of_reference = float(row["sigma of reference gyroscope scale x"])
+    of_reference = float(row["sigma in common gyroscope scale x"])
     assert 0.0 < of_reference < float(row["sigma gyroscope scale x"])
     file = tumble.Calibration.load(tmp_path / "out/target_1.yaml")
     inherited = file.gyroscope.inherited

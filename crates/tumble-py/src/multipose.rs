@@ -26,7 +26,8 @@ use crate::turntable::{CoreError, triad};
 /// clock, relative, `stamp_sigma` that of the time of a sample, s.
 #[pyfunction]
 #[pyo3(signature = (time, force, rate, gravity, *, gyroscope=true, g_sensitivity=false, latitude=None, raw=false,
-    shortest_rest=1.0, noise_density=None, bias_instability=None, faces=false, sections=Vec::new(), pace_sigma=0.0, stamp_sigma=0.0))]
+    shortest_rest=1.0, noise_density=None, bias_instability=None, faces=false, sections=Vec::new(), pace_sigma=0.0,
+    stamp_sigma=0.0, gravity_sigma=0.0))]
 #[allow(clippy::too_many_arguments)]
 fn multipose_of<'py>(
     py: Python<'py>,
@@ -45,6 +46,7 @@ fn multipose_of<'py>(
     sections: Vec<(String, usize, usize)>,
     pace_sigma: f64,
     stamp_sigma: f64,
+    gravity_sigma: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let sections: PyResult<Vec<Section>> = sections
         .into_iter()
@@ -53,6 +55,7 @@ fn multipose_of<'py>(
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let settings = MultiposeSettings {
         gravity,
+        gravity_sigma,
         latitude,
         g_sensitivity,
         gyroscope,

@@ -38,9 +38,9 @@ pub struct PySettings {
 impl PySettings {
     /// Gravity in m/s^2, latitude in rad, truth and clocks by name; `g_sensitivity` None fits it where residuals ask for it.
     /// `commanded`, where it is the truth of gyroscopes: magnitudes of the rates of the table, rad/s, and the relative 1-sigma that
-    /// they have in common.
+    /// they have in common. `gravity_sigma` in m/s^2; 0 where scale is relative to gravity.
     #[new]
-    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=None, commanded=None))]
+    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=None, commanded=None, gravity_sigma=0.0))]
     fn new(
         gravity: f64,
         truth: &str,
@@ -48,6 +48,7 @@ impl PySettings {
         latitude: Option<f64>,
         g_sensitivity: Option<bool>,
         commanded: Option<(Vec<f64>, f64)>,
+        gravity_sigma: f64,
     ) -> PyResult<Self> {
         let truth = match truth {
             "reference" => TruthSource::Reference,
@@ -66,6 +67,7 @@ impl PySettings {
             commanded: commanded.map(|(rates, accuracy)| CommandedRates { rates, accuracy }),
             inner: TurntableSettings {
                 gravity,
+                gravity_sigma,
                 latitude,
                 truth,
                 clocks,
@@ -348,9 +350,17 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
     figures.set_item("values", values)?;
     figures.set_item("sigmas", sigmas)?;
     if let Some(inherited) = &triad.inherited {
-        let of_parts = triad.parts.carry(inherited).diagonal().map(f64::sqrt);
+        let of_parts = triad
+            .parts
+            .carry(inherited)
+            .diagonal()
+            .map(|variance| variance.max(0.0).sqrt());
         figures.set_item("inherited", array2(py, inherited))?;
         figures.set_item("inherited_sigmas", of_parts.as_slice().to_vec())?;
+    }
+    if let Some((drift, sigma)) = &triad.drift {
+        figures.set_item("drift", array1(py, drift))?;
+        figures.set_item("drift_sigma", array1(py, sigma))?;
     }
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;

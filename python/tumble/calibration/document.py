@@ -91,10 +91,13 @@ class Sigma(Document):
 
 
 class Inherited(Document):
-    """Uncertainty that the reference leaves on all its targets alike; their differences are free of it."""
+    """Uncertainty that the reference leaves on all its targets, and gravity on all that it was used for.
+
+    Differences of units calibrated with one reference, at one place, are free of it.
+    """
 
     source: str
-    """Source of the uncertainty: the calibration of the reference, a grade, or the rate table."""
+    """Source of the uncertainty: the calibration of the reference, a grade, the rate table, or gravity."""
     sigma: Sigma
     """1-sigma, contained in the `sigma` of the triad."""
     covariance: Covariance
@@ -155,7 +158,7 @@ class Triad(Document):
     covariance: Covariance | None = None
     """Covariance of [M row by row, b], without the inherited part."""
     inherited: Inherited | None = None
-    """Contribution of the uncertainty of the reference; absent where it is not stated."""
+    """Contribution of the uncertainty of reference and gravity; absent where neither is stated."""
 
     @property
     def total_covariance(self) -> FloatArray | None:
@@ -261,6 +264,9 @@ class Gravity(Document):
 
     value: float = Field(gt=0.0)
     source: str
+    sigma: float | None = Field(default=None, ge=0.0)
+    """1-sigma, within the sigmas of the accelerometer; null where nobody states it, and scale is relative to
+    this gravity."""
 
 
 class Temperature(Document):

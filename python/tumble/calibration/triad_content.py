@@ -72,7 +72,7 @@ def _triad_content(triad: TriadResult) -> dict[str, Any]:
 
 
 def inherited_content(triad: TriadResult, source: str) -> dict[str, Any]:
-    """Returns what the reference, stated by `source`, leaves on all its targets alike."""
+    """Returns what reference or gravity, stated by `source`, leave on all targets alike."""
     sigma = {p.name: np.nan if p.inherited is None else p.inherited for p in triad.parameters}
     return {"source": source, "sigma": _sigma(sigma), "covariance": triad.inherited}
 

@@ -18,6 +18,7 @@ class Gravity(TypedDict):
     gravity: float | None
     latitude: float | None
     height: float | None
+    gravity_uncertainty: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +34,15 @@ class GravityOptions(Options):
     gravity: Annotated[
         float | None, typer.Option(help=f"Local gravity in m/s^2; {STANDARD_GRAVITY:g} if not given.")
     ] = None
+    gravity_uncertainty: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M/S^2",
+            help="1-sigma of local gravity, which the scale of accelerometers inherits; 0 with --gravity and "
+            "0.00035 with --latitude and --height if not given.",
+            show_default=False,
+        ),
+    ] = None
 
     def stated(self) -> Gravity:
         """Give them by name; raises `ProcedureError` for gravity said twice, or a height without latitude."""
@@ -40,4 +50,9 @@ class GravityOptions(Options):
             raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")
         if self.height is not None and self.latitude is None:
             raise ProcedureError("--height needs --latitude to work out gravity; give both")
-        return {"gravity": self.gravity, "latitude": self.latitude, "height": self.height}
+        return {
+            "gravity": self.gravity,
+            "latitude": self.latitude,
+            "height": self.height,
+            "gravity_uncertainty": self.gravity_uncertainty,
+        }

@@ -160,7 +160,7 @@ class Parameter:
     reason: str = ""
     """Reason why it could not be observed."""
     inherited: float | None = None
-    """1-sigma, within `sigma`, that the reference leaves on all its targets alike; None where not stated."""
+    """1-sigma, within `sigma`, that reference and gravity leave on all targets; None where not stated."""
 
     def row(self) -> Row:
         """Returns it as columns of a table, its name as `parameter`."""
@@ -213,8 +213,8 @@ class TriadResult:
     """(3, 3) rad/s per m/s^2, gyroscope only, on request."""
     g_sensitivity_sigma: FloatArray | None = None
     inherited: FloatArray | None = None
-    """(12, 12) covariance of [M row by row, b] that all targets of a reference have in common; None where the
-    uncertainty of the reference is not stated."""
+    """(12, 12) covariance of [M row by row, b] that all targets of a reference, or of one gravity,
+    have in common; None where nobody states that."""
     widening: float = 1.0
     """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
 

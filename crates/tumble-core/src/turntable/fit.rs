@@ -19,6 +19,9 @@ const LARGEST_MATRIX_ERROR: f64 = 0.3;
 /// Largest plausible g-sensitivity of a gyroscope, rad/s per m/s^2.
 pub const LARGEST_G_SENSITIVITY: f64 = 0.01;
 
+/// Regressors of an axis whose bias drifts.
+const DRIFTING: usize = 5;
+
 /// Calibration of one triad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriadFit<T: Real, const Q: usize> {
@@ -30,6 +33,8 @@ pub struct TriadFit<T: Real, const Q: usize> {
     pub observed: [bool; PARAMETERS],
     /// g-sensitivity, rad/s per m/s^2, and its 1-sigma, where asked for.
     pub g_sensitivity: Option<(Matrix3<T>, Matrix3<T>)>,
+    /// Change of the bias over the session, on a straight line, and its 1-sigma, where asked for.
+    pub drift: Option<(Vector3<T>, Vector3<T>)>,
     /// Correction found for the shared errors.
     pub shared: SVector<T, Q>,
     /// Directions of M, b and the shared errors that the data decided.
@@ -48,7 +53,11 @@ impl<T: Real, const Q: usize> TriadFit<T, Q> {
             Some((g, _)) if P >= 7 => g * Vector3::from_fn(|j, _| observation.regressor[4 + j]),
             _ => Vector3::zeros(),
         };
-        observation.reading - self.model.measure(&u) - coupled // eq. 11
+        let drifted = match &self.drift {
+            Some((drift, _)) if P == DRIFTING => drift * observation.regressor[4],
+            _ => Vector3::zeros(),
+        };
+        observation.reading - self.model.measure(&u) - coupled - drifted // eq. 11
     }
 }
 
@@ -131,6 +140,7 @@ fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(inputs: &FitIn
             let largest: T = match column {
                 0..3 => real(LARGEST_MATRIX_ERROR),
                 3 => inputs.largest_bias,
+                4 if P == DRIFTING => inputs.largest_bias,
                 _ => real(LARGEST_G_SENSITIVITY),
             };
             prior.covariance[(i, i)] = largest * largest;
@@ -209,6 +219,13 @@ fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
             (
                 Matrix3::from_fn(|i, j| solution.x[g_at(i, j)]),
                 Matrix3::from_fn(|i, j| solution.covariance[(g_at(i, j), g_at(i, j))].square_root()),
+            )
+        }),
+        drift: (P == DRIFTING).then(|| {
+            let at = |i: usize| i * P + 4;
+            (
+                Vector3::from_fn(|i, _| solution.x[at(i)]),
+                Vector3::from_fn(|i, _| solution.covariance[(at(i), at(i))].square_root()),
             )
         }),
         shared: solution.x.fixed_rows::<Q>(3 * P).into_owned(),

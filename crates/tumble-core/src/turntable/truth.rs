@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 
 use crate::noise::{Interval, Noise};
 use crate::products::Length;
-use crate::real::Real;
+use crate::real::{Real, real};
 use crate::rotation::cross_matrix;
 use crate::turntable::mounting::MountingFit;
 use crate::turntable::observation::Observation;
@@ -182,6 +182,24 @@ pub fn turning<T: Real>(
         reading_variance: Vector3::zeros(),
         truth_covariance: Matrix3::from_diagonal(&variance),
         sensitivity,
+    }
+}
+
+/// Adds the time to the regressors, -1/2 to 1/2 over the session, for biases that drift on a straight line.
+pub fn with_drift<T: Real, const Q: usize>(
+    observation: &Observation<T, 4, Q>,
+    session: &Interval<T>,
+) -> Observation<T, 5, Q> {
+    let half: T = real(0.5);
+    let middle = |span: &Interval<T>| (span.start + span.end) * half;
+    let time = (middle(&observation.interval) - middle(session)) / (session.end - session.start);
+    Observation {
+        interval: observation.interval,
+        regressor: SVector::from_fn(|i, _| if i < 4 { observation.regressor[i] } else { time }), // eq. 44
+        reading: observation.reading,
+        reading_variance: observation.reading_variance,
+        truth_covariance: observation.truth_covariance,
+        sensitivity: observation.sensitivity,
     }
 }
 

@@ -197,6 +197,9 @@ pub fn multipose(
         found = unit.calibrate(settings)?;
     }
     found.nominal = unit.nominal;
+    found.accelerometer = found
+        .accelerometer
+        .with_gravity(settings.gravity_sigma / settings.gravity);
     found.accelerometer.model.bias += unit.force_zero;
     if let Ok(gyroscope) = &mut found.gyroscope {
         gyroscope.calibration.model.bias += unit.rate_zero;
@@ -829,6 +832,7 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
     let residuals = fit.residuals.iter().enumerate();
     Ok(TriadCalibration {
         inherited: None,
+        drift: None,
         model: fit.model,
         covariance,
         observed: [true; 12],
@@ -856,6 +860,7 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
     let parts = fit.model.decompose()?;
     Ok(TriadCalibration {
         inherited: None,
+        drift: None,
         model: fit.model,
         covariance: fit.covariance,
         observed: [true; 12],
@@ -916,6 +921,7 @@ fn rate_calibration(
     let of_turns_labels = data.turns.iter().map(|turn| Label::Turn(turn.before, turn.after));
     Ok(TriadCalibration {
         inherited: None,
+        drift: None,
         model,
         covariance,
         observed: [true; 12],

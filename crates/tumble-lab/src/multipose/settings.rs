@@ -17,6 +17,8 @@ pub const FULL_TURN_SIGMA: f64 = 0.0175;
 pub struct MultiposeSettings {
     /// Local gravity, m/s^2.
     pub gravity: f64,
+    /// 1-sigma of local gravity, m/s^2; 0 where scale is relative to it.
+    pub gravity_sigma: f64,
     /// Latitude, rad, where the rotation of the Earth is to be taken off.
     pub latitude: Option<f64>,
     /// True to fit the gyroscope's sensitivity to specific force.

@@ -1,10 +1,12 @@
 //! Step 4 for the accelerometer: every rest both units saw.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use tumble_core::rotation::Procrustes;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
-use tumble_core::turntable::truth::{CommonRest, ForceObservation, TruthSource, from_poses, from_reference};
+use tumble_core::turntable::truth::{
+    CommonRest, ForceObservation, TruthSource, from_poses, from_reference, with_drift,
+};
 
 use super::error::TurntableError;
 use super::flicker::refine;
@@ -13,6 +15,7 @@ use super::reference::force_at;
 use super::session::{LARGEST_FORCE_BIAS, TargetSession};
 use super::settings::FEWEST_RESTS;
 use super::triad::{Label, TriadCalibration, finish};
+use crate::distributions::{chi_square_tail, f_tail};
 
 impl TargetSession<'_> {
     /// Calibrates the accelerometer.
@@ -31,20 +34,34 @@ impl TargetSession<'_> {
             largest_bias: LARGEST_FORCE_BIAS,
             shared: self.shared_force_error(),
         };
+        let of_rests = inputs;
         inputs.noise = refine(&observations, &inputs);
         let solved = fit::<f64, 4, 3, 15>(&observations, &inputs)?;
         if solved.observed.contains(&false) {
             return Err(TurntableError::DirectionsTooAlike);
         }
         let repeats = repeats(&observations);
-        finish(
+        let systematic = self.systematic();
+        let triad = finish(
             &solved,
             &observations,
-            labels,
+            labels.clone(),
             &inputs,
-            self.systematic(),
+            systematic,
             &repeats,
-        )
+        )?;
+        let drifting: Vec<_> = observations
+            .iter()
+            .map(|each| with_drift(each, &inputs.session))
+            .collect();
+        if triad.widened == 1.0 && !asks_for_drift(&observations, &drifting, &of_rests)? {
+            return Ok(triad);
+        }
+        let noise = refine(&drifting, &of_rests);
+        let inputs = FitInputs { noise, ..inputs };
+        let solved = fit::<f64, 5, 3, 18>(&drifting, &inputs)?;
+        let with_drift = finish(&solved, &drifting, labels, &inputs, systematic, &repeats)?;
+        Ok(if explains(&with_drift) { with_drift } else { triad })
     }
 
     fn forces(&self) -> Result<(Vec<Label>, Vec<ForceObservation<f64>>), TurntableError> {
@@ -96,6 +113,41 @@ impl TargetSession<'_> {
             _ => 0.0,
         }
     }
+}
+
+/// Chance of a drift where there is none, by the noise that rests show and by that of the residuals.
+const FALSE_ALARM: f64 = 1e-3;
+const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
+
+/// Whether a straight line explains more than chance does, under the noise that rests show: bias instability that is found in the
+/// residuals would take a drift for its own (docs/theory/turntable.md, eq. 45).
+fn asks_for_drift(
+    plain: &[Observation<f64, 4, 3>],
+    drifting: &[Observation<f64, 5, 3>],
+    inputs: &FitInputs<f64, 3>,
+) -> Result<bool, TurntableError> {
+    let plain = fit::<f64, 4, 3, 15>(plain, inputs)?;
+    let drifting = fit::<f64, 5, 3, 18>(drifting, inputs)?;
+    let freedom = f64::from(drifting.degrees_of_freedom);
+    if freedom <= 0.0 {
+        return Ok(false);
+    }
+    let explained = plain.chi_square - drifting.chi_square;
+    let ratio = explained / 3.0 / (drifting.chi_square / freedom);
+    Ok(chi_square_tail(explained.max(0.0), 3.0) < FALSE_ALARM
+        && f_tail(ratio.max(0.0), 3.0, freedom) < FALSE_ALARM_BY_RESIDUALS) // eq. 45
+}
+
+/// Sigmas by which the drift of an axis is no chance.
+const CLEAR: f64 = 4.0;
+
+/// Whether biases that drift on a straight line leave what noise explains, and are shown.
+fn explains(drifting: &TriadCalibration) -> bool {
+    let is_clear = |(value, sigma): &(Vector3<f64>, Vector3<f64>)| {
+        value.iter().zip(sigma).any(|(v, s)| v.abs() > CLEAR * s)
+    };
+    let checked = drifting.degrees_of_freedom > 0 && !drifting.observed.contains(&false);
+    checked && drifting.widened == 1.0 && drifting.drift.as_ref().is_some_and(is_clear)
 }
 
 /// Angle by which a structure that is bumped turns at most, rad.

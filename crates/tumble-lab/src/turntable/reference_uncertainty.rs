@@ -10,7 +10,8 @@ use tumble_core::segmenter::Segment;
 
 use super::error::TurntableError;
 use super::reference::{Reference, Ups, fit_reference, force_at};
-use super::settings::TurntableSettings;
+use super::session::TargetSession;
+use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::Acquired;
 use crate::distributions::chi_square_tail;
 use crate::simulate::grade::TriadGrade;
@@ -87,8 +88,9 @@ impl Reference {
         gyroscope: bool,
         uncertainty: ReferenceUncertainty,
     ) -> Result<Self, TurntableError> {
-        if let Some(covariance) = &uncertainty.accelerometer {
-            self.norm_explained = explains_norm(unit, &self, covariance, settings.gravity)?;
+        if uncertainty.accelerometer.is_some() || settings.gravity_sigma > 0.0 {
+            let stated = uncertainty.accelerometer.unwrap_or_else(Covariance::zeros);
+            self.norm_explained = explains_norm(unit, &self, &stated, settings)?;
         }
         if uncertainty != ReferenceUncertainty::default() {
             let (force, rate) = (roots(uncertainty.accelerometer), roots(uncertainty.gyroscope));
@@ -127,23 +129,53 @@ pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) 
     covariance
 }
 
-/// Covariance of `[M row by row, b]` where all true rates are wrong by one factor, of this relative variance.
-pub(super) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
+/// Covariance of `[M row by row, b]` where all truths are wrong by one factor, of this relative variance.
+pub(crate) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
     let response = SVector::<f64, 12>::from_fn(|i, _| if i < 9 { found.matrix[(i / 3, i % 3)] } else { 0.0 });
     response * response.transpose() * variance // turntable.md, eq. 42
+}
+
+/// Covariance of a target's `[M row by row, b]` from the uncertainty of gravity; `None` where nobody states one.
+///
+/// # Errors
+/// [`TurntableError`] as the fits.
+pub(super) fn of_gravity(
+    session: &TargetSession<'_>,
+    found: &ErrorModel<f64>,
+) -> Result<Option<Covariance<f64>>, TurntableError> {
+    let sigma = session.settings.gravity_sigma;
+    if sigma <= 0.0 {
+        return Ok(None);
+    }
+    let settings = TurntableSettings {
+        gravity: session.settings.gravity + STEP * sigma,
+        ..*session.settings
+    };
+    let mut reference = fit_reference(session.reference_unit, session.ups, &settings, false)?;
+    reference.norm_explained = session.reference.norm_explained;
+    let deviated = TargetSession {
+        reference: &reference,
+        settings: &settings,
+        ..*session
+    };
+    Ok(Some(inherited(found, &[deviated.accelerometer()?.model]))) // eq. 9
 }
 
 /// Chance of residuals beyond which the statement of a reference does not explain its readings.
 const UNEXPLAINED: f64 = 1e-3;
 
-/// Tests whether noise and stated uncertainty together explain the deviation of `|r - b|` from g at all rests.
+/// Tests whether noise and stated uncertainty, that of gravity included, explain the deviation of `|r - b|` from g at
+/// all rests.
 fn explains_norm(
     unit: &Acquired,
     reference: &Reference,
     stated: &Covariance<f64>,
-    gravity: f64,
+    settings: &TurntableSettings,
 ) -> Result<bool, TurntableError> {
     let rests = unit.rests.len();
+    if rests < FEWEST_RESTS {
+        return Ok(false);
+    }
     let (mut noise, mut residual) = (DMatrix::zeros(rests, rests), DVector::zeros(rests));
     let (mut directions, mut by_error) = (DMatrix::zeros(rests, 3), DMatrix::zeros(rests, 12));
     for k in 0..rests {
@@ -151,7 +183,7 @@ fn explains_norm(
         let u = mean - reference.sphere.bias;
         let direction = u.normalize();
         noise[(k, k)] = direction.dot(&(covariance * direction));
-        residual[k] = u.norm() - gravity;
+        residual[k] = u.norm() - settings.gravity;
         for i in 0..3 {
             directions[(k, i)] = direction[i];
             by_error[(k, 9 + i)] = direction[i];
@@ -160,7 +192,8 @@ fn explains_norm(
             }
         }
     }
-    let joint = noise + &by_error * stated * by_error.transpose(); // eq. 6
+    let of_gravity = DMatrix::from_element(rests, rests, settings.gravity_sigma.powi(2));
+    let joint = noise + &by_error * stated * by_error.transpose() + of_gravity; // eq. 6
     let solver = joint.cholesky().ok_or(TurntableError::Unsolvable)?;
     let (whitened, weighted) = (solver.solve(&residual), solver.solve(&directions));
     let of_bias = directions.transpose() * &whitened;

@@ -21,6 +21,8 @@ pub enum Clocks {
 pub struct TurntableSettings {
     /// Local gravity, m/s^2.
     pub gravity: f64,
+    /// 1-sigma of local gravity, m/s^2; 0 where scale is relative to it.
+    pub gravity_sigma: f64,
     /// Latitude, rad, where it is known: it fixes the upward part of the Earth's rotation.
     pub latitude: Option<f64>,
     /// Where the truth comes from.

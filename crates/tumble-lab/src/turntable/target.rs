@@ -4,7 +4,7 @@ use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
 use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
-use super::reference_uncertainty::{inherited, scaled_alike};
+use super::reference_uncertainty::{inherited, of_gravity, scaled_alike};
 use super::session::TargetSession;
 use super::settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 use super::triad::TriadCalibration;
@@ -86,7 +86,7 @@ pub fn calibrate(
     Ok(target)
 }
 
-/// Adds what the uncertainty of the reference leaves on M and b, by a fit against each deviated reference.
+/// Adds what the uncertainty of the reference, of gravity and of the table leaves on M and b.
 fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), TurntableError> {
     let uncertainty = &session.reference.uncertainty;
     let (mut forces, mut rates) = (Vec::new(), Vec::new());
@@ -125,13 +125,14 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
             triad.inherited = Some(inherited(&triad.model, &responses));
         }
     }
+    if let Some(triad) = &mut target.accelerometer
+        && let Some(of_gravity) = of_gravity(session, &triad.model)?
+    {
+        triad.add_inherited(of_gravity);
+    }
     if let (Some(table), Some(triad)) = (&session.reference.table, &mut target.gyroscope) {
         let of_table = scaled_alike(&triad.model, table.accuracy.powi(2));
-        triad.inherited = Some(
-            triad
-                .inherited
-                .map_or(of_table, |of_reference| of_reference + of_table),
-        );
+        triad.add_inherited(of_table);
     }
     Ok(())
 }

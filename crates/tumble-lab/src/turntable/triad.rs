@@ -17,8 +17,8 @@ pub struct TriadCalibration {
     pub model: ErrorModel<f64>,
     /// Covariance of `[M row by row, b]`.
     pub covariance: Covariance<f64>,
-    /// Covariance of `[M row by row, b]` that all targets of this reference have in common, beside the above; `None`
-    /// where the uncertainty of the reference is not stated.
+    /// Covariance of `[M row by row, b]` that all targets of this reference, or of this gravity, have in common, beside the
+    /// above; `None` where neither is stated.
     pub inherited: Option<Covariance<f64>>,
     /// True for each of `[M row by row, b]` that the data showed.
     pub observed: [bool; 12],
@@ -28,6 +28,8 @@ pub struct TriadCalibration {
     pub parts_covariance: Covariance<f64>,
     /// g-sensitivity and its sigma.
     pub g_sensitivity: Option<(Matrix3<f64>, Matrix3<f64>)>,
+    /// Change of the bias over the session and its sigma, where the residuals asked for it.
+    pub drift: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Directions decided by the data.
     pub rank: usize,
     /// Factor on the variances because the residuals exceed the noise; one where they do not.
@@ -48,6 +50,20 @@ impl TriadCalibration {
     /// Tests whether its response to specific force was fitted too.
     pub fn is_coupled(&self) -> bool {
         self.g_sensitivity.is_some()
+    }
+
+    /// Adds to what all targets have in common.
+    pub(super) fn add_inherited(&mut self, covariance: Covariance<f64>) {
+        self.inherited = Some(self.inherited.unwrap_or_else(Covariance::zeros) + covariance);
+    }
+
+    /// The same where local gravity, which its scale rests on, is uncertain by this relative sigma; 0 where nobody states it.
+    #[must_use]
+    pub(crate) fn with_gravity(mut self, relative: f64) -> Self {
+        if relative > 0.0 {
+            self.add_inherited(scaled_alike(&self.model, relative.powi(2))); // uncertainty.md, eq. 9
+        }
+        self
     }
 
     /// The same where the target's clock may go faster than the reference's by the root of `variance`, relative: all of M with
@@ -161,6 +177,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         parts,
         parts_covariance: parts.carry(&covariance),
         g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
+        drift: solved.drift.map(|(drift, sigma)| (drift, sigma * widened.sqrt())),
         rank: solved.rank,
         widened,
         variance_freedom,

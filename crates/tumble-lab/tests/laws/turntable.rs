@@ -17,6 +17,7 @@ use crate::unit::{Recording, on_the_grid, poor_model, six_faces};
 
 const SETTINGS: TurntableSettings = TurntableSettings {
     gravity: STANDARD,
+    gravity_sigma: 0.0,
     latitude: None,
     truth: TruthSource::Reference,
     clocks: Clocks::Shared,

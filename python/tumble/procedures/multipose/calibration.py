@@ -6,7 +6,8 @@ from typing import Any
 
 from tumble.calibration.contributions import built_on, log_content
 from tumble.calibration.document import Calibration
-from tumble.calibration.triad_content import triads_content
+from tumble.calibration.triad_content import inherited_content, triads_content
+from tumble.foundation.gravity import GRAVITY, gravity_content
 from tumble.foundation.plain import plain
 from tumble.procedures.multipose.result import MultiposeResult
 
@@ -24,6 +25,9 @@ def calibration_of(result: MultiposeResult) -> Calibration:
         "log": log_content(result.source, result.log),
         "verdict": result.verdict,
         "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
+        "gravity": gravity_content(result),
     }
-    return Calibration.model_validate(built_on(result.start, content | triads_content(result)))
+    content |= triads_content(result)
+    if result.accelerometer.inherited is not None:
+        content["accelerometer"]["inherited"] = inherited_content(result.accelerometer, GRAVITY)
+    return Calibration.model_validate(built_on(result.start, content))

@@ -105,6 +105,7 @@ def multipose(
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
+    gravity_uncertainty: float | None = None,
     g_sensitivity: bool = False,
     earth_rate: bool = False,
     raw: bool = False,
@@ -121,10 +122,11 @@ def multipose(
     At rest the length of specific force is gravity in any orientation, which shows scale, non-orthogonality
     and bias of the accelerometer; between rests the gyroscope has to turn gravity as the accelerometer finds
     it turned. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in
-    m. With `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which
-    needs the latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts
-    of a scale nobody knows, which gravity and the turns show. `start` is a calibration of the unit: its noise
-    weighs rests and turns, its temperature drift is taken off, and both are kept.
+    m; `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if not given. With
+    `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which needs the
+    latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts of a scale
+    nobody knows, which gravity and the turns show. `start` is a calibration of the unit: its noise weighs
+    rests and turns, its temperature drift is taken off, and both are kept.
 
     With `faces` the unit lay on the six faces of a box, with a full turn about each axis: what is known of
     the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
@@ -135,7 +137,8 @@ def multipose(
 
     Method: docs/theory/multipose.md.
     """
-    strength, gravity_source = local_gravity(gravity, latitude, height)
+    place = local_gravity(gravity, latitude, height, gravity_uncertainty)
+    strength = place.value
     if earth_rate and latitude is None:
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
     recording = open_sampled(source, as_counts(read) if raw else read)
@@ -169,6 +172,7 @@ def multipose(
             sections=_placed(labelled, unit),
             pace_sigma=recording.metadata.pace_sigma,
             stamp_sigma=recording.metadata.stamp_sigma,
+            gravity_sigma=place.sigma or 0.0,
         )
 
     try:
@@ -201,7 +205,8 @@ def multipose(
         ),
         trace=trace_of(found.acquired, unit.triads),
         gravity=strength,
-        gravity_source=gravity_source,
+        gravity_source=place.source,
+        gravity_sigma=place.sigma,
         tolerance=figures["tolerance"],
         implausible_scale=_implausible(figures),
         faces=_faces(figures),

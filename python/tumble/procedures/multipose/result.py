@@ -17,6 +17,9 @@ from tumble.foundation.results import Rest, Row, Tabular, Trace, TriadResult, Ve
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
 
+WORTH_ADDING = 0.9
+"""Share of the largest sigma that must be left at most, for one more orientation or turn to be advised."""
+
 
 @dataclass(frozen=True, slots=True)
 class PoseFit:
@@ -149,6 +152,8 @@ class MultiposeResult(Tabular):
     gravity: float
     """m/s^2."""
     gravity_source: str
+    gravity_sigma: float | None
+    """m/s^2; None where nobody states it, and scale is relative to gravity."""
     tolerance: float
     """Factor on the usual limits of stillness with which rests were found."""
     implausible_scale: float | None = None
@@ -222,6 +227,16 @@ class MultiposeResult(Tabular):
             return "model not met"
         return "partly calibrated" if self.gyroscope is None else "calibrated"
 
+    @property
+    def advised_orientation(self) -> NextOrientation | None:
+        """Orientation to add; None where none would help by enough to be worth it."""
+        return self.next_orientation if _is_worth_it(self.next_orientation) else None
+
+    @property
+    def advised_turn(self) -> NextTurn | None:
+        """Turn to add; None where none would help by enough to be worth it."""
+        return self.next_turn if _is_worth_it(self.next_turn) else None
+
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter of each triad."""
         for triad in self.triads:
@@ -263,3 +278,7 @@ class MultiposeResult(Tabular):
 def _rms(values: list[float]) -> float:
     known = np.array([value for value in values if math.isfinite(value)])
     return float(np.sqrt(np.mean(known**2))) if len(known) else math.nan
+
+
+def _is_worth_it(found: NextOrientation | NextTurn | None) -> bool:
+    return found is not None and found.after < WORTH_ADDING * found.before

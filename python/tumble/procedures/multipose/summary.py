@@ -12,6 +12,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import finite
 from tumble.procedures.multipose.report.ferraris import compared
 from tumble.procedures.multipose.report.text import next_sentences, sentences
@@ -64,7 +65,7 @@ def json_content(result: MultiposeResult, files: Mapping[str, Path]) -> dict[str
         "source": result.source,
         "software": result.software,
         "verdict": result.verdict,
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
+        "gravity": gravity_content(result),
         "options": result.options,
         "norm": {
             "before": result.norm_before,

@@ -9,10 +9,12 @@ import numpy as np
 
 from tumble.calibration.contributions import NOISE, TEMPERATURE_DRIFT, part, taken_over
 from tumble.calibration.document import Calibration
+from tumble.foundation.gravity import GRAVITY, gravity_content, shares_gravity
 from tumble.foundation.plain import plain
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import TriadName
 from tumble.foundation.units import UNITS
+from tumble.foundation.words import join
 from tumble.procedures.spin.result import BiasEstimate, SpinResult
 
 _UNSEEN = "scale, non-orthogonality and mounting: a spin shows bias only"
@@ -38,7 +40,7 @@ def _content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any]:
         "axes": result.axes or before.get("axes"),
         "verdict": result.verdict,
         "method": {"procedure": "spin", "truth": result.spins[-1].method, "options": _options(result)},
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
+        "gravity": gravity_content(result),
     }
     if "reference" in before:
         content["reference"] = before["reference"]
@@ -58,6 +60,11 @@ def _content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any]:
             found = result.covariance[rows, rows]
             content[triad] = _triad(
                 triad, section, bias, found, truth, _g_sensitivity_effect(section, force_bias)
+            )
+            sigma = result.gravity_sigma or 0.0 if triad == "accelerometer" else 0.0
+            shared = shares_gravity(before, result.gravity, result.gravity_source)
+            content[triad] |= _in_common(
+                content[triad], section, truth, sigma / result.gravity, shared=shared
             )
         elif section:
             content[triad] = section
@@ -103,6 +110,45 @@ def _triad(
     }
     kept = ("K", "L", "Q", "angles", "g_sensitivity", "g_sensitivity_sigma", *NOISE, TEMPERATURE_DRIFT)
     return content | {key: before[key] for key in kept if key in before}
+
+
+def _in_common(
+    content: Mapping[str, Any], before: Mapping[str, Any], truth: FloatArray, relative: float, *, shared: bool
+) -> dict[str, Any]:
+    """Give what the old matrix inherited, with what that and an uncertain gravity leave on the new bias.
+
+    `relative` is the relative 1-sigma of gravity, `shared` whether the old scale rests on the same.
+    """
+    inherited = before.get("inherited")
+    if inherited is None and relative == 0.0:
+        return {}
+    matrix: FloatArray = content["M"]
+    old = np.zeros((12, 12)) if inherited is None else np.array(inherited["covariance"], dtype=np.float64)
+    of_matrix = old[:9, :9]
+    responding, along = of_matrix, relative * matrix @ truth
+    if shared:
+        # Scale found with the same gravity takes off the bias what gravity adds to it.
+        responding, along = of_matrix - relative**2 * np.outer(matrix.ravel(), matrix.ravel()), np.zeros(3)
+    response = -np.kron(np.eye(3), truth)
+    joint = np.zeros((12, 12))
+    joint[:9, :9] = of_matrix
+    joint[9:, :9] = response @ responding
+    joint[:9, 9:] = joint[9:, :9].T
+    joint[9:, 9:] = response @ responding @ response.T + np.outer(along, along)  # eq. 10
+    bias = np.sqrt(np.maximum(np.diag(joint)[9:], 0.0))
+    sources = dict.fromkeys(
+        [*(inherited or {"source": GRAVITY})["source"].split(" and "), *([GRAVITY] if relative else [])]
+    )
+    stated = None if inherited is None else inherited["sigma"]
+    own: FloatArray = content["sigma"]["bias"]
+    return {
+        "inherited": {
+            "source": join(list(sources)),
+            "sigma": _sigma(stated, bias),
+            "covariance": joint,
+        },
+        "sigma": {**content["sigma"], "bias": np.hypot(own, bias)},
+    }
 
 
 def _joint_covariance(before: object, matrix: FloatArray, found: FloatArray, truth: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,9 +26,13 @@ class CombinedBiases:
     accelerometer_bias: BiasEstimate
     gyroscope_bias: BiasEstimate
     covariance: FloatArray
-    """(6, 6) of [accelerometer bias, gyroscope bias]; NaN where not observable."""
+    """(6, 6) of [accelerometer bias, gyroscope bias]; NaN where not observable; without that of gravity."""
     agreement: Parameter
     warnings: tuple[str, ...]
+
+    def with_gravity(self, up: FloatArray, sigma: float) -> CombinedBiases:
+        """Give them with the share of an uncertain gravity, m/s^2, which all spins have in common."""
+        return replace(self, accelerometer_bias=self.accelerometer_bias.with_gravity(up, sigma))
 
 
 @dataclass(frozen=True, slots=True)

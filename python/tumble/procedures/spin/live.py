@@ -149,7 +149,7 @@ class LiveSpin:
         if self._machine.calibration is None or self._machine.calibration.bias_instability is None:
             self._machine.read_bias_instability(samples)
         spin = self._machine.result(rests, self._blocks(samples, rests))
-        combined = combine([spin])
+        combined = combine([spin]).with_gravity(spin.up, self._machine.bias_sigma)
         return SpinResult(
             name=self._source.name,
             source=self._typed,
@@ -163,6 +163,7 @@ class LiveSpin:
             trace=trace_of(self._acquired),
             gravity=self._machine.gravity,
             gravity_source=self._machine.gravity_source,
+            gravity_sigma=self._machine.gravity_sigma,
             temperature=self._acquired.temperature,
             calibration_hash=self._machine.calibration.hash() if self._machine.calibration else "",
             applied=self._machine.calibration.content() if self._machine.calibration else {},

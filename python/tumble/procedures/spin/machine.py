@@ -18,6 +18,7 @@ from tumble.foundation.gravity import local_gravity
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import Precision, Rest
 from tumble.procedures.spin.failure import SpinFailure
+from tumble.procedures.spin.gravity import bias_sigma
 from tumble.procedures.spin.messages import explain
 from tumble.procedures.spin.outputs import describe_spin
 from tumble.procedures.spin.preset import TurnPreset
@@ -50,6 +51,8 @@ class LiveSpinOptions:
     """deg."""
     height: float | None = None
     """m above the ellipsoid."""
+    gravity_uncertainty: float | None = None
+    """1-sigma, m/s^2; as docs/theory/uncertainty.md has it if not given."""
 
     @property
     def preset(self) -> TurnPreset:
@@ -99,9 +102,15 @@ class SpinMachine:
         self.calibration = calibration
         self.temperatures = TemperatureCounts(calibration)
         self.precision = precision
-        self.gravity, self.gravity_source = local_gravity(
-            self.options.gravity, self.options.latitude, self.options.height
+        place = local_gravity(
+            self.options.gravity,
+            self.options.latitude,
+            self.options.height,
+            self.options.gravity_uncertainty,
         )
+        self.gravity, self.gravity_source, self.gravity_sigma = place.value, place.source, place.sigma
+        self.bias_sigma = bias_sigma(place, calibration)
+        """m/s^2: the accelerometer's bias along the vertical from the uncertainty of gravity."""
         self.settings = core_settings(
             {
                 "gravity": self.gravity,
@@ -196,6 +205,7 @@ class SpinMachine:
             self.span,
             label="spin 1",
             gravity=self.gravity,
+            gravity_sigma=self.bias_sigma,
             level_floor=self.options.level_floor,
             preset=self.options.preset,
         )

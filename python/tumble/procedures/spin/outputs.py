@@ -42,6 +42,7 @@ def describe_spin(
     *,
     label: str,
     gravity: float,
+    gravity_sigma: float = 0.0,
     level_floor: bool,
     preset: TurnPreset,
     pace_sigma: float = 0.0,
@@ -50,11 +51,14 @@ def describe_spin(
     """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept.
 
     `pace_sigma` and `stamp_sigma` are those of its times, as `tumble.foundation.recording.Metadata` has them.
+    `gravity_sigma`, m/s^2, is within the sigmas of the accelerometer bias, and not within the covariance.
     """
     figures = _with_uncertain_time(figures, pace_sigma, stamp_sigma)
     default = figures["level_free_is_default"]
-    level_free = _level_free(figures)
-    covariance, published = _published(figures, gravity, level_floor)
+    covariance, as_published = _published(figures, gravity, level_floor)
+    level_free, published = (
+        bias.with_gravity(figures["up"], gravity_sigma) for bias in (_level_free(figures), as_published)
+    )
     return Spin(
         label=label,
         start=span[0],

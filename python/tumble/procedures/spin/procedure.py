@@ -30,6 +30,7 @@ from tumble.logs import ReadOptions
 from tumble.procedures.spin.chain import Chain
 from tumble.procedures.spin.combination import CombinedBiases, combine
 from tumble.procedures.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, rejected_rests
+from tumble.procedures.spin.gravity import bias_sigma
 from tumble.procedures.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.procedures.spin.motions import credible_faults
 from tumble.procedures.spin.outputs import describe_spin
@@ -68,6 +69,7 @@ def spin(
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
+    gravity_uncertainty: float | None = None,
     calibration: Calibration | str | Path | None = None,
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
@@ -80,13 +82,15 @@ def spin(
     `true_turns` is what each spin truly turned, where that is known, and shows the gyroscope's scale about
     the turning axis; text is read as `TrueTurns.parse` has it. With `level_floor` the floor is taken to be
     level, which is the published method. A `calibration` is applied first: what is found is the bias it
-    leaves. `progress` is told samples done, and samples expected where they are known.
+    leaves. `gravity_uncertainty` is the 1-sigma of gravity, m/s^2, by docs/theory/uncertainty.md if not
+    given. `progress` is told samples done, and samples expected where they are known.
 
     Raises `TumbleError`, in one line, where no spin can be used.
 
     Method: docs/theory/spin.md.
     """
-    strength, gravity_source = local_gravity(gravity, latitude, height)
+    place = local_gravity(gravity, latitude, height, gravity_uncertainty)
+    strength = place.value
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_sampled(source, read)
     preset = TurnPreset(duration, rate, turns)
@@ -115,6 +119,7 @@ def spin(
             (each.chain.start, each.chain.end),
             label=f"spin {number}",
             gravity=strength,
+            gravity_sigma=bias_sigma(place, applied),
             level_floor=level_floor,
             preset=preset,
             pace_sigma=recording.metadata.pace_sigma,
@@ -122,7 +127,7 @@ def spin(
         )
         for number, each in enumerate(fitted, start=1)
     )
-    combined = combine(spins)
+    combined = combine(spins).with_gravity(spins[-1].up, bias_sigma(place, applied))
     return SpinResult(
         name=recording.name,
         source=log_name(recording),
@@ -139,7 +144,8 @@ def spin(
         ),
         trace=trace_of(unit.acquired),
         gravity=strength,
-        gravity_source=gravity_source,
+        gravity_source=place.source,
+        gravity_sigma=place.sigma,
         temperature=unit.acquired.temperature,
         calibration_hash=applied.hash() if applied else "",
         applied=applied.content() if applied else {},

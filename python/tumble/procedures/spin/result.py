@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from tumble.foundation.log_time import FROM_START, UNKNOWN_TIME, LogTime
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
@@ -46,6 +48,10 @@ class BiasEstimate:
     observable: bool
     reason: str = ""
     """Why it could not be observed, or how far it can be trusted."""
+
+    def with_gravity(self, up: FloatArray, sigma: float) -> BiasEstimate:
+        """Add the share of an uncertain gravity, m/s^2, to the bias of accelerometers: it is along `up`."""
+        return replace(self, sigma=np.hypot(self.sigma, sigma * np.abs(up)))  # uncertainty.md, eq. 10
 
     def parameters(self, triad: TriadName) -> Iterator[Parameter]:
         """Returns the bias of each axis."""
@@ -204,6 +210,8 @@ class SpinResult(Tabular, Collection[Spin]):
     gravity: float
     """m/s^2."""
     gravity_source: str
+    gravity_sigma: float | None = None
+    """m/s^2; None where nobody states it, and the bias along the vertical is relative to gravity."""
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
     calibration_hash: str = ""

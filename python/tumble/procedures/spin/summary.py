@@ -11,11 +11,12 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import finite
 from tumble.foundation.results import Parameter
 from tumble.foundation.words import count_of
 from tumble.procedures.spin.report.parameters import is_scale, scale_error
-from tumble.procedures.spin.report.text import unobserved
+from tumble.procedures.spin.report.text import spin_gravity, unobserved
 from tumble.procedures.spin.result import BiasEstimate, Spin, SpinResult
 from tumble.report.columns import parameter_cell
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, scales_of, significant
@@ -41,6 +42,7 @@ def long_summary(result: SpinResult) -> RenderableType:
 def _summary(result: SpinResult, most_spins: int, most_refused: int) -> RenderableType:
     result = result.from_start()
     head = [Text(_about(spin)) for spin in result.spins]
+    head.append(Text(f"Gravity: {spin_gravity(result)}"))
     notes = [Text(f"Not observable: {line}", "yellow") for line in _unobserved(result)]
     notes += [Text(f"Not used: {line}", "yellow") for line in _refused(result, most_refused)]
     notes += [
@@ -56,7 +58,7 @@ def json_content(result: SpinResult, files: Mapping[str, Path]) -> dict[str, Any
         "name": result.name,
         "source": result.source,
         "software": result.software,
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
+        "gravity": gravity_content(result),
         "options": result.options,
         "calibration_hash": result.calibration_hash,
         "accelerometer_bias": _bias_content(result.accelerometer_bias),

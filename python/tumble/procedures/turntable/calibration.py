@@ -9,6 +9,7 @@ from tumble.calibration.contributions import log_content
 from tumble.calibration.document import Calibration
 from tumble.calibration.triad_content import inherited_content, triads_content
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import plain
 from tumble.procedures.turntable.result import TargetResult, TurntableResult
 
@@ -44,7 +45,7 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
             "log": log_content(reference.source, reference.log),
             "uncertainty": asdict(reference.uncertainty),
         },
-        "gravity": {"value": batch.gravity, "source": batch.gravity_source},
+        "gravity": gravity_content(batch),
     }
     content |= triads_content(target)
     if target.responses:

@@ -102,6 +102,7 @@ def open_session(
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
+    gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
     clock: Clocks = "auto",
@@ -125,12 +126,19 @@ def open_session(
     )
     uncertainty = reference_uncertainty(applied, reference_grade)
     commanded = commanded_rates(truth, pose_list, rates, rate_accuracy)
-    strength, source = local_gravity(gravity, latitude, height)
+    place = local_gravity(gravity, latitude, height, gravity_uncertainty)
+    strength, source = place.value, place.source
     north = None if latitude is None else math.radians(latitude)
     # The table says nothing of specific force: there the reference stays the truth.
     of_force = "reference" if truth == "table" else truth
     settings = _core.TurntableSettings(
-        strength, of_force, clock, north, g_sensitivity, commanded.for_core() if commanded else None
+        strength,
+        of_force,
+        clock,
+        north,
+        g_sensitivity,
+        commanded.for_core() if commanded else None,
+        place.sigma or 0.0,
     )
     compared = {
         each: _core.TurntableSettings(strength, each, clock, north, g_sensitivity) for each in TREATMENTS
@@ -162,6 +170,7 @@ def open_session(
         truth=truth,
         gravity=strength,
         gravity_source=source,
+        gravity_sigma=place.sigma,
         options={
             "clock": clock,
             "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
@@ -200,6 +209,7 @@ def turntable(
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
+    gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
     clock: Clocks = "auto",
@@ -215,7 +225,8 @@ def turntable(
 
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
-    deg and `height` in m. `read` says how to read all logs or, by its name, each of them. `operator` and
+    deg and `height` in m; `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if
+    not given. `read` says how to read all logs or, by its name, each of them. `operator` and
     `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
 
     With truth `table` gyroscopes are calibrated with the `rates` that the table was commanded, magnitudes in
@@ -244,6 +255,7 @@ def turntable(
         gravity=gravity,
         latitude=latitude,
         height=height,
+        gravity_uncertainty=gravity_uncertainty,
         reference_calibration=reference_calibration,
         reference_grade=reference_grade,
         clock=clock,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from tumble.foundation.gravity import GRAVITY
 from tumble.foundation.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import (
@@ -23,6 +24,7 @@ from tumble.foundation.results import (
     Verdict,
 )
 from tumble.foundation.units import TRIADS
+from tumble.foundation.words import join
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -313,6 +315,8 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     """m/s^2."""
     gravity_source: str
     """`standard`, `given`, `WGS 84 at 48.1 deg, 520 m`."""
+    gravity_sigma: float | None = None
+    """m/s^2; None where nobody states it, and scale is relative to gravity."""
     options: dict[str, object] = field(default_factory=dict)
     """Method options as the calibration file keeps them."""
     limits: dict[str, object] = field(default_factory=dict)
@@ -324,11 +328,15 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     """Commanded rates, where truth is `table`."""
 
     def inherited_from(self, triad: TriadName) -> str:
-        """Returns the source of the inherited part: `calibration`, `table`, `calibration and table`."""
-        stated = getattr(self.reference.uncertainty, triad)
-        if self.commanded is None or triad != "gyroscope":
-            return str(stated)
-        return "table" if stated == NOT_STATED else f"{stated} and table"
+        """Returns the source of the inherited part: `calibration`, `table`, `calibration and gravity`."""
+        stated = str(getattr(self.reference.uncertainty, triad))
+        by_table = triad == "gyroscope" and self.commanded is not None
+        others = {
+            "": stated != NOT_STATED,
+            "table": by_table,
+            GRAVITY: triad == "accelerometer" and bool(self.gravity_sigma),
+        }
+        return join([name or stated for name, states in others.items() if states])
 
     def __repr__(self) -> str:
         verdicts = ", ".join(f"{target.name}: {target.verdict}" for target in self.targets)

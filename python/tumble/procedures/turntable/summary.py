@@ -16,12 +16,13 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.foundation.files import FileKind, replacing
+from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import finite
 from tumble.foundation.results import GROUPS
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of, defused, utf8
 from tumble.procedures.turntable.record import RecordedParameter, TargetRecord
-from tumble.procedures.turntable.report.text import mounting_sentence, uncertainty_sentence
+from tumble.procedures.turntable.report.text import gravity_sentence, mounting_sentence, uncertainty_sentence
 from tumble.procedures.turntable.result import GOOD, TurntableResult
 from tumble.report.groups import group_title
 from tumble.report.numbers import NOT_OBSERVABLE, Scale, headed, measurement, scales_of
@@ -144,6 +145,7 @@ class ScreenSummary:
         mounting = "" if reference.mounting is None else "mounting-angle error "
         yield f"Reference {reference.name}: {mounting}{mounting_sentence(reference)}"
         yield uncertainty_sentence(self._batch)
+        yield f"Gravity: {gravity_sentence(self._batch)}"
         if self._batch.poses:
             worst = max(self._batch.poses, key=lambda pose: pose.table_error_angle)
             angle = measurement(worst.table_error_angle, worst.table_error_sigma, "deg")
@@ -187,7 +189,7 @@ def json_content(run: TurntableRun, files: Mapping[str, Path]) -> dict[str, Any]
     content = {
         "software": batch.software,
         "truth": batch.truth,
-        "gravity": {"value": batch.gravity, "source": batch.gravity_source},
+        "gravity": gravity_content(batch),
         "options": batch.options,
         "limits": batch.limits,
         "reference": {
@@ -321,7 +323,7 @@ def _row(record: TargetRecord) -> dict[str, str]:
         row[f"{parameter.name}{unit}"] = _number(parameter.value)
         row[f"sigma {parameter.name}{unit}"] = _number(parameter.sigma)
         if parameter.inherited is not None:
-            row[f"sigma of reference {parameter.name}{unit}"] = _number(parameter.inherited)
+            row[f"sigma in common {parameter.name}{unit}"] = _number(parameter.inherited)
     return row
 
 

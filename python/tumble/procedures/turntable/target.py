@@ -234,6 +234,7 @@ class TargetProcedure:
         if lost:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
         yield from self._response(result.gyroscope)
+        yield from _drift(figures["accelerometer"])
         for triad in (result.accelerometer, result.gyroscope):
             if triad and triad.widening > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
@@ -250,6 +251,18 @@ class TargetProcedure:
                 )
             if triad:
                 yield from _skewed_axes(triad)
+
+
+def _drift(figures: _core.TriadFigures | None) -> Iterator[str]:
+    """Report biases that drifted so far that the fit took it in."""
+    if figures is None or "drift" not in figures:
+        return
+    each = zip("xyz", 1e3 * figures["drift"], 1e3 * figures["drift_sigma"], strict=True)
+    drifts = ", ".join(f"{axis} {value:+.2g} ± {sigma:.1g}" for axis, value, sigma in each)
+    yield (
+        f"accelerometer biases drifted over the session by {drifts} mm/s^2, which a straight line "
+        "explains and the fit includes: b is the mean; let the unit warm up first"
+    )
 
 
 def _skewed_axes(triad: TriadResult) -> Iterator[str]:

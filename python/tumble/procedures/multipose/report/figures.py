@@ -41,7 +41,7 @@ def sphere_figure(result: MultiposeResult, prefix: str) -> Markup:
         strong = influence[chosen] > 1.0
         axes.points(places[~strong, 0], places[~strong, 1], X_AXIS, "o", 4.0)
         axes.points(places[strong, 0], places[strong, 1], INK, "s", 4.5)
-        found = result.next_orientation
+        found = result.advised_orientation
         if found is not None and found.up[2] * sign >= 0.0:
             place = flattened(found.up.reshape(1, 3))
             axes.points(place[:, 0], place[:, 1], ALARM, "D", 7.0, hollow=True)

@@ -74,7 +74,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
             "Which direction of the case was up at each rest, seen from +z and, right, through the unit from "
             "+z; equal areas show equal parts of the sphere, the edge is where z is level. Dark: rests "
             "without which a parameter would change by more than its sigma. Hollow: the one that would help "
-            "most.",
+            "most, where one would lower the largest sigma by a tenth or more.",
         ),
         influence=Picture(
             influence_figure(result, "influence"),

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from tumble.foundation.gravity import gravity_sentence
 from tumble.foundation.words import count_of
 from tumble.poses.by_hand import axis_words, orientation_words
 from tumble.procedures.multipose.result import MultiposeResult
 from tumble.report.numbers import readable_scale, significant
-
-WORTH_ADDING = 0.9
-"""Share of the largest sigma that must be left at most, for one more orientation to be advised as needed."""
 
 
 def sentences(result: MultiposeResult) -> Iterator[str]:
@@ -40,15 +38,16 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
             f"gravity after a turn: {_quantity(math.degrees(result.angle_before), 'deg')} off with the bias "
             f"at rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
         )
+    yield f"gravity: {_gravity(result)}"
 
 
 def next_sentences(result: MultiposeResult) -> Iterator[str]:
     """Describes the orientation and the turn that would help most, if by enough."""
-    orientation, turn = result.next_orientation, result.next_turn
-    if orientation is not None and orientation.after < WORTH_ADDING * orientation.before:
+    orientation, turn = result.advised_orientation, result.advised_turn
+    if orientation is not None:
         how = orientation_words(orientation.up)
         yield _advice(how, orientation.parameter, orientation.before, orientation.after)
-    if turn is not None and turn.after < WORTH_ADDING * turn.before:
+    if turn is not None:
         how = f"from {orientation_words(turn.up)}, turn it half round about {axis_words(turn.axis)}"
         yield _advice(how, f"{turn.parameter} of the gyroscope", turn.before, turn.after)
 
@@ -73,12 +72,16 @@ def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
     ]
     return (
         ("source", result.source),
-        ("gravity", f"{result.gravity:.6g} m/s², {result.gravity_source}"),
+        ("gravity", _gravity(result)),
         ("limits of stillness", f"{result.tolerance:g} times the usual"),
         ("asked for", ", ".join(option for option in options if option) or "nothing besides"),
         ("case frame", _case_frame(result)),
         ("software", result.software),
     )
+
+
+def _gravity(result: MultiposeResult) -> str:
+    return gravity_sentence(result, "the scale of the accelerometer")
 
 
 def _case_frame(result: MultiposeResult) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+from tumble.foundation.gravity import gravity_sentence
 from tumble.foundation.results import NOT_SHOWN, Parameter
 from tumble.foundation.words import count_of, join
 from tumble.procedures.spin.report.parameters import turns_text
@@ -94,6 +95,11 @@ def fit_sentence(spin: Spin) -> str:
     return figures + "the model and the noise explain what was measured."
 
 
+def spin_gravity(result: SpinResult) -> str:
+    """Report the gravity used, its source and its uncertainty."""
+    return gravity_sentence(result, "the accelerometer bias along the vertical")
+
+
 def method_lines(result: SpinResult) -> tuple[tuple[str, str], ...]:
     """Returns names and values that a reader needs in order to repeat the procedure."""
     carried = f"sha256 {result.calibration_hash}" if result.calibration_hash else "none"
@@ -101,7 +107,7 @@ def method_lines(result: SpinResult) -> tuple[tuple[str, str], ...]:
     return (
         ("Procedure", "spin: a robot that stood still and turned on the spot"),
         ("Recording", " · ".join(filter(None, (result.name, result.serial, result.source)))),
-        ("Gravity", f"{result.gravity:.5f} m/s² ({result.gravity_source})"),
+        ("Gravity", spin_gravity(result)),
         ("Calibration applied first", carried),
         ("Temperature", temperature_sentence(result.temperature)),
         *options,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from tumble.foundation import gravity
 from tumble.foundation.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of, join
@@ -193,7 +194,7 @@ def _of_reference(sources: UncertaintySources, *, by_table: bool) -> str:
 
 def gravity_sentence(result: TurntableResult) -> str:
     """Describes the gravity used and its source."""
-    return f"{result.gravity:.5f} m/s² ({result.gravity_source})"
+    return gravity.gravity_sentence(result, "the scale of accelerometers")
 
 
 def _kept(count: int) -> str:
