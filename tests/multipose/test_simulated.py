@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas
@@ -12,6 +13,8 @@ from scipy.stats import chi2
 
 import tumble
 from tumble import Calibration
+from tumble.procedures.multipose.report.text import next_sentences
+from tumble.procedures.multipose.result import NextOrientation, NextTurn
 from tumble.tools.simulate import simulate_multipose, write_multipose
 from turntable_sessions import contents, one_line, typed
 
@@ -197,6 +200,20 @@ def test_the_page_shows_sphere_norms_influence_and_turns(found):
     for heading in ("On the sphere", "Influence of each rest", "At the rests", "After the turns", "Model"):
         assert heading in html
     assert "nan" not in html.lower().replace("nanm", "")
+
+
+@pytest.mark.parametrize(("left", "is_given"), [(0.5, True), (0.95, False), (1.0, False)])
+def test_a_tip_that_gains_nothing_is_not_given(found, left, is_given):
+    """Neither on screen and page nor in the picture."""
+    from tumble.procedures.multipose.report.figures import sphere_figure
+
+    up = np.array([0.0, 0.6, 0.8])
+    orientation = NextOrientation(up, "bias x", 1e-3, left * 1e-3)
+    turn = NextTurn(np.array([1.0, 0.0, 0.0]), up, "scale x", 1e-3, left * 1e-3)
+    tipped = replace(found, next_orientation=orientation, next_turn=turn)
+    assert len(list(next_sentences(tipped))) == (2 if is_given else 0)
+    untipped = replace(found, next_orientation=None)
+    assert (sphere_figure(tipped, "s") != sphere_figure(untipped, "s")) == is_given
 
 
 def test_a_folder_that_cannot_be_written_loses_nothing(written, tmp_path):
