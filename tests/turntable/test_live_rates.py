@@ -17,10 +17,10 @@ MOST_SIGMAS = 5.0
 """Largest error of any of the 14 figures, in sigmas."""
 
 
-def listed(path):
+def listed(path, rates=RATES):
     """Writes a pose list with rates, deg/s, as a user does."""
     poses = [{"name": pose.name, "up": pose.up.tolist()} for pose in SIX_FACES]
-    path.write_text(yaml.safe_dump({"poses": poses, "rates": RATES, "rate_seconds": 6.0}))
+    path.write_text(yaml.safe_dump({"poses": poses, "rates": rates, "rate_seconds": 6.0}))
     return path
 
 
@@ -55,3 +55,26 @@ def test_rates_of_a_pose_list_give_scale_by_rate_live(tmp_path, monkeypatch):
         assert [each["rate"] for each in levels] == pytest.approx(held, rel=2e-3)
         for each in (*levels, found):
             assert abs(each["scale"] - true[2]) < MOST_SIGMAS * each["scale_sigma"], each
+
+
+def test_a_live_session_takes_the_commanded_rates_as_truth(tmp_path, monkeypatch):
+    """Scale about the axis that turns is the table's, with its accuracy within sigma."""
+    with waiting_bench(monkeypatch, seed=97) as bench:
+        done = typed(
+            *("turntable", "--live", *words_of(bench), "--table", bench.table_address, "--armed"),
+            *("--poses", listed(tmp_path / "poses.yaml", [30.0]), "--pose-seconds", "3s"),
+            *("--truth", "table", "--rate-accuracy", "40", "-o", tmp_path / "out", "--json"),
+        )
+        truth = bench.truth
+    assert done.code == 0, done.out[-2000:] + done.err
+    for name in ("target_1", "target_2"):
+        file = yaml.safe_load((tmp_path / "out" / f"{name}.yaml").read_text())
+        assert file["method"]["truth"] == "table"
+        gyroscope = file["gyroscope"]
+        true = np.array(truth["units"][name]["gyroscope"]["M"])[:, 2]
+        found = np.array(gyroscope["M"])[:, 2]
+        inherited = np.array(gyroscope["inherited"]["covariance"], dtype=float)
+        assert "table" in gyroscope["inherited"]["source"]
+        assert np.sqrt(inherited[8, 8]) == pytest.approx(40e-6 * found[2], rel=1e-3)
+        variance = np.array(gyroscope["covariance"], dtype=float)[8, 8] + inherited[8, 8]
+        assert abs(found[2] - true[2]) < MOST_SIGMAS * np.sqrt(variance)
