@@ -48,6 +48,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.disturbed
 	$(BIN)/python -m benchmarks.stamps
+	$(BIN)/python -m benchmarks.cases
 	$(BIN)/python -m benchmarks.laboratories
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin

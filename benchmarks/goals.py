@@ -38,6 +38,8 @@ from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
 from benchmarks.multipose import IMU_TK, LARGEST_SCATTER, MPU_9150
 from benchmarks.multipose import LARGEST_RATIO as LARGEST_MULTIPOSE_RATIO
 from benchmarks.multipose_speed import FASTER as FASTER_MULTIPOSE
+from benchmarks.noise_disturbed import CLEAR_STEP, LARGEST_ERROR, MOST_ALARMS
+from benchmarks.noise_disturbed import COVERAGE as DISTURBED_NOISE_COVERAGE
 from benchmarks.noise_terms import COVERAGE as NOISE_COVERAGE
 from benchmarks.noise_terms import FASTER, LARGEST_NOISE_GROWTH, PROMISED
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
@@ -51,11 +53,17 @@ from benchmarks.spin import COVERAGE as SPIN_COVERAGE
 from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
 from benchmarks.spin import LARGEST_DIFFERENCE
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
+from benchmarks.spin_disturbed import COVERAGE as DISTURBED_SPIN_COVERAGE
+from benchmarks.spin_disturbed import NOT_SHOWN
 from benchmarks.spin_live import COVERAGE as LIVE_COVERAGE
 from benchmarks.spin_live import LARGEST_REDUCED, WAYS
+from benchmarks.stamps import HELD, LARGEST_Z
 from benchmarks.thermal import COVERAGE as THERMAL_COVERAGE
 from benchmarks.thermal import LARGEST_RATIO as LARGEST_THERMAL_RATIO
 from benchmarks.thermal import RIGHT
+from benchmarks.thermal_loops import COVERAGE as LOOP_COVERAGE
+from benchmarks.thermal_loops import MOST_FALSE_LAGS
+from benchmarks.tremor import COVERAGE as TREMOR_COVERAGE
 from benchmarks.truths import BIASES, DESIGN_MRAD
 
 SPEED_NAMES = {
@@ -109,6 +117,76 @@ def _disturbed(content: Content) -> Iterator[Goal]:
         f"{min(ratios):.2f} to {max(ratios):.2f}",
         min(ratios) >= 1 / LARGEST_SIGMA_RATIO and max(ratios) <= LARGEST_SIGMA_RATIO,
     )
+
+
+def _bumped(content: Content) -> Iterator[Goal]:
+    covered = [case[triad]["coverage"] for case in content["bumping"] for triad in TRIADS]
+    what = "turntable: share of 95 % intervals that hold the truth where it is bumped and biases drift"
+    yield _coverage(what, covered, COVERAGE)
+
+
+def _stamps(content: Content) -> Iterator[Goal]:
+    late = content["stamps"]
+    z = max(case["after"]["z"] for case in late)
+    what = "stamps that come late: errors of the gyroscope over their sigma, rms, worst lateness"
+    yield Goal(what, f"{LARGEST_Z:g}", f"{z:.2f}", z <= LARGEST_Z)
+    leaps = sum(case["leaps"] for case in content["loads"])
+    yield _none("a busy computer: leaps of a live clock", leaps)
+    held = min(case["held"] for case in content["loads"])
+    what = "a busy computer: share of times within two sigma, worst load"
+    yield Goal(what, _percent(HELD), _percent(held), held >= HELD)
+
+
+def _tremor(content: Content) -> Iterator[Goal]:
+    rows = content["tremors"]
+    used, of = sum(row["used"] for row in rows), sum(row["of"] for row in rows)
+    yield Goal("multi-pose in hands that tremble: poses used", f"{of}", f"{used}", used == of)
+    covered = [row[triad]["coverage"] for row in rows for triad in TRIADS]
+    what = "multi-pose in hands that tremble: share of 95 % intervals that hold the truth"
+    yield _coverage(what, covered, TREMOR_COVERAGE)
+
+
+def _noise_disturbed(content: Content) -> Iterator[Goal]:
+    rows = [row for row in content["density"] if row["case"] != "hum"]
+    error = max(row["error"] for row in rows)
+    what = "noise with a disturbance: error of N, rms, worst of all but a hum"
+    yield Goal(what, _percent(LARGEST_ERROR), _percent(error), error <= LARGEST_ERROR)
+    what = "noise with a disturbance: share of 95 % intervals of N that hold the truth"
+    yield _coverage(what, [row["coverage"] for row in rows], DISTURBED_NOISE_COVERAGE)
+    alarms, channels = (sum(row[key] for row in content["clean"]) for key in ("alarms", "channels"))
+    what = "noise of clean hours: channels with a step, ramp or knock that is none"
+    yield _at_most_so_many(what, MOST_ALARMS, alarms, channels)
+    found = min(row["found"] for row in content["steps"] if row["size"] >= CLEAR_STEP)
+    what = f"noise: steps of {CLEAR_STEP:g} mm/s² and more that are found at their time"
+    yield Goal(what, _percent(1.0), _percent(found), found == 1.0)
+
+
+def _thermal_loops(content: Content) -> Iterator[Goal]:
+    loops = content["loops"]
+    what = "thermal: share of 95 % intervals that hold the largest and the mean difference of a loop"
+    yield _coverage(
+        what, [row[key]["coverage"] for row in loops for key in ("largest", "mean")], LOOP_COVERAGE
+    )
+    missed = sum(row["sessions"] - row["found"] for row in loops if row["loop"] != "none")
+    yield _none("thermal: loops that are not found", missed)
+    without_lag = [*loops, *content.get("wandering", ())]
+    false, sessions = (sum(row[key] for row in without_lag) for key in ("lags", "sessions"))
+    yield _at_most_so_many("thermal: lags where there is none", MOST_FALSE_LAGS, false, sessions)
+    covered = [row["coverage"] for row in content["lags"] if row["found"]]
+    yield _coverage("thermal: share of 95 % intervals that hold a lag of 60 s", covered, LOOP_COVERAGE)
+
+
+def _spin_disturbed(content: Content) -> Iterator[Goal]:
+    covered = [
+        of["coverage"]
+        for row in content["rows"]
+        for group, of in row["groups"].items()
+        if of["coverage"] is not None and (row["name"], group) not in NOT_SHOWN
+    ]
+    what = (
+        "spin that slips, turns fast or has a coarse gyroscope: share of 95 % intervals that hold the truth"
+    )
+    yield _coverage(what, covered, DISTURBED_SPIN_COVERAGE)
 
 
 def _constant_rates(content: Content) -> Iterator[Goal]:
@@ -564,16 +642,21 @@ def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> G
 
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "accuracy": _accuracy,
-    "disturbed": _disturbed,
+    "disturbed": lambda content: chain(_disturbed(content), _bumped(content)),
+    "stamps": _stamps,
     "constant_rates": _constant_rates,
     "truths": _truths,
     "spin": _spin,
+    "spin_disturbed": _spin_disturbed,
     "spin_live": _spin_live,
     "live": _live,
     "live_table": _live_table,
     "multipose": _multipose,
+    "tremor": _tremor,
     "noise_terms": _noise,
+    "noise_disturbed": _noise_disturbed,
     "thermal": _thermal,
+    "thermal_loops": _thermal_loops,
     "compare": _compare,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,

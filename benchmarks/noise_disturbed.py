@@ -22,6 +22,13 @@ from tumble.procedures.noise.result import KNOCK, STEP, NoiseResult
 from tumble.procedures.noise.result import RAMP_OF_LEVEL as RAMP
 
 BASE_SEED = 27_600
+LARGEST_ERROR = 0.02
+"""Of N, where a step had made it 14 % wrong."""
+COVERAGE = (0.9, 1.0)
+"""Of a few channels."""
+MOST_ALARMS = 0.02
+CLEAR_STEP = 2.0
+"""mm/s^2, where N is 1 mm/s^2/sqrt(Hz)."""
 RATE_HZ, SECONDS = 100.0, 3600.0
 DENSITY, FLICKER, WALK = 1e-3, 3e-4, 6e-5
 """N, B and K of a channel, unit/sqrt(Hz), unit and unit/s/sqrt(Hz)."""

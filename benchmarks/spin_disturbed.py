@@ -24,6 +24,10 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 52_000
+COVERAGE = (0.93, 1.0)
+"""Wide intervals are no fault where something slips."""
+NOT_SHOWN = {("slips along itself, one way", "lever arm")}
+"""A robot that slips along itself turns about another point, and nothing shows that."""
 SLIP = 0.1
 """m/s."""
 TILT = float(np.radians(1.0))

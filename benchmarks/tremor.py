@@ -19,6 +19,7 @@ from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 27_800
 POSES = 22
+COVERAGE = (0.93, 0.97)
 FREQUENCIES = (6.0, 11.0)
 """Hz; each session draws its own."""
 AMPLITUDES = (0.02, 0.05, 0.08)
