@@ -61,6 +61,15 @@ def test_other_calibrations_in_the_folder_stay_out(robot, tmp_path):
     assert [row["serial"] for row in Registry("lab.db").list()] == ["SIM-7"]
 
 
+def test_a_unit_without_a_serial_is_warned_of(robot, tmp_path):
+    Registry.create(tmp_path / "lab.db")
+    nameless = save(tmp_path / "a", made_up(serial="", name="imu"), made_up(serial="7", log="7"))
+    done = typed("registry", "add", nameless, "--registry", "lab.db")
+    assert done.code == 0
+    assert "warning: imu: no serial is stated" in one_line(f"tumble: error: {done.err}")
+    assert typed("registry", "add", nameless, "--registry", "lab.db").err == ""
+
+
 def test_without_a_registry_nothing_is_said_of_one(robot):
     done = typed("spin", robot, "-o", "out")
     assert (done.code, done.err) == (0, "")

@@ -6,7 +6,7 @@ import functools
 import inspect
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from typing import Annotated, Any, TypeAlias, get_type_hints
 
@@ -74,6 +74,17 @@ def laboratory(module: str) -> Any:  # noqa: ANN401 - a module has no type of it
         ) from error
 
 
+def warn_of_names(added: Iterable[Any]) -> None:
+    """Warn of new results whose units state no serial: units of one name would be taken for one."""
+    names = dict.fromkeys(each.name for each in added if each.is_new and not each.serial)
+    if names:
+        print(
+            f"tumble: warning: {', '.join(names)}: no serial is stated, so that all units of this name "
+            "are one; give --serial",
+            file=sys.stderr,
+        )
+
+
 def _entered(address: str) -> bool:
     """Enter what was written; where that cannot be done, print how to do it later and return False."""
     from tumble.foundation.project_file import project_settings
@@ -90,6 +101,7 @@ def _entered(address: str) -> bool:
             file=sys.stderr,
         )
         return False
+    warn_of_names(added)
     new = sum(each.is_new for each in added)
     known = f", {len(added) - new} there already" if new < len(added) else ""
     if added:

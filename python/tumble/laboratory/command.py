@@ -11,7 +11,7 @@ from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.json_option import JsonOption
 from tumble.cli.output import OutputFolder
-from tumble.cli.registry_option import RegistryOption
+from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import print_json, print_summary
 from tumble.foundation.errors import CommandError
@@ -126,6 +126,7 @@ def add_command(
 
     facts = UnitFacts(manufacturer, model, lot, owner, tuple(identity or ()))
     added = opened.add(*places, facts=facts, condition=condition, supersedes=supersedes, who=operator)
+    warn_of_names(added)
     if as_json:
         rows = [
             {"result": each.identity, "name": each.name, "serial": each.serial, "new": each.is_new}
