@@ -117,7 +117,7 @@ LAYERS: dict[str, set[str]] = {
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"errors", "files", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
-    "factors": {"recording", "_core"},
+    "error_decomposition": {"recording", "_core"},
     "results": {"errors", "frames", "log_time", "provenance", "recording", "_core"},
     "goal": {"errors", "numbers", "results", "units"},
     "result": DATA | {"calibration"},

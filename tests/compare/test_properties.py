@@ -11,7 +11,7 @@ from compare_units import UNITS, drawn, truth
 from repetitions import repetitions
 from theory_formulas import numeric
 from tumble import Calibration, compare
-from tumble.foundation.factors import factor_jacobian
+from tumble.foundation.error_decomposition import factor_jacobian
 from tumble.tools.compare.history import line_through
 from tumble.tools.compare.unit import jacobian
 

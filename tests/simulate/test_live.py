@@ -386,7 +386,7 @@ def test_a_signal_ends_the_command_cleanly(tmp_path, which):
         (("--grades", "toy"), "unknown grade 'toy'"),
         (("--speed", "0"), "speed is 0; make it positive"),
         (("--jitter", "-1"), "make it zero or more"),
-        (("--fault", "nobody:moved"), "a fault of unit 'nobody'"),
+        (("--fault", "nobody:moved"), "unknown unit 'nobody' of a fault"),
         (("--fault", "reference:melted"), "unknown fault 'melted'"),
         (("--fault", "reference:garbled:size=2"), "size is a share of 1"),
         (("--table-profile", "nobodys"), "no such profile"),

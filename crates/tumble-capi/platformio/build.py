@@ -20,7 +20,7 @@ from SCons.Script import DefaultEnvironment, Import
 
 Import("env", "projenv")
 
-# Rust's names of the processors that -mcpu names, without floats. The same table is in cmake/TumbleRust.cmake.
+# Rust's names of the processors that -mcpu names, no floats. The same table is in cmake/TumbleRust.cmake.
 PROCESSORS = {
     "cortex-m0": "thumbv6m-none",
     "cortex-m0plus": "thumbv6m-none",

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.duplicate_sensors import GyroscopeHead
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
-from tumble.acquisition.twins import GyroscopeHead
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.debugging import debug, is_debugged

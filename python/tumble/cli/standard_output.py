@@ -1,8 +1,8 @@
 """Standard output and error as commands have them.
 
-Standard output says in one line why it takes no more. What a screen cannot show, or would obey, is escaped on
-both: names of columns, units and topics are text of others. What is drawn goes past that by `drawing`, and
-`Screen` of `cli/screen.py` escapes its text instead.
+A failure of standard output is reported in one line. Characters that a screen cannot show, or would obey, are
+escaped on both: names of columns, units and topics are text from outside. Drawings pass unchanged by
+`drawing`, and `Screen` of `cli/screen.py` escapes its text instead.
 """
 
 from __future__ import annotations

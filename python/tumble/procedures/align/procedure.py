@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.duplicate_sensors import duplicate_sensors
 from tumble.acquisition.imu import log_name
 from tumble.acquisition.stamps import with_sample_times
-from tumble.acquisition.twins import twins
 from tumble.foundation.documents import document_kind, write_document
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.log_time import LogTime
@@ -66,7 +66,7 @@ def align(
         units=aligned,
         options={"search": search},
         warnings=(
-            *twins((unit.name, read.gyroscope_digest) for unit, read in (ours, *theirs)),
+            *duplicate_sensors((unit.name, read.gyroscope_digest) for unit, read in (ours, *theirs)),
             *(
                 f"{unit.name}: {notice}"
                 for unit, recording, read in zip(units, recordings, samples, strict=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.twins import GyroscopeHead
+from tumble.acquisition.duplicate_sensors import GyroscopeHead
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray, SampleProgress
 from tumble.foundation.words import count_of

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.document import Calibration
-from tumble.foundation.errors import ProcedureError
-from tumble.foundation.factors import (
+from tumble.foundation.error_decomposition import (
     PAIRS,
     factor_sigma,
     factors,
@@ -23,6 +22,7 @@ from tumble.foundation.factors import (
     non_orthogonality,
     propagated,
 )
+from tumble.foundation.errors import ProcedureError
 from tumble.foundation.plain import finite_or_none, plain
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import UNITS

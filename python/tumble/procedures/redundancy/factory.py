@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble.calibration.document import Calibration, Triad
+from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.factors import propagated
 from tumble.foundation.recording import FloatArray
 from tumble.procedures.redundancy.result import SecondaryError, Sensor
 from tumble.procedures.redundancy.units import UnitSettings

@@ -59,7 +59,7 @@ class LiveRedundancy:
     The set goes on without a unit whose source is lost, if it was made with `keep_going`. Compensated output
     goes to `output` before anything else is done with a sample. `session` records all samples, in the order
     in which the monitor took them in, so that a replay of the session gives the same; `witness_log` beside it
-    what `witnesses` said. What is adopted is in the store of the monitor at once.
+    records `witnesses`. Adopted errors are in the store of the monitor at once.
     """
 
     def __init__(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.acquisition.twins import GyroscopeHead, twins
+from tumble.acquisition.duplicate_sensors import GyroscopeHead, duplicate_sensors
 from tumble.foundation.errors import LogError, ProcedureError
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.units import Channel
@@ -380,7 +380,9 @@ class SideBySide(Iterator[list[SampleArrays]]):
 
     def notices(self) -> Iterator[str]:
         """Describes omissions from each unit's log, and units with the same gyroscope."""
-        yield from twins((reader.unit.name, reader.gyroscope.digest()) for reader in self._readers)
+        yield from duplicate_sensors(
+            (reader.unit.name, reader.gyroscope.digest()) for reader in self._readers
+        )
         for reader in self._readers:
             if isinstance(reader.stream, ChunkStream):
                 yield from (f"{reader.unit.name}: {notice}" for notice in reader.stream.counts.notices())

@@ -1,8 +1,8 @@
 """Stored errors of secondaries on disk: one file a unit and sensor, and beside it the first it ever had.
 
 A file takes its name only once it is whole, so that power may fail at any time. It carries a checksum, the
-date, serial and identity of the unit, and those of the primary it was calibrated against. What does not fit
-does not count, and is set aside before another takes its place; units with other serials are refused.
+date, serial and identity of the unit, and those of the primary it was calibrated against. A file that
+does not fit is ignored, and set aside before another takes its place; units with other serials are refused.
 """
 
 from __future__ import annotations

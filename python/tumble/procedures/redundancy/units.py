@@ -107,7 +107,7 @@ def with_axes(name: str, unit: UnitSettings, logged: Sequence[Channel] = CHANNEL
 def identity_of(name: str, unit: UnitSettings, serial: str = "", *, shared: bool = False) -> int:
     """Returns the number by which stored errors know a unit: stated, or 64 bits of a digest of its serial.
 
-    Of its name where it has none; of both where several units share the serial of their board.
+    The digest is of its name where it has none; of both where several units share the serial of their board.
     """
     if unit.identity is not None:
         return unit.identity

@@ -16,9 +16,9 @@ from tumble.acquisition.acquire import (
     scale_notice,
     trace_of,
 )
+from tumble.acquisition.duplicate_sensors import duplicate_sensors
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
-from tumble.acquisition.twins import twins
 from tumble.calibration.limits import Limits
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError, TumbleError
@@ -67,9 +67,10 @@ class TargetProcedure:
             return name
         return self.gyroscopes.setdefault(unit.gyroscope_digest, name)
 
-    def _twin(self, name: str, unit: Imu) -> Iterator[str]:
+    def _duplicates(self, name: str, unit: Imu) -> Iterator[str]:
         first = self.first_with_gyroscope(name, unit)
-        return twins([(each, unit.gyroscope_digest) for each in (first, name)] if first != name else [])
+        names = (first, name) if first != name else ()
+        return duplicate_sensors((each, unit.gyroscope_digest) for each in names)
 
     def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
         """Calibrates one target; what hinders it becomes its failure."""
@@ -158,7 +159,7 @@ class TargetProcedure:
                 *notices(unit),
                 *scale_notice(unit.acquired, self.gravity),
                 *self._unshown(unit),
-                *self._twin(name, unit),
+                *self._duplicates(name, unit),
                 *self._warnings(result, figures),
             ),
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import TemperatureDrift
-from tumble.foundation.factors import factors, propagated
+from tumble.foundation.error_decomposition import factors, propagated
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
 from tumble.tools.compare.unit import PLACES, UnitModel, jacobian

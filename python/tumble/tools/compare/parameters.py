@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.foundation.factors import PAIRS, factor_jacobian, factors, non_orthogonality, propagated
+from tumble.foundation.error_decomposition import (
+    PAIRS,
+    factor_jacobian,
+    factors,
+    non_orthogonality,
+    propagated,
+)
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS
 from tumble.foundation.units import TRIADS, UNITS, Triad

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.calibration.document import Calibration, Triad
-from tumble.foundation.factors import PAIRS, factor_jacobian, propagated
+from tumble.foundation.error_decomposition import PAIRS, factor_jacobian, propagated
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.foundation.units import Triad as TriadName

@@ -37,8 +37,8 @@ def convert_command(
     Example: tumble convert drive.bag -o drive.parquet
 
     Writes s, m/s^2, rad/s and degC. The time is that of the sensor where the log has it; how that of
-    recording runs beside it (skew, jitter) is said. Several IMUs become topics of one MCAP file or folders of
-    one EuRoC folder; of CSV and Parquet each is a file, OUT-NAME.
+    recording runs beside it (skew, jitter) is reported. Several IMUs become topics of one MCAP file or
+    folders of one EuRoC folder; in CSV and Parquet each is a file, OUT-NAME.
 
     The file is named by -o, or ./NAME-tumble with the ending of --format; EuRoC is a folder.
 

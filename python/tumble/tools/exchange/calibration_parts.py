@@ -14,8 +14,8 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, GyroscopeCalibration, Triad
 from tumble.foundation.constants import STANDARD_GRAVITY
+from tumble.foundation.error_decomposition import factors
 from tumble.foundation.errors import CalibrationFileError
-from tumble.foundation.factors import factors
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.foundation.units import Triad as TriadName

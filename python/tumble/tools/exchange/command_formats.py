@@ -23,8 +23,8 @@ def formats_command(
 
     Example: tumble formats
 
-    What needs libraries that are not installed is marked, with what to type. Logs are known by what stands in
-    them, not by their names; text is read packed too.
+    Formats that need libraries which are not installed are marked, with the command to install them. Logs are
+    recognised by their contents, not by their names; text is read packed too.
     """
     content = {"logs read": _logs_read(), "logs written": _logs_written(), "calibrations": _calibrations()}
     if as_json:

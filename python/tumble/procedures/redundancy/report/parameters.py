@@ -7,7 +7,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tumble.foundation.factors import PAIRS, factor_sigma, factors, mounting_angles, non_orthogonality
+from tumble.foundation.error_decomposition import (
+    PAIRS,
+    factor_sigma,
+    factors,
+    mounting_angles,
+    non_orthogonality,
+)
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL, Parameter
 from tumble.foundation.units import UNITS

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from tumble.foundation.factors import PAIRS
+from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.results import INTERVAL
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import FULL_WIDTH, HALF_WIDTH, box, largest, value_axis_in

@@ -167,10 +167,10 @@ def live_command(
     Ctrl-C or SIGTERM. Writes truth.yaml.
     """
     from tumble.tools.simulate.live.files import write_live
+    from tumble.tools.simulate.live.hand_events import follow_events
     from tumble.tools.simulate.live.procedure import LiveSimulation
     from tumble.tools.simulate.live.scenario import LiveScenario
     from tumble.tools.simulate.live.signals import ended_by_signals
-    from tumble.tools.simulate.live.told import follow_events
 
     folder = output or folder_named_after("live")
     scenario = LiveScenario(**moved.stated(), **service.stated(), **line.stated())

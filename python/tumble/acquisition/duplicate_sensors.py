@@ -42,7 +42,7 @@ class GyroscopeHead:
         return hashlib.sha256(head.tobytes()).hexdigest()
 
 
-def twins(digests: Iterable[tuple[str, str]]) -> Iterator[str]:
+def duplicate_sensors(digests: Iterable[tuple[str, str]]) -> Iterator[str]:
     """Yields a message on units with the same gyroscope, by their names and digests."""
     names: dict[str, list[str]] = defaultdict(list)
     for name, digest in digests:

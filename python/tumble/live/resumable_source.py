@@ -8,7 +8,7 @@ from tumble.live.source import LiveChunk, Source
 from tumble.live.wrapped import WrappedSource
 
 
-class ContinuedSource(WrappedSource):
+class ResumableSource(WrappedSource):
     """Whoever iterates it goes on where it was left."""
 
     def __init__(self, source: Source) -> None:
