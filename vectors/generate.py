@@ -456,8 +456,8 @@ VECTORS = {
     "triad": Vectors(triad, {"M": (0.02, 0.02), "b": (0.02, 0.02), "sigma": (2e-4, 2e-4)}),
     # A rest may lose two blocks of 0.1 s at an end; the others are three sigma of the noise put in.
     "stream": Vectors(stream, {"rests_s": (0.2, 0.2), "bias": (1.5e-4, 1.5e-4), "turn_angle": (5e-4, 5e-4)}),
-    # In units of sigma, twice what was seen: the core has to find the motion, and averages over blocks. Its sigma
-    # of the accelerometer bias is up to 1.5 times as large, and over 12 seeds the two differ by 0.8 sigma rms.
+    # In units of sigma, twice what was seen: the core has to find the motion, and averages over blocks. Its
+    # sigma of the accelerometer bias is up to 1.5 times as large; over 12 seeds both differ by 0.8 sigma rms.
     "spin": Vectors(
         spin, {"accelerometer_bias": (1.3, 1.3), "gyroscope_bias": (1.0, 1.0), "floor_tilt": (0.2, 0.2)}
     ),
