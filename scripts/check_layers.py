@@ -65,7 +65,17 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("provenance", "documents", "bounded_yaml", "schemas", "error_decomposition", "results", "goal", "timing", "words"),
+    *(
+        "provenance",
+        "documents",
+        "bounded_yaml",
+        "schemas",
+        "error_decomposition",
+        "results",
+        "goal",
+        "timing",
+        "words",
+    ),
     *(
         "folder_lock",
         "body_axes",

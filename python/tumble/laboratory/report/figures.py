@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from tumble.foundation.factors import PAIRS
+from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, INTERVAL
 from tumble.laboratory.history import ParameterHistory, date_of, years_of

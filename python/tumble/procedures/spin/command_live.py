@@ -141,7 +141,7 @@ def run_live(
     from tumble.cli.output import folder_named_after
     from tumble.foundation.files import no_empty_folder
     from tumble.live import open_source
-    from tumble.live.continued import ContinuedSource
+    from tumble.live.resumable_source import ContinuedSource
     from tumble.live.outputs import parse_output
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
     from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
