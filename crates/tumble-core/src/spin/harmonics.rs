@@ -205,8 +205,8 @@ impl<T: Real> Harmonics<T> {
 
     /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over.
     ///
-    /// Where the axes differ by no more than chance makes them, they share one variance: few rows tell that of an axis too badly to
-    /// weight axes by it.
+    /// Where the axes differ by no more than chance makes them, they share one variance: few rows give that of
+    /// an axis too poorly to weight axes by it.
     ///
     /// Residuals are divided by it, and intervals made of it as if it were known: with two degrees of freedom less
     /// their squares are on average one all the same, and the intervals hold as often as they state.

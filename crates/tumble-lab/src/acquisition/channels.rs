@@ -394,7 +394,7 @@ impl ChannelMonitor {
         })
     }
 
-    /// Whether the sensor of a kind repeats its readings away from any end too: noise does not move it from step to step.
+    /// Tests whether the sensor of a kind repeats its readings away from any end too: noise does not move it from step to step.
     fn repeats(&self, kind: usize) -> bool {
         let flat = |levels: &Levels| levels.moved && f64::from(levels.flat) > FLAT * f64::from(levels.within);
         self.levels[3 * kind..3 * kind + 3].iter().any(flat)

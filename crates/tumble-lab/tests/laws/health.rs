@@ -110,7 +110,7 @@ proptest! {
         let clip = move |y: f64| ((y / step).round() * step).clamp(-end, end);
         let unit = Unit::noisy(if gyroscope { 0.02 } else { noise * step }, if gyroscope { noise * step } else { 0.002 });
         let recording = Recording::of(&even_turns(1.0, 1.0), &unit, &mut Draws::new(seed));
-        // As if it turned at 2300 deg/s, or pushed up with 2.3 g as long as it turns.
+        // Readings of a turn at 2300 deg/s, or of a push up with 2.3 g during the turn.
         let pushed = recording.rate.clone();
         let mut recording = if gyroscope {
             recording.change(|f| f, |w| w.map(|w| clip(40.0 * w)))
