@@ -208,7 +208,7 @@ fn begun_in_motion_a_gyroscope_that_jumps_is_named() {
 }
 
 #[test]
-fn an_accelerometer_turned_over_is_named_by_secondaries_that_aged() {
+fn an_accelerometer_turned_over_is_named_by_aged_secondaries() {
     for seed in 0..4 {
         let mut draws = Draws::new(seed);
         let mut aged = || (draws.normals::<3>().normalize() * 0.08).into();
@@ -264,7 +264,7 @@ fn three_of_four_that_aged_and_shift_alike_are_named_at_rest() {
     }
 }
 
-/// Three units that were never calibrated, of which the primary is off by so much along gravity.
+/// Three units that were never calibrated, of which the primary has an error of so much along gravity.
 fn never_calibrated(primary: f64, secondaries: f64) -> Flight<f32, 3> {
     let parts = [
         off([0.0, 0.0, primary]),
@@ -276,7 +276,7 @@ fn never_calibrated(primary: f64, secondaries: f64) -> Flight<f32, 3> {
 }
 
 #[test]
-fn units_that_are_all_off_are_calibrated_relative_to_the_primary() {
+fn units_that_all_err_are_calibrated_relative_to_the_primary() {
     let flight = never_calibrated(0.5, 0.4);
     for unit in 1..3 {
         assert_eq!(
@@ -289,7 +289,7 @@ fn units_that_are_all_off_are_calibrated_relative_to_the_primary() {
 }
 
 #[test]
-fn a_primary_that_alone_is_off_or_by_more_than_any_calibrates_nobody() {
+fn a_primary_with_the_only_or_too_large_error_calibrates_none() {
     for (primary, secondaries) in [(0.5, 0.05), (1.2, 1.0)] {
         let flight = never_calibrated(primary, secondaries);
         for unit in 1..3 {
@@ -299,7 +299,7 @@ fn a_primary_that_alone_is_off_or_by_more_than_any_calibrates_nobody() {
 }
 
 #[test]
-fn the_output_steps_by_little_where_calibrated_units_drifted_and_rested_since() {
+fn the_output_steps_little_where_units_drifted_and_rested() {
     let (mut forces, mut rates) = (Vec::new(), Vec::new());
     for seed in 0..6 {
         let parts = [Part::exact(); 2];

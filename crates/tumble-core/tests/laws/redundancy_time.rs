@@ -229,7 +229,7 @@ proptest! {
 }
 
 #[test]
-fn units_of_ten_samples_a_second_are_calibrated_beside_one_that_is_fast() {
+fn units_at_ten_hertz_are_calibrated_beside_a_fast_one() {
     for slow in [50_000, 100_000] {
         for number in 0..2 {
             let mut parts = parts();
