@@ -14,8 +14,8 @@ import numpy as np
 from tumble.calibration.contributions import NOISE, part
 from tumble.calibration.document import KIND, Calibration, Triad
 from tumble.calibration.limits import Limits
-from tumble.foundation.errors import TumbleError
 from tumble.foundation.error_decomposition import PAIRS
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import PAGE, note_input
 from tumble.foundation.plain import finite, finite_or_none
 from tumble.foundation.procedures import PROCEDURES

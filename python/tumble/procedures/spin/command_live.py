@@ -133,16 +133,16 @@ def run_live(
 
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. `latitude` is in deg,
     `height` in m, `gravity_uncertainty` in m/s^2; `calibration` is applied first. All samples are recorded
-    into the folder of `--record`, or beside the results unless they come from a log, or not to be kept. Once the
-    calibration is found, samples go on corrected, where `asked` says to where. With `--json` every event is a
+    into the folder of `--record`, or beside the results unless they come from a log, or not to be kept. Once
+    the calibration is found, samples go on corrected, where `asked` says to where. With `--json` every event is a
     line on standard output, and nothing else is.
     """
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.output import folder_named_after
     from tumble.foundation.files import no_empty_folder
     from tumble.live import open_source
-    from tumble.live.resumable_source import ContinuedSource
     from tumble.live.outputs import parse_output
+    from tumble.live.resumable_source import ContinuedSource
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
     from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.tools.record.recorded_source import recorded_source
