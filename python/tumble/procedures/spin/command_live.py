@@ -133,9 +133,9 @@ def run_live(
 
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. `latitude` is in deg,
     `height` in m, `gravity_uncertainty` in m/s^2; `calibration` is applied first. All samples are recorded
-    into the folder of `--record`, or beside the results unless they come from a log, or not to be kept. Once
-    the calibration is found, samples go on corrected, where `asked` says to where. With `--json` every event is a
-    line on standard output, and nothing else is.
+    into the folder of `--record`, or beside the results unless they come from a log, or not to be kept.
+    Once the calibration is found, samples go on corrected, where `asked` says to where. With `--json` every
+    event is a line on standard output, and nothing else is.
     """
     from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.output import folder_named_after
