@@ -144,6 +144,21 @@ fn pairs_are_dropped_when_either_unit_fails_while_they_collect() {
     }
 }
 
+#[test]
+fn pairs_are_kept_where_samples_of_one_of_the_two_do_not_come_for_a_while() {
+    for unit in [0, 1] {
+        let parts = aged_beside(Part::exact());
+        let mission = Mission::new(SEED, &parts)
+            .spoilt(move |number, time, _| number != unit || !(6.0..6.4).contains(&time));
+        let flight = flown::<f32>(settings(), parts, &mission);
+        assert_told!(flight, unit, 1 x EventKind::Unhealthy { .. });
+        assert_told!(flight, 1, 0 x EventKind::Abandoned { .. });
+        for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
+            assert_eq!(flight.adopted(1, sensor).len(), 1, "{}", flight.story());
+        }
+    }
+}
+
 fn refuses_a_jump<T: Real>() {
     for unit in [0, 1] {
         for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {

@@ -206,7 +206,7 @@ fn a_calibration_without_motion_is_triggered_again() {
 }
 
 #[test]
-fn a_trigger_outlasts_a_unit_that_is_dead_for_a_while() {
+fn a_trigger_outlasts_a_unit_that_says_no_numbers_for_a_while() {
     let parts = [Part::exact(), Part::aged()];
     let mission = Mission::new(6, &parts)
         .phases(&[
@@ -216,7 +216,12 @@ fn a_trigger_outlasts_a_unit_that_is_dead_for_a_while() {
             (12.0, Phase::Free(1.0)),
             (2.5, Phase::Rest),
         ])
-        .spoilt(|unit, time, _| unit != 1 || !(4.0..5.0).contains(&time));
+        .spoilt(|unit, time, sample| {
+            if unit == 1 && (4.0..5.0).contains(&time) {
+                sample.angular_rate.y = f64::NAN;
+            }
+            true
+        });
     let flight = fly::<f64, 2>(&platform(settings(), units(&parts)), &mission);
     assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::SecondaryUnhealthy });
     assert_told!(flight, 1, 2 x EventKind::Triggered { .. });

@@ -389,8 +389,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let fault = health.fault();
         let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
         report(Event { time, unit, kind });
-        // Readings at the end of the range are left out of pairs; what else was collected is as good as before.
-        if matches!(fault, None | Some(HealthFault::Saturated { .. })) {
+        // Readings at the end of the range, and samples that did not come, are left out of pairs; what else was collected is as
+        // good as before.
+        if matches!(
+            fault,
+            None | Some(HealthFault::Saturated { .. } | HealthFault::Late { .. })
+        ) {
             return None;
         }
         // What a calibration may mend does not end it.
