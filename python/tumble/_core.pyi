@@ -839,6 +839,7 @@ class RedundancyMonitor:
         keep_output: bool = False,
         progress: Callable[[float], None] | None = None,
         arrivals: Sequence[FloatArray] | None = None,
+        temperatures: Sequence[FloatArray | None] | None = None,
     ) -> RedundancyReplay:
         """Push what all units said, in order of time, up to the end; may be called again with what follows.
 
@@ -847,7 +848,7 @@ class RedundancyMonitor:
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
         Commands are `evaluate` and `return to primary`. Witnesses, in order of time, are time s, kind, unit,
         value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, `heading`, rad, and
-        `score`, first of value.
+        `score`, first of value. Temperatures (n,) degC, None of a unit where nobody knows, not a number of a sample.
         `progress` is told the share done, 0 to 1.
         """
     def push(
@@ -858,6 +859,7 @@ class RedundancyMonitor:
         angular_rate: FloatArray,
         commands: Sequence[tuple[float, str]] = (),
         witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
+        temperature: FloatArray | None = None,
     ) -> RedundancySaid:
         """Push samples of one unit as they come; arguments are those of `replay`."""
     def restore(self, record: Mapping[str, object]) -> str | None:

@@ -92,4 +92,4 @@ def test_silent_secondary_is_reported_with_evaluation_on_command(said, tmp_path,
     done = typed("redundancy", *units([*paths, silent]), *never, "-o", tmp_path / "out")
     assert done.code == 3
     told = " ".join(done.out.split())
-    assert told.startswith(f"{silent} was not calibrated (unhealthy: late (0.1")
+    assert told.startswith(f"{silent} was not calibrated (unhealthy: late (0.3")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tumble import _core
+from tumble import Chunk, RedundancyMonitor, _core
 
 RATE = 100.0
 
@@ -34,3 +34,28 @@ def test_secondary_is_the_source_before_a_primary_of_a_late_clock(ahead):
     ]
     assert events[0] == (0.02, 1, "selected", "primary failed")
     assert [event for event in events if event[1:3] == (1, "unhealthy")] == []
+
+
+def warming(told):
+    """Events of two units at rest, of which the secondary drifts as 25 K make it."""
+    monitor = RedundancyMonitor("front", ["rear"])
+    random = np.random.default_rng(5)
+    time = np.arange(3000) / 50
+    warmth = -np.expm1(-time / 20.0)
+    happened = []
+    readings = {}
+    for unit, drift in (("front", 0.0), ("rear", 0.09)):
+        force = random.normal((0.0, 0.0, 9.80665), 0.01, (len(time), 3))
+        force[:, 0] += drift * warmth
+        readings[unit] = force, random.normal(0.0, 0.001, (len(time), 3))
+    for at in range(len(time)):
+        for unit, (force, rate) in readings.items():
+            one = slice(at, at + 1)
+            temperature = 20.0 + 25.0 * warmth[one] if told else None
+            happened += monitor.push(unit, Chunk(time[one], force[one], rate[one], temperature))
+    return [each.event for each in happened]
+
+
+def test_units_that_tell_how_warm_they_are_may_drift_as_far_as_that_explains():
+    assert "disagree" in warming(told=False)
+    assert {"disagree", "unhealthy"}.isdisjoint(warming(told=True))

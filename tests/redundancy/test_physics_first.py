@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from redundancy_sets import of
@@ -91,3 +94,29 @@ def test_begun_in_motion_a_gyroscope_that_jumps_is_named(tmp_path):
     ((time, reason),) = named(events, "u0")
     assert reason == "out of family"
     assert 75.0 < time < 76.0
+
+
+def with_temperature(case, folder, kelvins, constant):
+    """Logs of a case with the temperature that its truth states, as its units would have told it."""
+    logs = []
+    for number in range(3):
+        table = pq.read_table(FOLDER / case / f"u{number}.parquet")
+        warmth = -kelvins * np.expm1(-1e-6 * table["time_us"].to_numpy() / constant)
+        logs.append(folder / f"u{number}.parquet")
+        pq.write_table(
+            table.append_column("temperature", pa.array((20.0 + warmth).astype(np.float32))), logs[-1]
+        )
+    return logs
+
+
+def test_units_that_tell_that_they_warm_up_by_25_k_are_sound(tmp_path):
+    logs = with_temperature("warmup_n3", tmp_path, 25.0, 120.0)
+    secondaries = [word for log in logs[1:] for word in ("--secondary", log)]
+    given = ("--primary", logs[0], *secondaries, *with_settings("warmup_n3"))
+    done = typed("redundancy", *given, "-o", tmp_path / "out")
+    text = (tmp_path / "out" / "events.jsonl").read_text("utf-8")
+    events = [json.loads(line) for line in text.splitlines()]
+    assert done.code == 0
+    assert [named(events, unit) for unit in ("u0", "u1", "u2")] == [[], [], []]
+    assert [unit for _, unit, _ in sources(events)] == ["u0"]
+    assert [each for each in events if each["event"] == "disagree"] == []

@@ -93,7 +93,9 @@ def test_setting_below_its_lower_setting_is_refused_with_both_names(row):
 def test_every_setting_says_its_meaning_in_one_sentence_and_its_unit():
     for setting in explain("redundancy"):
         assert setting.meaning.endswith("."), setting.name
-        assert setting.unit in ("", "s", "m", "rad", "m/s^2", "rad/s", "1/s^2"), setting.name
+        assert setting.unit in ("", "s", "m", "rad", "m/s^2", "rad/s", "1/s^2", "m/s^2/K", "rad/s/K"), (
+            setting.name
+        )
 
 
 @pytest.mark.parametrize(

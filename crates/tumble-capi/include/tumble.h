@@ -52,7 +52,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((502 + (184 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((502 + (192 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
@@ -756,6 +756,14 @@ enum tumble_reason
      * supports.
      */
     TUMBLE_REASON_BEYOND_SUPPORT,
+    /**
+     * Unhealthy: it gives each reading twice, and did not do so before.
+     */
+    TUMBLE_REASON_DUPLICATED,
+    /**
+     * Unhealthy: its readings are those of another unit, in `units`.
+     */
+    TUMBLE_REASON_COPY,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1501,6 +1509,16 @@ typedef struct tumble_redundancy_settings {
      * 0.0075 rad/s.
      */
     float tolerated_angular_rate;
+    /**
+     * Drift of specific force of an axis with temperature, of units whose logs or samples state one.
+     * Default: 0.00196 m/s^2/K.
+     */
+    float drift_per_kelvin_specific_force;
+    /**
+     * Drift of angular rate of an axis with temperature, of units whose logs or samples state one. Default:
+     * 0.00026 rad/s/K.
+     */
+    float drift_per_kelvin_angular_rate;
     /**
      * Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy. Default:
      * 9.
@@ -2353,6 +2371,16 @@ tumble_status tumble_redundancy_witness(struct tumble_redundancy *redundancy,
                                         const struct tumble_witness *witness,
                                         tumble_on_event on_event,
                                         void *context);
+
+/**
+ * Takes in how warm a unit is, degC, from its next sample on; NaN where nobody knows. Call it before tumble_redundancy_push()
+ * where the temperature changed. Units that are warmer or colder than they were when they were calibrated may differ by more.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.
+ */
+tumble_status tumble_redundancy_set_temperature(struct tumble_redundancy *redundancy,
+                                                uint32_t unit,
+                                                float temperature);
 
 /**
  * Asks for something, from now on.

@@ -473,6 +473,18 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             "Drift of angular rate that is within specification: a difference of two units that is none."
         ),
         row!(
+            health.per_kelvin.specific_force as drift_per_kelvin_specific_force,
+            "m/s^2/K",
+            Positive,
+            "Drift of specific force of an axis with temperature, of units whose logs or samples state one."
+        ),
+        row!(
+            health.per_kelvin.angular_rate as drift_per_kelvin_angular_rate,
+            "rad/s/K",
+            Positive,
+            "Drift of angular rate of an axis with temperature, of units whose logs or samples state one."
+        ),
+        row!(
             health.noise_ratio,
             "",
             AboveOne,

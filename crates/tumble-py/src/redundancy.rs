@@ -157,7 +157,7 @@ impl PyMonitor {
     }
 
     /// Pushes the samples of all units, in order of time, or of arrival where that is given.
-    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None, arrivals=None))]
+    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None, arrivals=None, temperatures=None))]
     #[allow(clippy::too_many_arguments)]
     fn replay<'py>(
         &mut self,
@@ -170,9 +170,18 @@ impl PyMonitor {
         keep_output: bool,
         progress: Option<Py<PyAny>>,
         arrivals: Option<Vec<PyReadonlyArray1<'py, f64>>>,
+        temperatures: Option<Vec<Option<PyReadonlyArray1<'py, f64>>>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let arrived = arrivals.as_ref().map_or(self.units, Vec::len);
-        if [times.len(), specific_forces.len(), angular_rates.len(), arrived] != [self.units; 4] {
+        let warm = temperatures.as_ref().map_or(self.units, Vec::len);
+        if [
+            times.len(),
+            specific_forces.len(),
+            angular_rates.len(),
+            arrived,
+            warm,
+        ] != [self.units; 5]
+        {
             return Err(PyValueError::new_err(format!(
                 "arrays of {} units are wanted",
                 self.units
@@ -182,8 +191,16 @@ impl PyMonitor {
         for (i, time) in times.iter().enumerate() {
             let arrival = arrivals.as_ref().and_then(|arrivals| arrivals.get(i));
             let arrival = arrival.map(PyReadonlyArray1::as_slice).transpose()?;
+            if arrival.is_some_and(|arrival| arrival.len() != time.as_array().len()) {
+                return Err(unequal());
+            }
             let (force, rate) = (&specific_forces[i], &angular_rates[i]);
-            unit_samples.push(unit_rows(time, force, rate, self.time_offsets[i], arrival)?);
+            let temperature = temperatures.as_ref().and_then(|told| told.get(i)?.as_ref());
+            unit_samples.push(ReplayUnit {
+                time_offset: self.time_offsets[i],
+                arrival,
+                ..unit_rows(time, force, rate, temperature)?
+            });
         }
         let (done, seconds) = self.run(
             py,
@@ -200,7 +217,7 @@ impl PyMonitor {
     }
 
     /// Pushes samples of one unit as they come.
-    #[pyo3(signature = (unit, time, specific_force, angular_rate, commands=Vec::new(), witnesses=Vec::new()))]
+    #[pyo3(signature = (unit, time, specific_force, angular_rate, commands=Vec::new(), witnesses=Vec::new(), temperature=None))]
     #[allow(clippy::too_many_arguments)]
     fn push<'py>(
         &mut self,
@@ -211,12 +228,16 @@ impl PyMonitor {
         angular_rate: PyReadonlyArray2<'py, f64>,
         commands: Vec<(f64, String)>,
         witnesses: Vec<PySaid<'py>>,
+        temperature: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut unit_samples = vec![ReplayUnit::silent(); self.units];
         let (Some(place), Some(offset)) = (unit_samples.get_mut(unit), self.time_offsets.get(unit)) else {
             return Err(PyValueError::new_err(format!("there is no unit {unit}")));
         };
-        *place = unit_rows(&time, &specific_force, &angular_rate, *offset, None)?;
+        *place = ReplayUnit {
+            time_offset: *offset,
+            ..unit_rows(&time, &specific_force, &angular_rate, temperature.as_ref())?
+        };
         let (done, _) = self.run(py, &unit_samples, &commands, &witnesses, true, None)?;
         self.said(py, &done, first_of(&unit_samples))
     }
@@ -253,24 +274,25 @@ fn unit_rows<'a>(
     time: &'a PyReadonlyArray1<'_, f64>,
     specific_force: &'a PyReadonlyArray2<'_, f64>,
     angular_rate: &'a PyReadonlyArray2<'_, f64>,
-    time_offset: f64,
-    arrival: Option<&'a [f64]>,
+    temperature: Option<&'a PyReadonlyArray1<'_, f64>>,
 ) -> PyResult<ReplayUnit<'a>> {
     let samples = ReplayUnit {
         time: time.as_slice()?,
         specific_force: rows(specific_force, "specific force")?,
         angular_rate: rows(angular_rate, "angular rate")?,
-        time_offset,
-        arrival,
+        temperature: temperature.map(PyReadonlyArray1::as_slice).transpose()?,
+        ..ReplayUnit::silent()
     };
     let count = samples.time.len();
-    let arrived = arrival.map_or(count, <[f64]>::len);
-    if [samples.specific_force.len(), samples.angular_rate.len(), arrived] != [count; 3] {
-        return Err(PyValueError::new_err(
-            "arrays of a unit must have the same length",
-        ));
+    let told = samples.temperature.map_or(count, <[f64]>::len);
+    if [samples.specific_force.len(), samples.angular_rate.len(), told] != [count; 3] {
+        return Err(unequal());
     }
     Ok(samples)
+}
+
+fn unequal() -> PyErr {
+    PyValueError::new_err("arrays of a unit must have the same length")
 }
 
 impl PyMonitor {

@@ -117,6 +117,12 @@ class MonitorSettings(Document):
     tolerated_angular_rate: float = 0.0075
     """Drift of angular rate that is within specification: a difference of two units that is none. In
     rad/s."""
+    drift_per_kelvin_specific_force: float = 0.00196
+    """Drift of specific force of an axis with temperature, of units whose logs or samples state one. In
+    m/s^2/K."""
+    drift_per_kelvin_angular_rate: float = 0.00026
+    """Drift of angular rate of an axis with temperature, of units whose logs or samples state one. In
+    rad/s/K."""
     noise_ratio: float = 9.0
     """Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy."""
     rest_specific_force: float = 1.5

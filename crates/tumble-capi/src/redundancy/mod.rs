@@ -47,7 +47,7 @@ use crate::status::{Status, StatusResult, status};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 502 + 184 * UNITS + 4 * UNITS * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 502 + 192 * UNITS + 4 * UNITS * UNITS;
 
 /// Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
@@ -232,6 +232,24 @@ pub unsafe extern "C" fn tumble_redundancy_witness(
         Ok(())
     };
     // SAFETY: the same.
+    status(unsafe { change(redundancy, work) })
+}
+
+/// Takes in how warm a unit is, degC, from its next sample on; NaN where nobody knows. Call it before tumble_redundancy_push()
+/// where the temperature changed. Units that are warmer or colder than they were when they were calibrated may differ by more.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_set_temperature(
+    redundancy: *mut Redundancy,
+    unit: u32,
+    temperature: f32,
+) -> Status {
+    let work = |watched: &mut Watched| {
+        watched.monitor.set_temperature(number(unit)?, temperature);
+        Ok(())
+    };
+    // SAFETY: as the header asks of all pointers.
     status(unsafe { change(redundancy, work) })
 }
 

@@ -117,6 +117,10 @@ pub enum Reason {
     /// Refused: with the calibrations before, it would follow the primary by `value`, m/s^2 or rad/s, farther than anything
     /// supports.
     BeyondSupport,
+    /// Unhealthy: it gives each reading twice, and did not do so before.
+    Duplicated,
+    /// Unhealthy: its readings are those of another unit, in `units`.
+    Copy,
 }
 
 /// The twin of a core's reason, which has a variant of the same name.
@@ -158,6 +162,8 @@ impl Reason {
             HealthFault::Refuted { .. } => Self::Refuted,
             HealthFault::ImplausibleAtRest { .. } => Self::ImplausibleAtRest,
             HealthFault::ClockJumped => Self::ClockJumped,
+            HealthFault::Duplicated => Self::Duplicated,
+            HealthFault::Copy { .. } => Self::Copy,
         }
     }
 

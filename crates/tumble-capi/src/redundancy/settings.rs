@@ -125,6 +125,12 @@ pub struct RedundancySettings {
     /// Drift of angular rate that is within specification: a difference of two units that is none. Default:
     /// 0.0075 rad/s.
     pub tolerated_angular_rate: f32,
+    /// Drift of specific force of an axis with temperature, of units whose logs or samples state one.
+    /// Default: 0.00196 m/s^2/K.
+    pub drift_per_kelvin_specific_force: f32,
+    /// Drift of angular rate of an axis with temperature, of units whose logs or samples state one. Default:
+    /// 0.00026 rad/s/K.
+    pub drift_per_kelvin_angular_rate: f32,
     /// Scatter of a unit, as a multiple of that expected from the others, beyond which it is noisy. Default:
     /// 9.
     pub noise_ratio: f32,
@@ -219,6 +225,8 @@ impl RedundancySettings {
             spike_angular_rate: core.health.spike.angular_rate,
             tolerated_specific_force: core.health.tolerated.specific_force,
             tolerated_angular_rate: core.health.tolerated.angular_rate,
+            drift_per_kelvin_specific_force: core.health.per_kelvin.specific_force,
+            drift_per_kelvin_angular_rate: core.health.per_kelvin.angular_rate,
             noise_ratio: core.health.noise_ratio,
             rest_specific_force: core.health.rest.specific_force,
             rest_angular_rate: core.health.rest.angular_rate,
@@ -285,6 +293,8 @@ impl RedundancySettings {
         core.health.spike.angular_rate = self.spike_angular_rate;
         core.health.tolerated.specific_force = self.tolerated_specific_force;
         core.health.tolerated.angular_rate = self.tolerated_angular_rate;
+        core.health.per_kelvin.specific_force = self.drift_per_kelvin_specific_force;
+        core.health.per_kelvin.angular_rate = self.drift_per_kelvin_angular_rate;
         core.health.noise_ratio = self.noise_ratio;
         core.health.rest.specific_force = self.rest_specific_force;
         core.health.rest.angular_rate = self.rest_angular_rate;

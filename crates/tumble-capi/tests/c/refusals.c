@@ -96,6 +96,7 @@ static void null_is_refused_everywhere(void)
         tumble_redundancy_push(monitor, 0, NULL, NULL, NULL, NULL),
         tumble_redundancy_witness(NULL, 0, &witness, NULL, NULL),
         tumble_redundancy_witness(monitor, 0, NULL, NULL, NULL),
+        tumble_redundancy_set_temperature(NULL, 0, 20.0f),
         tumble_redundancy_command(NULL, TUMBLE_COMMAND_EVALUATE),
         tumble_redundancy_get_source(NULL, &number),
         tumble_redundancy_get_source(monitor, NULL),
@@ -188,6 +189,7 @@ static void storage_that_was_not_initialised_is_refused(void)
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_spin_push(spin, &SAMPLE, TUMBLE_WHEELS_UNKNOWN, NULL));
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_spin_get_progress(spin, &progress));
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_redundancy_push(monitor, 0, &SAMPLE, NULL, NULL, NULL));
+        ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_redundancy_set_temperature(monitor, 0, 20.0f));
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_redundancy_get_source(monitor, &number));
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_redundancy_restore(monitor, &record, NULL, NULL));
         ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_store_save(store, 0, &record, NULL));
@@ -300,6 +302,8 @@ static void units_that_cannot_be_are_refused(void)
     ANSWERS(TUMBLE_OK, begin(monitor, &settings));
     ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT,
             tumble_redundancy_push(monitor, TUMBLE_UNITS, &SAMPLE, NULL, NULL, NULL));
+    ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT, tumble_redundancy_set_temperature(monitor, TUMBLE_UNITS, 20.0f));
+    ANSWERS(TUMBLE_OK, tumble_redundancy_set_temperature(monitor, 1, NAN));
     tumble_knowledge knowledge;
     ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT,
             tumble_redundancy_get_stored(monitor, UINT32_MAX, TUMBLE_SENSOR_GYROSCOPE, &knowledge));

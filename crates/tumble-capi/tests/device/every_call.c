@@ -122,6 +122,7 @@ static void watch(void)
     answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
     answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
     answers += tumble_redundancy_witness(&monitor, sample.time, &witness, on_event, NULL);
+    answers += tumble_redundancy_set_temperature(&monitor, 0, 25.0f);
     answers += tumble_redundancy_command(&monitor, TUMBLE_COMMAND_EVALUATE);
     answers += tumble_redundancy_get_source(&monitor, &source);
     answers += tumble_redundancy_get_stored(&monitor, 1, TUMBLE_SENSOR_GYROSCOPE, &knowledge);

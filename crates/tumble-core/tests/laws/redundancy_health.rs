@@ -194,7 +194,11 @@ struct Life {
 fn life() -> impl Strategy<Value = Life> {
     let noise = prop_oneof![0.0005..0.01_f64, 0.01..1.0_f64, 1.0..10.0_f64];
     let amplitude = prop_oneof![Just(0.0), 0.1..20.0_f64, 20.0..300.0_f64];
-    let shape = (0.0..2.0_f64, amplitude, 0.0001..0.12_f64);
+    let shape = (
+        prop_oneof![0.0..2.0_f64, 2.0..5.0_f64],
+        amplitude,
+        0.0001..0.12_f64,
+    );
     (250..40_000_u64, noise, shape, any::<u64>()).prop_map(
         |(period, noise, (count, amplitude, frequency), seed)| Life {
             period,
@@ -210,7 +214,8 @@ fn life() -> impl Strategy<Value = Life> {
 impl Life {
     fn reading(&self, i: u32, draws: &mut Draws) -> [f64; CHANNELS] {
         let angle = core::f64::consts::TAU * self.frequency * f64::from(i);
-        let count = self.count * self.noise;
+        // A count as large as a spike leaves and comes back as one.
+        let count = (self.count * self.noise).min(10.0);
         core::array::from_fn(|channel| {
             let share = [1.0, -0.5, 0.3, 0.1, 0.05, -0.1][channel];
             let unit = if channel < 3 { 1.0 } else { 0.1 };

@@ -75,6 +75,8 @@ pub trait DynMonitor: Send + Sync {
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
     /// Takes a record from the factory, from which thresholds may be counted.
     fn restore_factory(&mut self, record: &Record<f64>);
+    /// Takes in how warm a unit is, degC, from its next sample on.
+    fn set_temperature(&mut self, unit: usize, value: f64);
     /// Asks for something.
     fn command(&mut self, command: Command);
     /// Number of the window looked at last.
@@ -160,6 +162,10 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     fn restore_factory(&mut self, record: &Record<f64>) {
         self.monitor
             .restore_factory(&self.platform, &record.in_numbers(real));
+    }
+
+    fn set_temperature(&mut self, unit: usize, value: f64) {
+        self.monitor.set_temperature(unit, real(value));
     }
 
     fn command(&mut self, command: Command) {

@@ -16,6 +16,8 @@ pub struct ReplayUnit<'a> {
     pub specific_force: &'a [[f64; 3]],
     /// rad/s.
     pub angular_rate: &'a [[f64; 3]],
+    /// degC, where it is known; not a number where it is not.
+    pub temperature: Option<&'a [f64]>,
     /// Added to the time by the monitor, s: samples are handed over in the order this makes.
     pub time_offset: f64,
     /// When each came, s, never earlier than the one before: samples are then handed over in this order instead.
@@ -29,6 +31,7 @@ impl ReplayUnit<'_> {
             time: &[],
             specific_force: &[],
             angular_rate: &[],
+            temperature: None,
             time_offset: 0.0,
             arrival: None,
         }
@@ -40,6 +43,16 @@ impl ReplayUnit<'_> {
             Some(arrival) => arrival.get(row).copied(),
             None => self.common_time(row),
         }
+    }
+
+    /// Temperature of a row, degC, unless it is that of the row before.
+    fn changed_temperature(&self, row: usize) -> Option<f64> {
+        let temperature = self.temperature?;
+        let (told, before) = (*temperature.get(row)?, row.checked_sub(1));
+        let before = before.and_then(|before| temperature.get(before));
+        before
+            .is_none_or(|before| before.to_bits() != told.to_bits())
+            .then_some(told)
     }
 
     /// Time of a row on the common clock, s.
@@ -137,6 +150,9 @@ pub fn replay(
             specific_force: Vector3::from(samples.specific_force[row]),
             angular_rate: Vector3::from(samples.angular_rate[row]),
         };
+        if let Some(told) = samples.changed_temperature(row) {
+            monitor.set_temperature(unit, told);
+        }
         let output = monitor.push(unit, &sample, &mut replay.log);
         replay.said += u64::from(output.is_some());
         replay.degraded += u64::from(output.as_ref().is_some_and(|said| said.degraded));

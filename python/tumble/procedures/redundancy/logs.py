@@ -272,7 +272,7 @@ class _Reader:
         if self.waiting is not None and len(self.waiting):
             self.first = float(self.waiting.time[0])
 
-    def take(self, until: float) -> SampleArrays:
+    def take(self, until: float) -> Chunk:
         """Removes and returns samples that arrived up to a time."""
         if self.waiting is None:
             return _NOTHING
@@ -280,14 +280,19 @@ class _Reader:
         taken = self.waiting
         self.waiting = _cut(taken, slice(count, None))
         self.arrival = self.arrival[count:]
-        return _arrays(_cut(taken, slice(0, count)))
+        return _cut(taken, slice(0, count))
 
 
-_NOTHING: SampleArrays = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+_NOTHING = Chunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
 
 def _cut(chunk: Chunk, part: slice) -> Chunk:
-    return Chunk(chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part])
+    temperature = None if chunk.temperature is None else chunk.temperature[part]
+    return Chunk(chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature)
+
+
+def _temperature(chunk: Chunk) -> FloatArray | None:
+    return None if chunk.temperature is None else np.ascontiguousarray(chunk.temperature)
 
 
 def _arrays(chunk: Chunk) -> SampleArrays:
@@ -303,7 +308,8 @@ class SideBySide(Iterator[list[SampleArrays]]):
 
     Units of one session are given in the order in which their samples came, as they were while they were
     recorded: `arrivals` are then those of the block given last, else None, and `silence` the time, s, in
-    which no unit said anything before it, 0 where that is no longer than `SILENCE`.
+    which no unit said anything before it, 0 where that is no longer than `SILENCE`. `temperatures` are those
+    of the block given last, degC, None of units whose logs have none.
 
     All times are of the common clock, s; `start` and `end` are the first and the last given so far.
 
@@ -326,6 +332,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
         self._expected = _expected(self._readers)
         self.start, self.end = np.inf, -np.inf
         self.arrivals: list[FloatArray] | None = None if recorded is None else []
+        self.temperatures: list[FloatArray | None] = []
         self.silence = 0.0
         self._heard = np.nan
 
@@ -346,7 +353,9 @@ class SideBySide(Iterator[list[SampleArrays]]):
         elif any(reader.stepped_back for reader in live):
             # Within a block samples are taken by their time, which is no guide where it went back.
             cut = min(cut, min(float(reader.arrival[0]) for reader in live) + SHORT_BLOCK)
-        block = [reader.take(cut) for reader in self._readers]
+        taken = [reader.take(cut) for reader in self._readers]
+        block = [_arrays(chunk) for chunk in taken]
+        self.temperatures = [_temperature(chunk) for chunk in taken]
         self.start = min(reader.first for reader in self._readers if reader.first is not None)
         latest = cut if self.arrivals is None else max(float(time.max()) for time, _, _ in block if len(time))
         self.end = max(self.end, latest)

@@ -59,12 +59,12 @@ class RedundancyMonitor:
     >>> from tumble import Chunk, RedundancyMonitor
     >>> monitor = RedundancyMonitor("front", ["rear"])
     >>> time = np.arange(400) / 100
-    >>> noise = np.random.default_rng(1).normal(0.0, 0.01, (400, 6))
-    >>> still = Chunk(time, noise[:, :3] + (0.0, 0.0, 9.80665), 0.1 * noise[:, 3:])
+    >>> noise = np.random.default_rng(1).normal(0.0, 0.01, (2, 400, 6))
+    >>> force, rate = noise[:, :, :3] + (0.0, 0.0, 9.80665), 0.1 * noise[:, :, 3:]
     >>> for at in range(400):
-    ...     sample = Chunk(time[at : at + 1], still.accelerometer[at : at + 1], still.gyroscope[at : at + 1])
-    ...     for unit in monitor.units:
-    ...         for event in monitor.push(unit, sample):
+    ...     one = slice(at, at + 1)
+    ...     for number, unit in enumerate(monitor.units):
+    ...         for event in monitor.push(unit, Chunk(time[one], force[number, one], rate[number, one])):
     ...             if event.event != "evaluated":
     ...                 print(f"{event.time:.1f} s {event.unit}: {event.event}")
     0.0 s front: selected
@@ -142,6 +142,7 @@ class RedundancyMonitor:
     ) -> tuple[RedundancyEvent, ...]:
         """Adds successive samples of a unit, and returns the events; `output` is then their output.
 
+        A temperature in the chunk, degC, tells how far its biases may have drifted since the calibration.
         `samples` are a chunk, or time (n,) s, specific force (n, 3) m/s^2 and angular rate (n, 3) rad/s of
         the unit's own clock and axes, to which `time_offset` and mounting of its settings apply.
 
@@ -168,6 +169,7 @@ class RedundancyMonitor:
             np.ascontiguousarray(chunk.gyroscope),
             commands,
             self.heard,
+            None if chunk.temperature is None else np.ascontiguousarray(chunk.temperature),
         )
         self._note(float(time.min()), latest, said)
         self._output = _output_of(self.units, said)
@@ -180,10 +182,12 @@ class RedundancyMonitor:
         witnesses: Sequence[NativeWitness] = (),
         *,
         arrivals: Sequence[FloatArray] | None = None,
+        temperatures: Sequence[FloatArray | None] | None = None,
         keep_output: bool = False,
     ) -> tuple[tuple[RedundancyEvent, ...], _core.RedundancyReplay]:
         """Adds samples of all units, primary first, in order of time, or of `arrivals`.
 
+        `temperatures` are those of the samples, degC, None of a unit where nobody knows.
         Gives what happened, and all else. Times are of the common clock, offsets added; see `push` for the
         rest, `_core.RedundancyMonitor.replay` for commands and witnesses.
         """
@@ -195,7 +199,16 @@ class RedundancyMonitor:
         else:
             before = ()
         times, forces, rates = zip(*block, strict=True)
-        said = self._core.replay(times, forces, rates, commands, witnesses, keep_output, arrivals=arrivals)
+        said = self._core.replay(
+            times,
+            forces,
+            rates,
+            commands,
+            witnesses,
+            keep_output,
+            arrivals=arrivals,
+            temperatures=temperatures,
+        )
         for place in begun:
             self._note(float(times[place].min()), float(times[place].max()))
         self._count(said)

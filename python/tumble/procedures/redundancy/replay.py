@@ -137,7 +137,15 @@ def replay(
         heard += len(said)
         if arrivals is not None and (silence := blocks.silence):
             replayed.events += monitor.tick(monitor.newest + silence)
-        replayed.add(*monitor.replay(block, due, said, arrivals=arrivals, keep_output=keep_output))
+        given = monitor.replay(
+            block,
+            due,
+            said,
+            arrivals=arrivals,
+            temperatures=blocks.temperatures or None,
+            keep_output=keep_output,
+        )
+        replayed.add(*given)
     replayed.events += monitor.tick(monitor.newest + blocks.last_silence)
     if not replayed.blocks:
         raise ProcedureError(f"{', '.join(monitor.units)}: none of these units has a sample; check the logs")

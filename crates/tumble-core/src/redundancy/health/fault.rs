@@ -100,6 +100,13 @@ crate::vocabulary! {
         } = "implausible at rest",
         /// Its clock left that of the other units.
         ClockJumped = "clock jumped",
+        /// It gives each reading twice, and did not do so before.
+        Duplicated = "duplicated",
+        /// Its readings are those of another unit.
+        Copy {
+            /// The other, a bit, the primary's the lowest.
+            of: u8,
+        } = "copy",
     }
 }
 
@@ -193,7 +200,11 @@ impl<T: Real> HealthFault<T> {
                 deviation: value,
                 limit,
             } => of_sensor(sensor, value, Some(limit)),
-            Self::ClockJumped => FaultFigures::NONE,
+            Self::Copy { of } => FaultFigures {
+                agreeing: Some(of),
+                ..FaultFigures::NONE
+            },
+            Self::ClockJumped | Self::Duplicated => FaultFigures::NONE,
         }
     }
 
@@ -205,12 +216,14 @@ impl<T: Real> HealthFault<T> {
             | Self::Blamed { .. }
             | Self::Refuted { .. }
             | Self::ImplausibleAtRest { .. }
+            | Self::Duplicated
             | Self::Spikes { .. } => true,
             Self::Late { .. }
             | Self::Frozen { .. }
             | Self::Stuck { .. }
             | Self::Saturated { .. }
             | Self::NotFinite { .. }
+            | Self::Copy { .. }
             | Self::ClockJumped => false,
         }
     }
@@ -229,6 +242,8 @@ impl<T: Real> HealthFault<T> {
             | Self::Late { .. }
             | Self::Frozen { .. }
             | Self::NotFinite { .. }
+            | Self::Duplicated
+            | Self::Copy { .. }
             | Self::ClockJumped => Condition::Doubtful,
         }
     }

@@ -6,6 +6,10 @@
 //!   quantised and at rest, an axis says the same for as long as its noise stays within a count. It is stuck when it
 //!   repeats over 32 readings at which another axis of the sensor moved by more than counts and noise at rest. The
 //!   eight-unit recording of our data (16 bits, 62.5 Hz) repeats up to seven times on an axis at rest.
+//! * Where readings change by less than a count, all axes may repeat for long: what repeats has to outlast chance, at the resolution
+//!   and the usual change that the sensor has shown. While the platform rests, as other readings show, nobody is frozen.
+//! * A range ends where readings repeat at their largest ever, whatever the data sheet states.
+//! * A unit gives its readings twice if it did not always do so: many are read oftener than they measure.
 //! * A spike leaves by more than a limit, and by more than five times what readings usually change, and is back with
 //!   the next reading. What does not come back was no spike but motion.
 //! * A unit is healthy again when nothing has been wrong for a while. Only a later rest clears what a rest has shown.
@@ -14,9 +18,10 @@ mod fault;
 mod watch;
 
 pub use fault::{FaultFigures, HealthFault};
+pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
-use crate::redundancy::health::watch::{Reading, SensorWatch};
+use crate::redundancy::health::watch::{Followed, Reading, SensorWatch};
 use crate::redundancy::leaky::Lapse;
 use crate::redundancy::platform::Range;
 use crate::redundancy::selection::Condition;
@@ -29,6 +34,18 @@ pub type Usable = [bool; 2];
 
 /// Time without a sample, as a multiple of the usual one, that a slow unit may take whatever the setting says.
 const INTERVALS: u64 = 3;
+
+/// Readings in a row, but for few, that show that a unit gives each once.
+const SHOWN_ONCE: u8 = 128;
+
+/// A reading that was given twice among these takes back so many.
+const TAKEN_BACK: u8 = 4;
+
+/// Readings given twice, beyond those given once, that are too many for a unit that gave each once.
+const TOO_MANY: u8 = 32;
+
+/// Twice the readings that have to be those of another unit until one is its copy.
+const COPIED: u8 = 64;
 
 /// What refutes a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +84,13 @@ pub struct Health<T: Real> {
     contradicted: [bool; 2],
     refuted: [[bool; 2]; 2],
     presence: Presence,
+    surroundings: Surroundings,
+    /// Readings given once, up to [`SHOWN_ONCE`]; then it is known that each is.
+    once: u8,
+    /// Of a unit of which that is known, readings given twice.
+    twice: u8,
+    /// Readings that were those of another unit, less those that were not.
+    copied: u8,
 }
 
 impl<T: Real> Default for Health<T> {
@@ -89,6 +113,10 @@ impl<T: Real> Health<T> {
             contradicted: [false; 2],
             refuted: [[false; 2]; 2],
             presence: Presence::Unknown,
+            surroundings: Surroundings::Unknown,
+            once: 0,
+            twice: 0,
+            copied: 0,
         }
     }
 
@@ -130,11 +158,50 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Longest time without a sample, microseconds.
+    /// No unit said anything for so long, microseconds, beyond what is usual: no unit is the later for it.
+    pub fn excuse(&mut self, pause: u64) {
+        self.time = self.time.saturating_add(pause);
+    }
+
+    /// Takes in of which other unit a reading is too, if of any, as both change.
+    #[inline]
+    pub fn compare(&mut self, of: Option<usize>) {
+        match of {
+            None => self.copied = self.copied.saturating_sub(1),
+            Some(other) => self.is_copied(other),
+        }
+    }
+
+    #[cold]
+    fn is_copied(&mut self, other: usize) {
+        self.copied = self.copied.saturating_add(2).min(2 * COPIED);
+        if self.copied >= COPIED {
+            let of = u32::try_from(other)
+                .ok()
+                .and_then(|other| 1_u8.checked_shl(other));
+            self.condemn(HealthFault::Copy { of: of.unwrap_or(0) }, self.time);
+        }
+    }
+
+    /// A sample of it was held back that is of this time, microseconds, and believed only now.
+    pub fn held_back(&mut self, time: u64) {
+        if self.presence == Presence::Seen {
+            self.time = self.time.max(time);
+        }
+    }
+
+    /// Takes in what the latest window showed of the platform.
+    pub fn set_surroundings(&mut self, surroundings: Surroundings) {
+        self.surroundings = surroundings;
+    }
+
+    /// Longest time without a sample, microseconds. One that was never heard may be a slow one.
     pub fn patience(&self, settings: &HealthSettings<T>) -> u64 {
-        settings
-            .late
-            .max(u64::from(self.interval).saturating_mul(INTERVALS))
+        let interval = match self.presence {
+            Presence::Seen => u64::from(self.interval),
+            Presence::Unknown | Presence::Awaited => settings.late,
+        };
+        settings.late.max(interval.saturating_mul(INTERVALS))
     }
 
     /// Takes in how far its samples are apart, microseconds.
@@ -162,19 +229,24 @@ impl<T: Real> Health<T> {
         let lapse = Lapse::between(self.time, now);
         self.time = now;
         let (mut usable, mut speaks) = ([false; 2], true);
+        let mut followed = [None; 2];
+        let surroundings = self.surroundings();
         for sensor in SENSORS {
-            let (triad, end) = match sensor {
+            let (triad, stated) = match sensor {
                 Sensor::Accelerometer => (&sample.specific_force, range.specific_force),
                 Sensor::Gyroscope => (&sample.angular_rate, range.angular_rate),
             };
-            let judgement = sensor.of_mut(&mut self.watches).push(&Reading {
+            let watch = sensor.of_mut(&mut self.watches);
+            let judgement = watch.push(&Reading {
                 sensor,
                 values: (*triad).into(),
                 axes: axes.of(sensor),
-                end,
+                end: watch.end(stated),
                 lapse,
+                surroundings,
                 settings,
             });
+            *sensor.of_mut(&mut followed) = judgement.followed;
             *sensor.of_mut(&mut usable) = judgement.usable;
             speaks &= judgement.speaks;
             match &judgement.fault {
@@ -188,6 +260,7 @@ impl<T: Real> Health<T> {
         } else {
             self.mute.saturating_add(lapse.whole.max(1))
         };
+        self.count_given(followed, now);
         self.settle(now, settings);
         usable
     }
@@ -281,6 +354,39 @@ impl<T: Real> Health<T> {
         self.time = now;
         self.since = now;
         self.watches.iter_mut().for_each(SensorWatch::forget);
+    }
+
+    /// What is known of the platform. A unit of which nothing ever changed, where nobody says more, is not at rest but frozen.
+    fn surroundings(&self) -> Surroundings {
+        let never = self.watches.iter().all(SensorWatch::never_changed);
+        match self.surroundings {
+            Surroundings::Unknown if never => Surroundings::Motion,
+            known => known,
+        }
+    }
+
+    /// Counts readings that were given once and twice. A sensor that cannot tell says nothing of it.
+    fn count_given(&mut self, followed: [Option<Followed>; 2], now: u64) {
+        let twice = match followed {
+            [None, None] => return,
+            both => !both.contains(&Some(Followed::Once)),
+        };
+        if self.once < SHOWN_ONCE {
+            self.once = if twice {
+                self.once.saturating_sub(TAKEN_BACK)
+            } else {
+                self.once + 1
+            };
+            return;
+        }
+        self.twice = if twice {
+            self.twice.saturating_add(1).min(2 * TOO_MANY)
+        } else {
+            self.twice.saturating_sub(1)
+        };
+        if self.twice >= TOO_MANY {
+            self.condemn(HealthFault::Duplicated, now);
+        }
     }
 
     fn arrive(&mut self, now: u64, settings: &HealthSettings<T>) {

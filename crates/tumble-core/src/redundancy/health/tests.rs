@@ -94,8 +94,11 @@ fn before_the_first_sample_a_unit_is_not_healthy_and_late_when_its_time_is_up() 
     let settings = HealthSettings::default();
     health.tick(7_000_000, &settings);
     assert_eq!((health.fault(), health.healthy_since()), (None, None));
-    health.tick(7_100_001, &settings);
-    assert!(matches!(health.fault(), Some(HealthFault::Late { pause }) if pause > 0.1));
+    // It may be a slow one.
+    health.tick(7_300_000, &settings);
+    assert_eq!(health.fault(), None);
+    health.tick(7_300_001, &settings);
+    assert!(matches!(health.fault(), Some(HealthFault::Late { pause }) if pause > 0.3));
 }
 
 #[test]
@@ -183,6 +186,205 @@ fn axes_that_repeat_at_rest_because_they_are_coarse_are_healthy() {
     });
     assert_eq!(bench.health.fault(), None);
     assert!(bench.health.healthy_since().unwrap() < 1_100_000);
+}
+
+/// Readings in steps of so many times the noise.
+fn coarse(sample: &mut Sample<f32>, counts: f32) {
+    let round = |x: f32, step: f32| (x / step).round() * step;
+    sample.specific_force = sample.specific_force.map(|x| round(x, 0.02 * counts));
+    sample.angular_rate = sample.angular_rate.map(|x| round(x, 0.002 * counts));
+}
+
+#[test]
+fn a_unit_whose_noise_is_below_a_count_is_not_frozen_at_rest() {
+    for counts in [2.0, 3.0, 5.0, 10.0, 40.0] {
+        let mut bench = Bench::new();
+        let moves = |i: usize, sample: &mut Sample<f32>| {
+            let motion = (i as f32 * 0.05).sin();
+            sample.specific_force += Vector3::new(1.0, -2.0, 3.0) * motion;
+            sample.angular_rate += Vector3::new(0.5, 0.3, -0.4) * motion;
+            coarse(sample, counts);
+        };
+        for _ in 0..4 {
+            bench.health.set_surroundings(Surroundings::Motion);
+            bench.run(377, moves);
+            // As another unit shows, or this one itself.
+            bench.health.set_surroundings(Surroundings::Rest);
+            bench.run(8_000, |_, sample| coarse(sample, counts));
+        }
+        assert_eq!(bench.health.fault(), None, "{counts}");
+        assert!(bench.health.healthy_since().unwrap() < 1_100_000, "{counts}");
+    }
+}
+
+#[test]
+fn what_repeats_at_rest_as_it_always_did_is_not_frozen_where_nobody_else_shows_rest() {
+    for counts in [2.0, 3.0] {
+        let mut bench = Bench::new();
+        bench.run(60_000, |_, sample| coarse(sample, counts));
+        assert_eq!(bench.health.fault(), None, "{counts}");
+    }
+}
+
+#[test]
+fn a_unit_of_which_nothing_ever_changed_is_frozen_unless_others_rest() {
+    let freeze = |_: usize, sample: &mut Sample<f32>| {
+        sample.specific_force = Vector3::new(0.01, 0.02, 9.8);
+        sample.angular_rate = Vector3::new(0.001, 0.002, 0.003);
+    };
+    let mut bench = Bench::new();
+    bench.health.set_surroundings(Surroundings::Rest);
+    bench.run(1_000, freeze);
+    assert_eq!(bench.health.fault(), None);
+    let mut bench = Bench::new();
+    let found = bench.time_to_fault(freeze);
+    assert!(found < 1.0, "{found}");
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Frozen { .. })));
+}
+
+#[test]
+fn a_unit_that_freezes_at_rest_is_found_once_others_move() {
+    let mut bench = Bench::running();
+    let freeze = |_: usize, sample: &mut Sample<f32>| {
+        sample.specific_force = Vector3::new(0.01, 0.02, 9.8);
+        sample.angular_rate = Vector3::new(0.001, 0.002, 0.003);
+    };
+    bench.health.set_surroundings(Surroundings::Rest);
+    bench.run(400, freeze);
+    assert_eq!(bench.health.fault(), None);
+    bench.health.set_surroundings(Surroundings::Motion);
+    let found = bench.time_to_fault(freeze);
+    assert!(left_at_once(found, 0.1), "{found}");
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Frozen { .. })));
+}
+
+#[test]
+fn a_reading_that_repeats_at_its_largest_ends_the_range_whatever_is_stated() {
+    for (stated, end) in [(Some(35.0), 34.85_f32), (Some(35.0), 17.4), (None, 8.7)] {
+        let mut bench = Bench::running();
+        let range = Range {
+            angular_rate: stated,
+            ..RANGE
+        };
+        let turn = |i: usize, sample: &mut Sample<f32>| {
+            let rate = 1.3 * end * (i as f32 * 0.02).sin();
+            sample.angular_rate.z = (sample.angular_rate.z + rate).clamp(-end, end);
+        };
+        let mut unused = 0;
+        for i in 0..2_000 {
+            bench.time += PERIOD;
+            let mut sample = Sample {
+                time: bench.time,
+                specific_force: Vector3::from_fn(|_, _| 0.02 * bench.noise()),
+                angular_rate: Vector3::from_fn(|_, _| 0.002 * bench.noise()),
+            };
+            turn(i, &mut sample);
+            let usable = bench.health.push(&sample, &Axes::ALL, &range, &bench.settings);
+            let at_end = sample.angular_rate.z.abs() >= 0.9995 * end;
+            unused += u32::from(usable == [true, false]);
+            assert!(usable == [true, !at_end] || i < 200, "{i}: {usable:?}");
+        }
+        let fault = bench.health.fault();
+        assert!(
+            matches!(fault, Some(HealthFault::Saturated { channel: 5, .. })),
+            "{stated:?} {end} {unused}: {fault:?}"
+        );
+    }
+}
+
+#[test]
+fn a_reading_larger_than_any_before_shows_that_the_range_goes_on() {
+    let mut bench = Bench::running();
+    bench.run(20, |_, sample| sample.angular_rate.z = 17.0);
+    bench.run(20, |i, sample| sample.angular_rate.z = 18.0 + 0.1 * i as f32);
+    let usable = bench.run(200, |_, sample| sample.angular_rate.z += 16.999);
+    assert_eq!(usable[199], [true; 2]);
+    assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn gravity_along_a_coarse_axis_is_no_end_of_the_range() {
+    let mut bench = Bench::new();
+    bench.run(4_000, |i, sample| {
+        sample.specific_force.x += 5.0 * (i as f32 * 0.05).sin();
+        sample.specific_force = sample.specific_force.map(|x| (x / 0.15).round() * 0.15);
+    });
+    assert_eq!(bench.health.fault(), None);
+}
+
+/// Every second sample says what the one before it said.
+fn doubled(bench: &mut Bench, samples: usize) {
+    let mut before = None;
+    for i in 0..samples {
+        bench.time += PERIOD;
+        let fresh = Sample {
+            time: bench.time,
+            specific_force: Vector3::new(0.0, 0.0, 9.81) + Vector3::from_fn(|_, _| 0.02 * bench.noise()),
+            angular_rate: Vector3::from_fn(|_, _| 0.002 * bench.noise()),
+        };
+        let said = before.filter(|_| i % 2 == 1).unwrap_or(fresh);
+        before = Some(said);
+        let sample = Sample {
+            time: bench.time,
+            ..said
+        };
+        let usable = bench.health.push(&sample, &Axes::ALL, &RANGE, &bench.settings);
+        assert_eq!(usable, [true; 2]);
+        assert!(bench.health.speaks());
+    }
+}
+
+#[test]
+fn a_unit_that_begins_to_give_each_reading_twice_is_found_and_healthy_when_it_is_over() {
+    let mut bench = Bench::running();
+    doubled(&mut bench, 50);
+    assert_eq!(bench.health.fault(), None);
+    doubled(&mut bench, 30);
+    assert_eq!(bench.health.fault(), Some(HealthFault::Duplicated));
+    bench.run(300, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_unit_that_is_read_oftener_than_it_measures_is_healthy() {
+    let mut bench = Bench::new();
+    doubled(&mut bench, 10_000);
+    assert_eq!(bench.health.fault(), None);
+    let mut bench = Bench::new();
+    for _ in 0..2_000 {
+        // 500 Hz, read at 600.
+        doubled(&mut bench, 2);
+        bench.run(4, |_, _| {});
+    }
+    assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_pause_of_all_that_is_excused_makes_nobody_late() {
+    let mut bench = Bench::running();
+    bench.time += 150_000;
+    bench.health.excuse(145_000);
+    bench.push(|_| {});
+    assert_eq!(bench.health.fault(), None);
+    bench.time += 150_000;
+    bench.health.excuse(40_000);
+    bench.push(|_| {});
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Late { .. })));
+}
+
+#[test]
+fn a_copy_is_found_by_what_two_units_say_alike_and_nobody_else_is() {
+    let mut bench = Bench::running();
+    for _ in 0..200 {
+        bench.health.compare(Some(1));
+        bench.health.compare(None);
+        bench.health.compare(None);
+    }
+    assert_eq!(bench.health.fault(), None);
+    for _ in 0..40 {
+        bench.health.compare(Some(1));
+    }
+    assert_eq!(bench.health.fault(), Some(HealthFault::Copy { of: 0b10 }));
 }
 
 #[test]
@@ -447,6 +649,6 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
 }
 
 #[test]
-fn a_unit_takes_little_more_than_a_hundred_bytes() {
-    assert!(size_of::<Health<f32>>() <= 112, "{}", size_of::<Health<f32>>());
+fn a_unit_takes_a_hundred_and_fifty_bytes_at_most() {
+    assert!(size_of::<Health<f32>>() <= 144, "{}", size_of::<Health<f32>>());
 }

@@ -1,11 +1,24 @@
 //! One sensor of a unit, reading by reading.
 
-use crate::real::{Real, real};
+use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::health::fault::HealthFault;
 use crate::redundancy::leaky::{Lapse, Leaky, ticks};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::HealthSettings;
+
+/// What readings that change show of the platform.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surroundings {
+    /// Nothing.
+    Unknown,
+    /// It may have come to rest: repetitions prove less.
+    Quiet,
+    /// It rests: repetitions prove nothing.
+    Rest,
+    /// It moves.
+    Motion,
+}
 
 /// The next reading of a sensor, with what is known of it.
 pub(super) struct Reading<'a, T: Real> {
@@ -16,11 +29,24 @@ pub(super) struct Reading<'a, T: Real> {
     pub end: Option<T>,
     /// Time since the reading before.
     pub lapse: Lapse,
+    pub surroundings: Surroundings,
     pub settings: &'a HealthSettings<T>,
 }
 
 /// Share of the range from which on a reading is at its end: converters have a count less on one side than on the other.
 const END: f64 = 0.9995;
+
+/// Share of the range from which on a reading that repeats is at its end, whatever the data sheet states.
+const NEAR_END: f64 = 0.97;
+
+/// No range ends before this, m/s^2 and rad/s: 2 g and 125 deg/s are the smallest of common parts.
+const SMALLEST_RANGE: [f32; 2] = [18.5, 2.1];
+
+/// Successive repetitions at the largest reading ever that show an end of the range.
+const CLIPPED: u8 = 4;
+
+/// Counts by which another axis has to move for a repetition to be no matter of resolution.
+const COUNTS: f64 = 4.0;
 
 impl<T: Real> Reading<'_, T> {
     fn channel(&self, axis: u8) -> u8 {
@@ -38,7 +64,7 @@ impl<T: Real> Reading<'_, T> {
     /// branches on them slow: which axis it was is asked when something is wrong.
     fn look(&self, latest: &[T; 3]) -> Look<T> {
         let (mut nothing, mut largest) = (T::zero(), T::zero());
-        let (mut least, mut most) = (real(f64::INFINITY), T::zero());
+        let (mut least, mut most) = (real::<T>(f64::INFINITY), T::zero());
         for (value, before) in self.values.iter().zip(latest) {
             let (size, moved) = (value.abs(), (*value - *before).abs());
             nothing += size * T::zero();
@@ -51,7 +77,20 @@ impl<T: Real> Reading<'_, T> {
             at_end: largest >= self.end(),
             change: most,
             repeats: least == T::zero(),
+            largest,
         }
+    }
+
+    /// The smallest change of an axis that did change; `most` where none changed by less.
+    fn smallest_change(&self, latest: &[T; 3], most: T) -> T {
+        let mut smallest = most;
+        for (value, before) in self.values.iter().zip(latest) {
+            let moved = (*value - *before).abs();
+            if moved > T::zero() {
+                smallest = smaller(smallest, moved);
+            }
+        }
+        smallest
     }
 
     /// Axes that say the same as before, though not because that is all they can say.
@@ -92,6 +131,8 @@ struct Look<T: Real> {
     change: T,
     /// Whether one says the same as before.
     repeats: bool,
+    /// The largest size of an axis.
+    largest: T,
 }
 
 /// What is thought of a reading.
@@ -104,6 +145,17 @@ pub(super) struct Judgement<T: Real> {
     pub fault: Option<HealthFault<T>>,
     /// Whether what was wrong before cannot be called gone yet.
     pub lasts: bool,
+    /// How a reading that changed follows on the one before, where that can be told.
+    pub followed: Option<Followed>,
+}
+
+/// How often the reading before was given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Followed {
+    /// Once.
+    Once,
+    /// Twice.
+    Twice,
 }
 
 /// What is kept of a sensor.
@@ -113,6 +165,10 @@ pub(super) struct SensorWatch<T: Real> {
     latest: [T; 3],
     /// How much readings usually change from one to the next.
     usual_change: T,
+    /// The smallest change ever seen: no less than the resolution.
+    step: T,
+    /// The largest size of a reading ever seen.
+    largest: T,
     /// How far the latest reading had left.
     departure: T,
     /// Time over which all axes repeated.
@@ -121,6 +177,10 @@ pub(super) struct SensorWatch<T: Real> {
     useless: Leaky,
     /// A fixed time for each spike.
     spiking: Leaky,
+    /// Readings that all axes repeated.
+    repeated: u16,
+    /// Readings that repeated at the largest size; [`CLIPPED`] once they have shown an end of the range.
+    clipped: u8,
     /// Readings that each axis repeated while another axis moved.
     stuck: [u8; 3],
     /// The axis on which the latest reading left and has not come back yet, [`NONE`] if it did not.
@@ -156,6 +216,15 @@ const AVERAGED: f64 = 16.0;
 /// Counts of quantised readings are smaller, so that axes at rest may repeat as long as they like.
 const MOVING: f64 = 0.0025;
 
+/// Readings that change by fewer counts repeat for a while as the platform stops, before its windows show that.
+const COARSE: f64 = 16.0;
+
+/// Readings change by more counts than this where the resolution is no matter.
+const FINE: f64 = 256.0;
+
+/// Share of readings that are taken to change in motion where none has changed yet.
+const UNSEEN: f64 = 0.125;
+
 /// Successive readings an axis may repeat while another moves.
 const STUCK: u8 = 32;
 
@@ -164,10 +233,14 @@ impl<T: Real> SensorWatch<T> {
         Self {
             latest: [real(f64::NAN); 3],
             usual_change: T::zero(),
+            step: real(f64::INFINITY),
+            largest: T::zero(),
             departure: T::zero(),
             repeating: Leaky::default(),
             useless: Leaky::default(),
             spiking: Leaky::default(),
+            repeated: 0,
+            clipped: 0,
             stuck: [0; 3],
             departed: NONE,
         }
@@ -177,6 +250,7 @@ impl<T: Real> SensorWatch<T> {
     pub fn forget(&mut self) {
         self.latest = [real(f64::NAN); 3];
         self.repeating.empty();
+        self.repeated = 0;
         self.stuck = [0; 3];
         self.departed = NONE;
     }
@@ -195,13 +269,17 @@ impl<T: Real> SensorWatch<T> {
                 speaks: look.finite,
                 fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
                 lasts: useless,
+                followed: None,
             };
         }
+        let given = self.repeated;
         let frozen = self.find_frozen(&look, reading);
         let worn = useless && look.at_end;
         let spikes = self.find_spikes(look.change, reading);
         let away = self.departed != NONE;
+        let followed = self.followed(given, away);
         if !away {
+            self.observe(&look, reading);
             self.latest = reading.values;
         }
         // Faults are large, and rare: they are made out only when there is one.
@@ -215,6 +293,55 @@ impl<T: Real> SensorWatch<T> {
             speaks: !away && (!frozen || self.repeating.is_empty()),
             fault,
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
+            followed,
+        }
+    }
+
+    /// End of the range: the one stated, or the one that readings have shown before it.
+    #[inline]
+    pub fn end(&self, stated: Option<T>) -> Option<T> {
+        if self.clipped < CLIPPED {
+            return stated;
+        }
+        Some(stated.map_or(self.largest, |stated| smaller(stated, self.largest)))
+    }
+
+    /// Learns resolution and range.
+    #[inline]
+    fn observe(&mut self, look: &Look<T>, reading: &Reading<'_, T>) {
+        let most = look.change;
+        if most > T::zero() && !(most > self.step * real(FINE)) {
+            self.step = smaller(self.step, reading.smallest_change(&self.latest, most));
+        }
+        if look.largest > self.largest {
+            (self.largest, self.clipped) = (look.largest, 0);
+        } else if self.clipped < CLIPPED {
+            let again = look.repeats && look.largest == self.largest && self.is_extreme(look, reading);
+            self.clipped = if again { self.clipped + 1 } else { 0 };
+        }
+    }
+
+    /// Whether an axis repeats its largest reading ever, and neither resolution nor rest explains that.
+    #[cold]
+    fn is_extreme(&self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
+        let mut axes = reading.values.iter().zip(&self.latest);
+        let repeats = axes.any(|(value, before)| value == before && value.abs() == self.largest);
+        let near = reading
+            .end
+            .is_some_and(|end| self.largest >= end * real(NEAR_END));
+        let smallest = tabulated::<T>(*reading.sensor.of(&SMALLEST_RANGE));
+        let moves = look.change > self.step * real(COUNTS) && self.largest > self.step * real(FINE);
+        repeats && (near || (moves && self.largest >= smallest))
+    }
+
+    /// How often the reading before was given, where all axes changed by so much that none repeats by chance.
+    #[inline]
+    fn followed(&self, given: u16, away: bool) -> Option<Followed> {
+        let tells = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
+        match given {
+            0 if tells => Some(Followed::Once),
+            1 if tells => Some(Followed::Twice),
+            _ => None,
         }
     }
 
@@ -280,6 +407,10 @@ impl<T: Real> SensorWatch<T> {
             return None;
         }
         if away == NONE || change > spike * real(BACK) {
+            if self.repeated > 0 {
+                // Counted when the run of repetitions is over.
+                return None;
+            }
             let change = smaller(reading.spike() * real(WILDEST), change);
             self.usual_change += (change - self.usual_change) * real(1.0 / AVERAGED);
             return None;
@@ -301,14 +432,15 @@ impl<T: Real> SensorWatch<T> {
         most.0
     }
 
-    /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat.
+    /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat; and
+    /// the coarser the readings, the less any repetition means.
     fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
         if !look.repeats {
             self.stuck = [0; 3];
-            self.repeating.empty();
+            self.end_run();
             return false;
         }
-        let moving = look.change > reading.spike() * real(MOVING);
+        let moving = look.change > larger(reading.spike() * real(MOVING), self.resolution() * real(COUNTS));
         let (mut repeating, mut longest) = (0_u16, 0);
         for (stuck, repeats) in self.stuck.iter_mut().zip(reading.repeats(&self.latest)) {
             repeating += u16::from(repeats);
@@ -321,11 +453,58 @@ impl<T: Real> SensorWatch<T> {
         }
         let present = reading.present();
         if repeating < present {
-            self.repeating.empty();
+            self.end_run();
             return longest >= STUCK;
+        }
+        self.repeated = self.repeated.saturating_add(1);
+        if reading.surroundings == Surroundings::Rest {
+            self.repeating.empty();
+            return false;
         }
         let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
-        self.repeating.is_over(limit)
+        let coarse = self.usual_change < self.resolution() * real(COARSE);
+        let needed = if coarse || reading.surroundings == Surroundings::Quiet {
+            limit.saturating_mul(2)
+        } else {
+            limit
+        };
+        self.repeating.is_over(needed) && self.is_no_chance(reading.surroundings)
+    }
+
+    /// Whether so many readings would not all repeat if their changes were lost in the resolution: of readings that change by a
+    /// share of a count on average, no larger share changes (docs/theory/redundancy.md, eq. 26).
+    fn is_no_chance(&self, surroundings: Surroundings) -> bool {
+        let counts = self.usual_change / self.step * real(0.5);
+        let share = match surroundings {
+            _ if self.step.is_finite() => smaller(T::one(), counts * counts),
+            Surroundings::Motion => real(UNSEEN),
+            Surroundings::Rest | Surroundings::Quiet | Surroundings::Unknown => return false,
+        };
+        count::<T>(self.repeated.into()) * share >= count(FEWEST_REPEATED.into()) // redundancy.md, eq. 26
+    }
+
+    /// Whether no axis ever changed.
+    pub fn never_changed(&self) -> bool {
+        !self.step.is_finite()
+    }
+
+    /// The resolution, as far as it is known.
+    fn resolution(&self) -> T {
+        if self.step.is_finite() {
+            self.step
+        } else {
+            T::zero()
+        }
+    }
+
+    /// A run of repetitions is over, if there was one: what they did not change counts in what is usual.
+    fn end_run(&mut self) {
+        if self.repeated > 0 {
+            let readings = count::<T>(self.repeated.into()) * real(1.0 / AVERAGED);
+            self.usual_change /= T::one() + readings;
+            self.repeated = 0;
+        }
+        self.repeating.empty();
     }
 }

@@ -17,6 +17,7 @@ mod sensor_judge;
 mod shaking;
 mod turn;
 mod unit;
+mod warmth;
 
 pub use pair::Disagreement;
 pub(crate) use unit::SLOW_OFFSET;
@@ -32,6 +33,7 @@ use crate::redundancy::judgement::pair::ShownByPairs;
 use crate::redundancy::judgement::sensor_judge::{FindWitnessed, SensorJudge};
 use crate::redundancy::judgement::turn::{Turned, UsualError};
 use crate::redundancy::judgement::unit::CarriedGravity;
+use crate::redundancy::judgement::warmth::Temperatures;
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -97,6 +99,8 @@ pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     pub gravity: T,
     /// Drift within specification, m/s^2 and rad/s.
     pub tolerated: ForceAndRate<T>,
+    /// Drift of the bias of an axis, m/s^2 and rad/s a kelvin.
+    pub per_kelvin: ForceAndRate<T>,
     /// Scatter of a unit over what the others make one expect that condemns it.
     pub noise_ratio: T,
     /// Whether means are taken only: physics has the first word, at rest.
@@ -211,6 +215,7 @@ pub struct Judge<T: Real, const UNITS: usize> {
     /// How far the set has turned lately, rad, and what that makes accelerometers say beyond carried gravity.
     turned: Turned<T>,
     usual_error: UsualError<T>,
+    temperatures: Temperatures<T, UNITS>,
 }
 
 /// Share of what a pair may be apart from which on nobody follows either of the two.
@@ -239,12 +244,19 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             resting_rate: zeros(),
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
+            temperatures: Temperatures::unknown(),
         }
+    }
+
+    /// Takes in how warm a unit is, degC; not a number where nobody knows.
+    pub(crate) fn set_temperature(&mut self, unit: usize, value: T) {
+        self.temperatures.set(unit, value);
     }
 
     /// What a unit says has another meaning from now on: it was calibrated.
     pub fn recalibrated(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).recalibrated(unit);
+        self.temperatures.calibrated(unit);
         self.shown.forget(unit);
         if let Some(evidence) = self.evidence.get_mut(unit) {
             *sensor.of_mut(&mut evidence.at_rest) = RestInHealth::unknown();
@@ -267,6 +279,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor
             .of_mut(&mut self.sensors)
             .trimmed(sensor, unit, change, anew);
+        if anew {
+            self.temperatures.calibrated(unit);
+        }
     }
 
     /// How far a unit is from another over ten seconds, m/s^2 or rad/s; `None` until it has said something for as long.
@@ -278,6 +293,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     /// by is no fault.
     pub fn accept(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).accept(sensor, unit);
+        self.temperatures.calibrated(unit);
     }
 
     /// Units that have that vote.
@@ -372,6 +388,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 testimony,
                 find_witnessed,
                 usual_error: self.usual_error.variance(&self.turned),
+                temperatures: &self.temperatures,
                 turned: &self.turned,
                 force: f,
                 change: sensor.of(&strains).change(),

@@ -305,6 +305,8 @@ pub struct Knowledge<'a, T: Real> {
     pub residual: T,
     /// Square of what a calibration could find of a stranger among them.
     pub unfound: T,
+    /// Square of how far they may have drifted apart since they were calibrated, by temperature or as all did.
+    pub drifted: T,
     /// What vibration leaves in a window of the two together, of the most that it may.
     pub shaken: &'a dyn Fn(T) -> T,
 }
@@ -336,7 +338,8 @@ impl<T: Real> Comparison<T> {
             let share = shown.share(of);
             let explained = of.noise_variance::<T>(sensor) + share * strain + shaken;
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
-            let threshold = drift * drift + tail * tail * explained + residuals + straight + known.unfound; // eq. 8
+            let allowed = drift * drift + known.drifted + straight;
+            let threshold = allowed + tail * tail * explained + residuals + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
             let ratio = apart / threshold;
             *squares = Squares {

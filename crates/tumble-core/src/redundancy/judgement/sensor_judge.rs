@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::Length;
+use crate::products::{Length, squared};
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
@@ -12,7 +12,8 @@ use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::judgement::scales::{LatestShares, SCALES, SECONDS};
 use crate::redundancy::judgement::turn::Turned;
-use crate::redundancy::judgement::unit::SensorDeviation;
+use crate::redundancy::judgement::unit::{SLOW_OFFSET, SensorDeviation};
+use crate::redundancy::judgement::warmth::Temperatures;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::unit_set::{UnitSet, pairs};
@@ -43,6 +44,9 @@ const STEP_WITHIN: f64 = 0.6;
 
 /// What the accelerometer of a unit that was never calibrated may say beyond gravity carried by its own gyroscope, m/s^2.
 const STRANGE: f64 = 1.0;
+
+/// Times what is left of a drift without any unit that units may be apart.
+const SHARED: f64 = 2.0;
 
 /// The scale over which units that begin in motion have to agree.
 const LONG: usize = 2;
@@ -137,6 +141,7 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub find_witnessed: Option<FindWitnessed<T, UNITS>>,
     /// Variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`, after such turns as the latest.
     pub usual_error: Option<T>,
+    pub temperatures: &'a Temperatures<T, UNITS>,
     pub turned: &'a Turned<T>,
     /// What the set feels, m/s^2: at rest, gravity, upwards.
     pub force: Vector3<T>,
@@ -353,7 +358,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     ) {
         self.find_noisy(case, tell);
         let mut comparisons = Comparisons::none();
-        let disagrees = self.compare(case, shown, &mut comparisons);
+        let mut disagrees = self.compare(case, shown, T::zero(), &mut comparisons);
+        if disagrees {
+            let shared = self.shared_drift(case);
+            if shared > T::zero() {
+                comparisons = Comparisons::none();
+                disagrees = self.compare(case, shown, shared, &mut comparisons);
+            }
+        }
         self.find_odd(case, &comparisons, disagrees, tell);
         if let Some(find) = case.find_witnessed {
             find(self, case, &comparisons, tell);
@@ -363,12 +375,48 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.learn(case, &comparisons, shown, disagrees);
     }
 
-    /// How far all pairs are apart, on each scale that both have filled; of units that vote. Keeps the worst of each unit with
+    /// Square of what calibrated units have drifted apart since, whichever of them is left out: a drift that all share in time is
+    /// the fault of none (docs/theory/judgement.md, eq. 27).
+    #[inline(never)]
+    fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
+        let drifted = |unit: usize| {
+            let calibrated = case
+                .unit(unit)
+                .is_some_and(|unit| *case.sensor.of(&unit.calibrated));
+            self.deviations.get(unit).filter(|_| calibrated)?.drifted()
+        };
+        let voters = case.known.without(self.guilty);
+        if voters.count() < 3 {
+            return T::zero();
+        }
+        let mut without = [T::zero(); UNITS];
+        for [i, j] in pairs::<UNITS>().filter(|pair| voters.contain_both(*pair)) {
+            let Some((a, b)) = drifted(i).zip(drifted(j)) else {
+                continue;
+            };
+            let apart = squared(&difference(&a, &b));
+            for (unit, most) in without.iter_mut().enumerate() {
+                if unit != i && unit != j {
+                    *most = larger(*most, apart);
+                }
+            }
+        }
+        let most = tabulated::<T>(*case.sensor.of(&SLOW_OFFSET));
+        let shared = voters.units().filter_map(|unit| without.get(unit).copied());
+        smaller(
+            most * most,
+            shared.fold(most * most, smaller) * real(SHARED * SHARED),
+        ) // judgement.md, eq. 27
+    }
+
+    /// How far all pairs are apart, on each scale that both have filled; of units that vote, which may share a drift of which the
+    /// square is given. Keeps the worst of each unit with
     /// those that are known and not guilty; gives whether any two disagree that are not guilty.
     fn compare(
         &mut self,
         case: &Case<'_, T, UNITS>,
         shown: &ShownByPairs<T, UNITS>,
+        shared: T,
         comparisons: &mut Comparisons<T, UNITS>,
     ) -> bool {
         self.worst_squared = [T::zero(); UNITS];
@@ -379,7 +427,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) else {
                 continue;
             };
-            self.compare_pair(case, [i, j], [a, b], shown, comparison);
+            self.compare_pair(case, [i, j], [a, b], (shown, shared), comparison);
             let worst = comparison.worst_squared();
             disagree |= worst > T::one() && voters.contain_both([i, j]);
             if !case.known.contain_both([i, j]) {
@@ -403,10 +451,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         case: &Case<'_, T, UNITS>,
         [i, j]: [usize; 2],
         units: [&UnitReading<T>; 2],
-        shown: &ShownByPairs<T, UNITS>,
+        (shown, shared): (&ShownByPairs<T, UNITS>, T),
         comparison: &mut Comparison<T>,
     ) {
         let sensor = case.sensor;
+        let drifted = shared + case.temperatures.drifted(i, j, case.window.per_kelvin.of(sensor));
         let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
         let means = |unit: usize| {
@@ -420,7 +469,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 case.window.tolerated.of(sensor),
                 (first, second),
                 self.strains.scales(),
-                &known(sensor, units, &|most| shaken(i, most) + shaken(j, most)),
+                &known(sensor, units, drifted, &|most| shaken(i, most) + shaken(j, most)),
                 shown,
             );
         }
@@ -818,6 +867,7 @@ fn seconds_of<T: Real>(scale: usize) -> T {
 fn known<'a, T: Real>(
     sensor: Sensor,
     [a, b]: [&UnitReading<T>; 2],
+    drifted: T,
     shaken: &'a dyn Fn(T) -> T,
 ) -> Knowledge<'a, T> {
     let [matrix_unknown, matrix_known] = MATRIX.map(tabulated::<T>);
@@ -835,6 +885,7 @@ fn known<'a, T: Real>(
         },
         residual: *sensor.of(&a.residual) + *sensor.of(&b.residual),
         unfound: *sensor.of(&a.unfound) + *sensor.of(&b.unfound),
+        drifted,
         shaken,
     }
 }

@@ -60,6 +60,10 @@ fn fly<const N: usize>(
             gravity: 9.8,
             noise_ratio: 9.0,
             means_only: false,
+            per_kelvin: crate::redundancy::settings::ForceAndRate {
+                specific_force: 0.0,
+                angular_rate: 0.0,
+            },
             tolerated: crate::redundancy::settings::ForceAndRate {
                 specific_force: 0.05,
                 angular_rate: 0.005,

@@ -119,6 +119,11 @@ impl<T: Real> SensorDeviation<T> {
         };
     }
 
+    /// How far it has drifted from the set since it was calibrated, over ten seconds; `None` until they have passed.
+    pub fn drifted(&self) -> Option<Vector3<T>> {
+        Some(sum(&self.offset, self.mean(2)?))
+    }
+
     /// Over each scale that is filled, the shortest first.
     pub fn means(&self) -> &[Vector3<T>] {
         self.means.get(..self.filled.into()).unwrap_or(&self.means)

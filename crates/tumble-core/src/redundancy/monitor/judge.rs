@@ -63,6 +63,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             means_only: self.rest.is_awaited()
                 && self.stored.iter().flatten().any(|stored| stored.calibrated),
             tolerated: settings.health.tolerated,
+            per_kelvin: settings.health.per_kelvin,
         };
         let (health, stored) = (&mut self.health, &mut self.stored);
         let testimony = self

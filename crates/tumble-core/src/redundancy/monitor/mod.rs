@@ -55,6 +55,9 @@ const QUICK: u8 = u8::MAX;
 /// Most windows of the settings that make one.
 const LONGEST_WINDOW: u8 = 20;
 
+/// Share of the time after which a unit is late from which on a pause of all is one.
+const SHORTEST_PAUSE: u64 = 4;
+
 /// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `WITNESSED` is 1 where
 /// witnesses from outside are heard, 0 where there are none, which takes 800 bytes less of a set of three.
@@ -121,6 +124,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             Command::Evaluate => self.rest.command(),
             Command::ReturnToPrimary => self.selection.command_primary(),
         }
+    }
+
+    /// Takes in how warm a unit is, degC, from its next sample on; not a number where nobody knows. Units that are warmer or colder
+    /// than they were when they were calibrated may differ by more.
+    pub fn set_temperature(&mut self, unit: usize, value: T) {
+        self.judge.set_temperature(unit, value);
     }
 
     /// What is stored of the two sensors of a unit, accelerometer first.
@@ -195,10 +204,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             }
         };
         let now = self.clock.now().unwrap_or(time);
-        if verdict == Verdict::Accept
-            && now.saturating_sub(before) > self.health.get(number)?.patience(settings)
-        {
-            self.stalled(now, now - before, report);
+        if verdict == Verdict::Accept {
+            self.excuse_pause(number, now, before, settings, report)?;
         }
         let (mut usable, mut speaks) = ([false; 2], false);
         if accepted {
@@ -211,6 +218,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             usable = health.push(&sample, &unit.axes, &unit.range, settings);
             speaks = health.speaks();
             self.lengthen_windows(platform, number, now, report);
+            self.find_copy(platform, number, &sample.channels());
             self.integrate(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
@@ -279,6 +287,25 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         Some(())
     }
 
+    /// A unit of which all readings are also those of another, as they change, is a copy of it: noise is nobody else's.
+    #[inline]
+    fn find_copy(&mut self, platform: &Platform<T, UNITS>, number: usize, channels: &[T; CHANNELS]) {
+        let latest = |unit: usize| self.histories.get(unit).and_then(WindowHistory::latest);
+        let axes = |unit: usize| platform.units().get(unit).map(|unit| unit.axes);
+        let changed = latest(number).is_some_and(|latest| latest != channels);
+        let mut others = (0..UNITS).filter(|other| *other != number && axes(*other) == axes(number));
+        let same = others.find(|other| latest(*other) == Some(channels));
+        let copy = match same {
+            _ if !changed => return,
+            Some(other) => other.max(number),
+            None => number,
+        };
+        let of = same.map(|other| other.min(number));
+        if let Some(health) = self.health.get_mut(copy) {
+            health.compare(of);
+        }
+    }
+
     #[inline(never)]
     fn integrate(
         &mut self,
@@ -322,6 +349,36 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     fn all_have(&self, window: u64) -> bool {
         let mut newest = self.histories.iter().filter_map(WindowHistory::newest);
         newest.all(|newest| newest >= window || newest.saturating_add(1) < window)
+    }
+
+    /// Where nobody said anything for longer than a unit takes from sample to sample, the platform paused: no unit is late for it.
+    #[inline]
+    fn excuse_pause(
+        &mut self,
+        number: usize,
+        now: u64,
+        before: u64,
+        settings: &HealthSettings<T>,
+        report: Report<'_, T>,
+    ) -> Option<()> {
+        let pause = now.saturating_sub(before);
+        if pause < settings.late / SHORTEST_PAUSE {
+            return Some(());
+        }
+        if pause > self.health.get(number)?.patience(settings) {
+            self.stalled(now, pause, report);
+            return Some(());
+        }
+        for (unit, health) in self.health.iter_mut().enumerate() {
+            if let Some(time) = self.clock.latest(unit) {
+                health.held_back(time);
+            }
+        }
+        let usual = u64::from(self.clock.interval(number));
+        if usual > 0 && pause > usual.saturating_mul(3) / 2 {
+            self.health.iter_mut().for_each(|health| health.excuse(pause));
+        }
+        Some(())
     }
 
     /// All units were silent at once, microseconds: that is the platform's, and none is to be named for it.

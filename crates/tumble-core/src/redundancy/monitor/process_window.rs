@@ -2,6 +2,7 @@
 
 use crate::products::cross;
 use crate::real::{Real, SECOND, seconds, whole_spans};
+use crate::redundancy::health::Surroundings;
 use crate::redundancy::monitor::calibration::CalibrationProgress;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::judge::is_contested;
@@ -14,6 +15,9 @@ use crate::redundancy::samples::pair::{MotionPair, PrimaryMeans};
 use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::sample::CHANNELS;
+
+/// Windows before that looked still in a platform that rests: between two of smooth motion there is one that moved.
+const QUIET: u64 = 1;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
     Monitor<T, UNITS, AT_ONCE, WITNESSED>
@@ -87,6 +91,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         let thresholds = &platform.settings().evaluation.thresholds;
         let units = self.histories.iter().zip(&mut self.rest_means).zip(&self.health);
         let (mut still, mut voters) = (0_usize, 0_usize);
+        let (mut changing, mut moved) = (0_usize, 0_usize);
         for (((history, at_rest), health), unit) in units.zip(platform.units()) {
             let lives = health.fault().is_none_or(|fault| fault.leaves_stillness());
             let Some(means) = history.window(window).filter(|_| lives) else {
@@ -96,6 +101,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             let whole = unit.axes.covered_by(means.usable);
             let quiet = at_rest.is_still(&means.mean, means.scatter, &thresholds.rest_scatter);
             still += usize::from(whole && quiet);
+            // Readings that repeat cannot tell rest from motion.
+            let changes = means.scatter.iter().any(|scatter| *scatter > T::zero());
+            changing += usize::from(changes);
+            moved += usize::from(changes && !quiet);
+        }
+        let surroundings = match 2 * moved <= changing {
+            _ if changing == 0 => Surroundings::Unknown,
+            false => Surroundings::Motion,
+            true if self.rest.is_still_for(QUIET) => Surroundings::Rest,
+            true => Surroundings::Quiet,
+        };
+        for health in &mut self.health {
+            health.set_surroundings(surroundings);
         }
         voters > 0 && 2 * still >= voters
     }

@@ -146,6 +146,11 @@ impl RestState {
         RestTransition::Began
     }
 
+    /// Whether it was still over so many windows in succession: single windows of motion may look so.
+    pub fn is_still_for(&self, windows: u64) -> bool {
+        self.windows >= windows
+    }
+
     /// Whether the platform rests.
     pub fn is_resting(&self) -> bool {
         self.announced

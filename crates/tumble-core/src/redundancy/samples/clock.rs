@@ -139,9 +139,18 @@ impl UnitTimestamps {
     /// Whether a time is so far after that of the set that samples seem to be missing.
     fn leaps(&self, time: u64, now: u64, settings: &ClockSettings) -> bool {
         time > now && {
-            let interval = u64::from(self.interval);
+            let interval = u64::from(self.shown_interval(time));
             time - now > settings.largest_step.max(2 * interval)
         }
+    }
+
+    /// Interval of its samples; of one of which none is known yet, from the suspect before to this one: a slow unit whose samples
+    /// fall between those of others would else be in time by chance only.
+    fn shown_interval(&self, time: u64) -> u32 {
+        if self.interval > 0 || self.agreeing == 0 {
+            return self.interval;
+        }
+        u32::try_from(time.saturating_sub(self.suspect)).unwrap_or(u32::MAX)
     }
 
     /// A sample is used. Its interval is at most twice the one before, or a single pause would allow any leap.
@@ -151,6 +160,7 @@ impl UnitTimestamps {
         let interval = match (self.interval, self.dropped) {
             (0, 0) => passed,
             (before, 0) => passed.min(before.saturating_mul(2)),
+            (0, _) => self.shown_interval(time),
             (before, _) => before,
         };
         *self = Self::since(time, interval);
@@ -217,6 +227,11 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     /// From one sample of a unit to the next, microseconds; zero before the second.
     pub fn interval(&self, unit: usize) -> u32 {
         self.tracks.get(unit).map_or(0, |track| track.interval)
+    }
+
+    /// Time of the latest sample of a unit that was believed, microseconds.
+    pub fn latest(&self, unit: usize) -> Option<u64> {
+        self.tracks.get(unit)?.latest()
     }
 
     /// Judges the time stamp of a unit's next sample, microseconds of the common clock.

@@ -6,6 +6,22 @@ use proptest::prelude::*;
 
 use super::*;
 
+#[test]
+fn slow_units_whose_samples_fall_between_those_of_others_are_in_time_from_their_third_on() {
+    for phase in [1_000, 30_000, 55_000, 70_000, 95_000_u64] {
+        let mut clock = CommonClock::<2>::new();
+        let mut used = [0_u32; 2];
+        for i in 0..100_u64 {
+            for (unit, begins) in [(0, 0), (1, phase)] {
+                let time = 1_000_000 + i * 100_000 + begins;
+                let accepted = clock.push(unit, time, &ClockSettings::DEFAULT) == Verdict::Accept;
+                used[unit] += u32::from(accepted);
+            }
+        }
+        assert!(used.iter().all(|used| *used >= 98), "{phase}: {used:?}");
+    }
+}
+
 const PERIOD: u64 = 5_000;
 
 /// A set of units that send in turn, each with an offset of its clock.

@@ -55,6 +55,12 @@ impl<T: Real> WindowHistory<T> {
         true
     }
 
+    /// The latest reading.
+    #[inline]
+    pub fn latest(&self) -> Option<&[T; CHANNELS]> {
+        self.windows.latest()
+    }
+
     /// The window of this number, if it is kept.
     pub fn window(&self, index: u64) -> Option<&Means<T, CHANNELS>> {
         self.recent.iter().flatten().find(|means| means.index == index)

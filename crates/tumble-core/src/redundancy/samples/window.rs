@@ -85,6 +85,12 @@ impl<T: Real, const K: usize> Windows<T, K> {
         }
     }
 
+    /// The latest reading.
+    #[inline]
+    pub fn latest(&self) -> Option<&[T; K]> {
+        Some(&self.latest.as_ref()?.channels)
+    }
+
     /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
     /// window spoils those it touches. `length` is that of a window, microseconds, less than half an hour. Changes from sample to sample are told to `steps`.
     pub fn push(

@@ -61,6 +61,14 @@ impl<T: Real> RedundancySettings<T> {
             ("spike_angular_rate", self.health.spike.angular_rate),
             ("tolerated_specific_force", self.health.tolerated.specific_force),
             ("tolerated_angular_rate", self.health.tolerated.angular_rate),
+            (
+                "drift_per_kelvin_specific_force",
+                self.health.per_kelvin.specific_force,
+            ),
+            (
+                "drift_per_kelvin_angular_rate",
+                self.health.per_kelvin.angular_rate,
+            ),
             ("noise_ratio", self.health.noise_ratio),
             ("rest_specific_force", self.health.rest.specific_force),
             ("rest_angular_rate", self.health.rest.angular_rate),

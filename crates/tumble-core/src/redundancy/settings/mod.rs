@@ -183,6 +183,8 @@ pub struct HealthSettings<T: Real> {
     pub spike: ForceAndRate<T>,
     /// Drift of a calibrated unit that is within its specification: a difference of two units that is none.
     pub tolerated: ForceAndRate<T>,
+    /// Drift of the bias of an axis, m/s^2 and rad/s a kelvin, of units that tell how warm they are.
+    pub per_kelvin: ForceAndRate<T>,
     /// Largest scatter of a unit as a multiple of what the others, by its usual ratio to them, make one expect.
     pub noise_ratio: T,
     /// Largest deviation at rest from gravity, m/s^2, and from zero, rad/s.
@@ -203,6 +205,8 @@ impl<T: Real> Default for HealthSettings<T> {
             saturated: 50_000,
             spike: both(40.0, 10.0),
             tolerated: both(0.05, 0.0075),
+            // 0.2 mg and 0.015 deg/s: data sheets of consumer parts.
+            per_kelvin: both(1.96e-3, 2.6e-4),
             noise_ratio: real(9.0),
             rest: both(1.5, 0.2),
             recovery: 500_000,

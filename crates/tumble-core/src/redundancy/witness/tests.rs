@@ -139,6 +139,10 @@ fn look<const N: usize>(
         gravity: GRAVITY,
         noise_ratio: 9.0,
         means_only: false,
+        per_kelvin: ForceAndRate {
+            specific_force: 0.0,
+            angular_rate: 0.0,
+        },
         tolerated: ForceAndRate {
             specific_force: 0.05,
             angular_rate: 0.0075,
