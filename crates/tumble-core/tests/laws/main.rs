@@ -19,6 +19,7 @@ mod redundancy_modes;
 mod redundancy_outcomes;
 mod redundancy_output;
 mod redundancy_physics;
+mod redundancy_platform;
 mod redundancy_rests;
 mod redundancy_settings;
 mod redundancy_thresholds;

@@ -1,4 +1,5 @@
-//! There is an output as long as any unit sends numbers that change: whatever befalls the others, at any rate.
+//! There is an output as long as any unit sends numbers that change: whatever befalls the others, at any rate, of up to six
+//! units. Where secondaries that were never calibrated are passed over, it is the primary that sends, or one that agreed with it.
 
 use proptest::prelude::*;
 use tumble_core::redundancy::platform::Range;
@@ -111,6 +112,7 @@ fn longest_gap<const N: usize>(
     ailments: [Ailment; N],
     periods: [u64; N],
     sound: usize,
+    calibrated_only: bool,
     seed: u64,
 ) -> (f64, f64, String) {
     let mut parts = [Part::exact(); N];
@@ -130,7 +132,9 @@ fn longest_gap<const N: usize>(
         };
         unit
     });
-    let flight = fly(&platform(settings(), ranged), &mission);
+    let mut settings = settings();
+    settings.selection.calibrated_only = calibrated_only;
+    let flight = fly(&platform(settings, ranged), &mission);
     let slowest = periods.iter().max().map_or(0.0, |period| seconds(*period));
     let mut before = mission.start;
     let mut longest = 0.0_f64;
@@ -148,7 +152,30 @@ fn speaks<const N: usize>(
     sound: usize,
     seed: u64,
 ) -> Result<(), TestCaseError> {
-    let (longest, most, story) = longest_gap(ailments, periods, sound % N, seed);
+    let (longest, most, story) = longest_gap(ailments, periods, sound % N, false, seed);
+    prop_assert!(
+        longest <= most,
+        "no output for {longest} s, sound {}\n{story}",
+        sound % N
+    );
+    Ok(())
+}
+
+/// The first rest is evaluated by then, s: secondaries that agree with the primary are known.
+const EVALUATED: f64 = 2.5;
+
+/// The same of sets that pass over secondaries of which nothing is known, and of which the primary is sound until that is known.
+fn speaks_as_calibrated<const N: usize>(
+    mut ailments: [Ailment; N],
+    periods: [u64; N],
+    sound: usize,
+    seed: u64,
+) -> Result<(), TestCaseError> {
+    ailments[0].begins = ailments[0].begins.max(EVALUATED);
+    ailments[sound % N].kind = Kind::None;
+    // Slower ones fill no window, and agree with nobody.
+    let periods = periods.map(|period| period.min(20_000));
+    let (longest, most, story) = longest_gap(ailments, periods, sound % N, true, seed);
     prop_assert!(
         longest <= most,
         "no output for {longest} s, sound {}\n{story}",
@@ -182,5 +209,37 @@ proptest! {
         sound in 0..4_usize, seed in any::<u64>()
     ) {
         speaks(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_five_units_one_is_heard_whatever_befalls_the_others(
+        ailments in prop::array::uniform5(ailment()), periods in prop::array::uniform5(period()),
+        sound in 0..5_usize, seed in any::<u64>()
+    ) {
+        speaks(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_six_units_one_is_heard_whatever_befalls_the_others(
+        ailments in prop::array::uniform6(ailment()), periods in prop::array::uniform6(period()),
+        sound in 0..6_usize, seed in any::<u64>()
+    ) {
+        speaks(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_two_units_that_are_known_one_is_heard(
+        ailments in prop::array::uniform2(ailment()), periods in prop::array::uniform2(period()),
+        sound in 0..2_usize, seed in any::<u64>()
+    ) {
+        speaks_as_calibrated(ailments, periods, sound, seed)?;
+    }
+
+    #[test]
+    fn of_four_units_that_are_known_one_is_heard(
+        ailments in prop::array::uniform4(ailment()), periods in prop::array::uniform4(period()),
+        sound in 0..4_usize, seed in any::<u64>()
+    ) {
+        speaks_as_calibrated(ailments, periods, sound, seed)?;
     }
 }
