@@ -310,7 +310,7 @@ impl<T: Real> SensorWatch<T> {
     #[inline]
     fn observe(&mut self, look: &Look<T>, reading: &Reading<'_, T>) {
         let most = look.change;
-        if most > T::zero() && !(most > self.step * real(FINE)) {
+        if most > T::zero() && most <= self.step * real(FINE) {
             self.step = smaller(self.step, reading.smallest_change(&self.latest, most));
         }
         if look.largest > self.largest {
