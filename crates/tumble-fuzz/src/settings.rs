@@ -157,7 +157,7 @@ fn any_calibration(draw: &mut Draw) -> Option<PrimaryCalibration<f32>> {
 }
 
 /// Every number that can be set.
-fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
+fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 31] {
     let RedundancySettings {
         evaluation,
         collection,
@@ -206,6 +206,8 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
         &mut health.spike.angular_rate,
         &mut health.tolerated.specific_force,
         &mut health.tolerated.angular_rate,
+        &mut health.per_kelvin.specific_force,
+        &mut health.per_kelvin.angular_rate,
         &mut health.noise_ratio,
         &mut health.rest.specific_force,
         &mut health.rest.angular_rate,
