@@ -86,7 +86,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_adoptions
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	$(BIN)/python -m benchmarks.redundancy_precision
-	$(BIN)/python -m benchmarks.redundancy_campaign --witness --kinds ramp --missions 300
+	$(BIN)/python -m benchmarks.redundancy_campaign --aiding --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
 	$(BIN)/python -m benchmarks.flights.campaign
 	$(BIN)/python -m benchmarks.redundancy_rests

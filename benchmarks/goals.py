@@ -390,7 +390,7 @@ JUDGED: dict[str, dict[str, Wanted]] = {
     },
 }
 """By number of units and group of kinds."""
-WITNESSED = {"N >= 3": Wanted({"right": 0.97}, {"high": 10.0}), "N = 2": Wanted({"right": 0.95})}
+AIDED = {"N >= 3": Wanted({"right": 0.97}, {"high": 10.0}), "N = 2": Wanted({"right": 0.95})}
 """Goals for ramps, beside an aiding measurement."""
 RECORDED = {"N >= 3": Wanted({"right": 0.95}, {"median": 1.0}), "N = 2": Wanted({"seen": 0.95})}
 MOST_WRONG = {"N >= 3": 0.005, "N = 2": 0.01}
@@ -422,10 +422,10 @@ def _campaign(content: Content) -> Iterator[Goal]:
         yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
 
 
-def _witnessed(content: Content) -> Iterator[Goal]:
+def _aided(content: Content) -> Iterator[Goal]:
     for title, of in content["sets"].items():
-        where = f"redundancy with a witness, {title}"
-        yield from _judged(f"{where}: ramp", WITNESSED[title], of["groups"]["ramp"])
+        where = f"redundancy with an aiding measurement, {title}"
+        yield from _judged(f"{where}: ramp", AIDED[title], of["groups"]["ramp"])
         yield _named_first(where, title, of)
         yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
 
@@ -461,7 +461,7 @@ def _recorded(content: Content) -> Iterator[Goal]:
     for title, of in content["sets"].items():
         where = f"redundancy, eight recorded units, {title}"
         for span in ("before", "settled"):
-            yield _none(f"{where}: units named in health ({span})", of["health"][span]["guilty"])
+            yield _none(f"{where}: units named in health ({span})", of["health"][span]["faulty"])
         faults = of["groups"]["all"]
         yield from _judged(f"{where}: faults", RECORDED[title], faults)
         what = f"{where}: a sound unit named first"
@@ -662,7 +662,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,
     "redundancy_precision": _precision,
-    "redundancy_campaign_witness": _witnessed,
+    "redundancy_campaign_aiding": _aided,
     "redundancy_recorded": _recorded,
     "speed": _speed,
     "production": _production,

@@ -2,7 +2,7 @@
 
 `python -m benchmarks.redundancy_campaign [--missions 2000] [--kinds ramp,jump] [--units 2,3] [--jobs N]`
 
-`--witness` flies them beside a velocity of 5 Hz and 0.3 m/s.
+`--aiding` flies them beside a velocity of 5 Hz and 0.3 m/s.
 
 Missions have successive seeds, and a seed is one mission whatever else is flown: `--only SEED` flies it
 alone and prints its events. Figures of a whole campaign are saved; `benchmarks/README.md` defines
@@ -39,8 +39,8 @@ from benchmarks.results import Content, machine, save
 MISSIONS = 2000
 NUMBERS = tuple(str(number) for number in sorted(set(UNITS)))
 """Numbers of units that `--units` accepts."""
-WITNESSED = 300, ("ramp",)
-"""Least missions, and kinds, whose figures beside a witness are kept."""
+AIDED = 300, ("ramp",)
+"""Least missions, and kinds, whose figures beside an aiding measurement are kept."""
 JOBS = max(1, (os.cpu_count() or 2) // 2)
 WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
 WORSE_SHARE = 1.1
@@ -48,10 +48,10 @@ CUT = ("dead", "late", "not a number")
 """Kinds that add nothing to the output, but leave it without samples, or with old ones."""
 
 
-def judged(seed: int, *, with_witness: bool = False) -> dict[str, Any]:
+def judged(seed: int, *, with_aiding: bool = False) -> dict[str, Any]:
     """Flies a mission and counts what came of it."""
     mission = draw(seed)
-    return counted(mission, *flown(mission, with_witness=with_witness))
+    return counted(mission, *flown(mission, with_aiding=with_aiding))
 
 
 def counted(
@@ -165,16 +165,16 @@ def seeds_of(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     for each in missions:
         if each["outcome"] not in (None, "right"):
             found[f"{each['kind']}, {each['units']} units: {each['outcome']}"].append(str(each["seed"]))
-        elif each["guilty_in_health"]:
+        elif each["faulty_in_health"]:
             found[f"{each['units']} units: named in health"].append(str(each["seed"]))
     return {name: " ".join(seeds) for name, seeds in sorted(found.items())}
 
 
-def show_one(seed: int, console: Console, *, with_witness: bool) -> None:
+def show_one(seed: int, console: Console, *, with_aiding: bool) -> None:
     """Flies one mission and prints all of it."""
     mission = draw(seed)
     console.print(mission)
-    simulated, said, replayed = flown(mission, with_witness=with_witness)
+    simulated, said, replayed = flown(mission, with_aiding=with_aiding)
     for time, unit, what, figures in replayed.events:
         console.print(f"{time:9.3f} s  unit {unit}  {what}", dict(figures), highlight=False)
     console.print(counted(mission, simulated, said, replayed))
@@ -189,22 +189,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--kinds", type=_some_of(kinds()), default=kinds(), help=", ".join(kinds()))
     parser.add_argument("--units", type=_some_of(NUMBERS), default=NUMBERS, help=", ".join(NUMBERS))
     parser.add_argument("--jobs", type=int, default=JOBS)
-    parser.add_argument("--witness", action="store_true", help="with a velocity of 5 Hz and 0.3 m/s")
+    parser.add_argument("--aiding", action="store_true", help="with a velocity of 5 Hz and 0.3 m/s")
     parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
     console = wide_console()
     if options.only is not None:
-        show_one(options.only, console, with_witness=options.witness)
+        show_one(options.only, console, with_aiding=options.aiding)
         return 0
     seeds = chosen(options.missions, options.seed, options.kinds, tuple(map(int, options.units)))
-    missions = campaign(seeds, options.jobs, console, partial(judged, with_witness=options.witness))
+    missions = campaign(seeds, options.jobs, console, partial(judged, with_aiding=options.aiding))
     figures = summary(missions)
     show(figures, console)
     if options.list:
         for name, seeds in figures["seeds"].items():
             console.print(f"{name}: {seeds}", highlight=False, soft_wrap=True)
-    name = "redundancy_campaign_witness" if options.witness else "redundancy_campaign"
-    least, wanted = WITNESSED if options.witness else (MISSIONS, kinds())
+    name = "redundancy_campaign_aiding" if options.aiding else "redundancy_campaign"
+    least, wanted = AIDED if options.aiding else (MISSIONS, kinds())
     if options.missions >= least and (options.kinds, options.units) == (wanted, NUMBERS):
         save(name, {"seed": options.seed, **figures, "machine": machine()})
     return 0

@@ -77,7 +77,7 @@ def _within(value: float | None, limit: float) -> bool:
 
 
 IN_HEALTH = {
-    "units named": "guilty_in_health",
+    "units named": "faulty_in_health",
     "disagree": "disagree_in_health",
     "changes of the source": "changes_in_health",
     "s without a source": "without_source_in_health",

@@ -31,7 +31,7 @@ class Judgement:
     """s from the fault to anything being told of it."""
     also: int
     """Times a sound unit was named after the faulty one was."""
-    guilty_in_health: int
+    faulty_in_health: int
     disagree_in_health: int
     health: float
     """s without a fault."""
@@ -54,16 +54,16 @@ def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float)
     disagreed = [time for time, _, what, _ in told if what == "disagree"]
     sources = [event for event in told if event[2] == "selected" and event[3]["reason"] != "start"]
     early = [each for each in named if each[0] < onset]
-    guilty = min((time for time, unit in named if time >= onset and unit == faulty), default=None)
+    faulty = min((time for time, unit in named if time >= onset and unit == faulty), default=None)
     others = [time for time, unit in named if time >= onset and unit != faulty]
-    seen = min((time for time in (*others, *disagreed, *_known(guilty)) if time >= onset), default=None)
-    outcome = None if faulty is None else _outcome(bool(early), guilty, min(others, default=None), seen)
+    seen = min((time for time in (*others, *disagreed, *_known(faulty)) if time >= onset), default=None)
+    outcome = None if faulty is None else _outcome(bool(early), faulty, min(others, default=None), seen)
     return Judgement(
         outcome=outcome,
-        isolated=guilty - onset if outcome == "right" and guilty is not None else None,
+        isolated=faulty - onset if outcome == "right" and faulty is not None else None,
         seen=None if seen is None else seen - onset,
-        also=sum(guilty is not None and time > guilty for time in others),
-        guilty_in_health=len(early),
+        also=sum(faulty is not None and time > faulty for time in others),
+        faulty_in_health=len(early),
         disagree_in_health=sum(time < onset for time in disagreed),
         health=onset,
         changes_in_health=sum(event[0] < onset for event in sources),
@@ -81,12 +81,12 @@ def _known(time: float | None) -> tuple[float, ...]:
     return () if time is None else (time,)
 
 
-def _outcome(early: bool, guilty: float | None, other: float | None, seen: float | None) -> Outcome:
+def _outcome(early: bool, faulty: float | None, other: float | None, seen: float | None) -> Outcome:
     if early:
         return "too early"
-    if other is not None and (guilty is None or other <= guilty):
+    if other is not None and (faulty is None or other <= faulty):
         return "wrong"
-    if guilty is not None:
+    if faulty is not None:
         return "right"
     return "missed" if seen is None else "unknown"
 

@@ -97,7 +97,7 @@ def _counted(events: Sequence[Event], start: float, end: float) -> Content:
     named = [e for e in those if e[2] == "unhealthy" and e[3]["reason"] not in INVALID]
     return {
         "hours": (end - start) / 3600.0,
-        "guilty": len(named),
+        "faulty": len(named),
         "disagree": sum(event[2] == "disagree" for event in those),
         "changes": sum(event[2] == "selected" and event[3]["reason"] != "start" for event in those),
         "without_source": without_source(events, start, end),

@@ -17,7 +17,7 @@ from tumble import _core
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import TriadName
-from tumble.logs.witness import NativeWitness, Witness, in_order
+from tumble.logs.aiding import Aiding, NativeAiding, in_order
 
 PIECE = 5.0
 """s of arrival that are replayed at a time: what is stored is seen between two."""
@@ -26,7 +26,7 @@ FINE_PIECE = 0.01
 FINE_SECONDS = 3.0
 """s for which pieces are fine; from then on a tenth as fine."""
 
-WITNESS_HZ, WITNESS_SIGMA = 5.0, 0.3
+AIDING_HZ, AIDING_SIGMA = 5.0, 0.3
 """Rate, and noise of each axis of a velocity, m/s."""
 MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
 """m/s^2 and rad/s by which a calibration that followed a wrong primary errs more; a trigger, too."""
@@ -43,11 +43,11 @@ class Replay:
 
 
 def flown(
-    mission: DrawnMission, *, with_witness: bool = False
+    mission: DrawnMission, *, with_aiding: bool = False
 ) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
     """Simulates a mission, puts its fault in, and replays it: the set, all samples, the outcome."""
     simulated, said = simulated_with_fault(mission)
-    return simulated, said, watched(mission, simulated, said, with_witness=with_witness)
+    return simulated, said, watched(mission, simulated, said, with_aiding=with_aiding)
 
 
 def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...]]:
@@ -57,24 +57,24 @@ def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Sam
 
 
 def watched(
-    mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], *, with_witness: bool = False
+    mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], *, with_aiding: bool = False
 ) -> Replay:
     """Puts what all units of a mission say through a monitor of the mission's precision."""
     told = [unit.told(number) for number, unit in enumerate(simulated.units)]
     monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
-    heard = witness(simulated.body, mission.seed) if with_witness else []
+    heard = aiding(simulated.body, mission.seed) if with_aiding else []
     return replay(monitor, said, edges(mission.duration, mission.fault), heard)
 
 
-def witness(body: Body, seed: int) -> list[NativeWitness]:
+def aiding(body: Body, seed: int) -> list[NativeAiding]:
     """Returns what a satellite receiver says of the velocity."""
     step = body.time[1] - body.time[0]
     level = np.einsum("nij,nj->ni", body.level_from_body, body.specific_force)
     velocity = np.cumsum(level - [0.0, 0.0, STANDARD_GRAVITY], axis=0) * step
-    every = round(1.0 / (WITNESS_HZ * step))
+    every = round(1.0 / (AIDING_HZ * step))
     time, said = body.time[::every], velocity[::every]
-    noise = np.random.default_rng([seed, *b"witness"]).standard_normal(said.shape)
-    return in_order([Witness.velocity(time, said + WITNESS_SIGMA * noise, WITNESS_SIGMA)], ())
+    noise = np.random.default_rng([seed, *b"aiding"]).standard_normal(said.shape)
+    return in_order([Aiding.velocity(time, said + AIDING_SIGMA * noise, AIDING_SIGMA)], ())
 
 
 def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:
@@ -98,19 +98,19 @@ def replay(
     monitor: _core.RedundancyMonitor,
     said: Sequence[Samples],
     until: FloatArray,
-    witnesses: Sequence[NativeWitness] = (),
+    measurements: Sequence[NativeAiding] = (),
 ) -> Replay:
     """Puts what all units say through a monitor, piece by piece."""
     found = Replay()
     cuts = [np.searchsorted(each.arrival, until) for each in said]
-    heard = [bisect_left(witnesses, time, key=lambda each: each[0]) for time in until]
+    heard = [bisect_left(measurements, time, key=lambda each: each[0]) for time in until]
     for index in range(len(until) - 1):
         parts = [slice(cut[index], cut[index + 1]) for cut in cuts]
         piece = monitor.replay(
             [each.time[part] for each, part in zip(said, parts, strict=True)],
             [each.specific_force[part] for each, part in zip(said, parts, strict=True)],
             [each.angular_rate[part] for each, part in zip(said, parts, strict=True)],
-            witnesses=witnesses[heard[index] : heard[index + 1]],
+            measurements=measurements[heard[index] : heard[index + 1]],
         )
         events = [(float(t), int(unit), what, dict(figures)) for t, unit, what, figures in piece["events"]]
         found.events += events

@@ -831,7 +831,7 @@ def redundancy_recorded(content: Content) -> Iterator[str]:
     yield "|---|---|---|---|---|---|"
     for title, of in content["sets"].items():
         for span, health in of["health"].items():
-            counts = (str(health[name]) for name in ("guilty", "disagree", "changes"))
+            counts = (str(health[name]) for name in ("faulty", "disagree", "changes"))
             without = f"{health['without_source']:.1f} s"
             yield _row([f"{title}, {span}", f"{health['hours']:.2f}", *counts, without])
 
@@ -1061,7 +1061,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,
     "redundancy_precision": redundancy_precision,
-    "redundancy_campaign_witness": redundancy_campaign,
+    "redundancy_campaign_aiding": redundancy_campaign,
     "redundancy_recorded": redundancy_recorded,
     "flight_campaign": flight_campaign,
     "flight_logs": flight_logs,

@@ -136,8 +136,8 @@ def _health(missions: Sequence[Mapping[str, Any]]) -> Content:
     gaps = [each["missing"] for each in missions]
     return {
         "hours": hours,
-        "named": sum(each["guilty_in_health"] for each in missions),
-        "named in missions": sum(each["guilty_in_health"] > 0 for each in missions),
+        "named": sum(each["faulty_in_health"] for each in missions),
+        "named in missions": sum(each["faulty_in_health"] > 0 for each in missions),
         "reasons": dict(_reasons(missions).most_common()),
         "changes": sum(each["changes_in_health"] for each in missions),
         "missing": float(np.sum(gaps)),
@@ -163,7 +163,7 @@ def _seeds(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         size = "2" if each["units"] == 2 else "3 and more"
         if each["outcome"] not in (None, "right"):
             found.setdefault(f"{each['kind']}, {size} units: {each['outcome']}", []).append(str(each["seed"]))
-        elif each["guilty_in_health"]:
+        elif each["faulty_in_health"]:
             found.setdefault(f"{size} units: named in health", []).append(str(each["seed"]))
     return {name: " ".join(seeds) for name, seeds in sorted(found.items())}
 

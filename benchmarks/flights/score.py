@@ -25,7 +25,7 @@ FITTED_SECONDS = 40.0
 OWED = 1.5
 """Times the threshold of a deviation at rest, from which on a calibration is owed."""
 IN_HEALTH = (
-    "guilty_in_health",
+    "faulty_in_health",
     "disagree_in_health",
     "health",
     "changes_in_health",
@@ -44,10 +44,10 @@ def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
     judgement = judged(mission, events)
     first = mission.faults[0] if mission.faults else None
     health = judgement.health
-    guilty = judgement.guilty_in_health
+    faulty = judgement.faulty_in_health
     if replay.before is not None:
         earlier = judge(events_of(replay.before[1]), None, 0.0, float(replay.before[0].body.time[-1]))
-        health, guilty = health + earlier.health, guilty + earlier.guilty_in_health
+        health, faulty = health + earlier.health, faulty + earlier.faulty_in_health
     owed, recalibrated = _recalibrated(mission, replay, events)
     early = events_before(mission, replay, events)
     return {
@@ -65,7 +65,7 @@ def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
         "angle": None,
         **asdict(judgement),
         "health": health,
-        "guilty_in_health": guilty,
+        "faulty_in_health": faulty,
         "reasons_in_health": dict(Counter(e[3]["reason"] for e in early if e[2] == "unhealthy")),
         "misled": _misled(mission, replay),
         "missing": missing_output(
@@ -112,7 +112,7 @@ def judged(mission: Mission, events: Sequence[Event]) -> Judgement:
 
 def _with_health_of(judgement: Judgement, other: Judgement) -> Judgement:
     kept = (
-        "guilty_in_health",
+        "faulty_in_health",
         "disagree_in_health",
         "health",
         "changes_in_health",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tumble.foundation.recording import Chunk, Recording
     from tumble.laboratory.registry import Registry
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
-    from tumble.logs.witness import Witness
+    from tumble.logs.aiding import Aiding
     from tumble.poses.pose_list import Pose, PoseList
     from tumble.procedures.align.procedure import align
     from tumble.procedures.align.result import AlignResult
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Aiding",
     "AlignResult",
     "Calibration",
     "CalibrationFileError",
@@ -85,7 +86,6 @@ __all__ = [
     "ThermalResult",
     "TumbleError",
     "TurntableResult",
-    "Witness",
     "__version__",
     "align",
     "apply",
@@ -142,7 +142,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "tumble.calibration.limits": ("Limits",),
     "tumble.procedures.redundancy.monitor": ("RedundancyMonitor",),
     "tumble.procedures.redundancy.settings": ("RedundancySettings",),
-    "tumble.logs.witness": ("Witness",),
+    "tumble.logs.aiding": ("Aiding",),
     "tumble.procedures.spin.machine": ("SpinMachine",),
     "tumble.foundation.recording": ("Chunk", "Recording"),
     "tumble.procedures.turntable.result": ("TargetResult", "TurntableResult"),

@@ -835,7 +835,7 @@ class RedundancyMonitor:
         specific_forces: Sequence[FloatArray],
         angular_rates: Sequence[FloatArray],
         commands: Sequence[tuple[float, str]] = (),
-        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
+        measurements: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
         keep_output: bool = False,
         progress: Callable[[float], None] | None = None,
         arrivals: Sequence[FloatArray] | None = None,
@@ -846,9 +846,9 @@ class RedundancyMonitor:
         Where `arrivals` are given, (n,) s of each unit, never decreasing, their order is that of samples.
 
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
-        Commands are `evaluate` and `return to primary`. Witnesses, in order of time, are time s, kind, unit,
-        value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, `heading`, rad, and
-        `score`, first of value. Temperatures (n,) degC, None of a unit where nobody knows, not a number of a sample.
+        Commands are `evaluate` and `return to primary`. Aiding measurements, in order of time, are time s,
+        kind, unit, value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, `heading`, rad, and
+        `score`, first of value. Temperatures (n,) degC, NaN of a sample, None without a thermometer.
         `progress` is told the share done, 0 to 1.
         """
     def push(
@@ -858,7 +858,7 @@ class RedundancyMonitor:
         specific_force: FloatArray,
         angular_rate: FloatArray,
         commands: Sequence[tuple[float, str]] = (),
-        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
+        measurements: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
         temperature: FloatArray | None = None,
     ) -> RedundancySaid:
         """Push samples of one unit as they come; arguments are those of `replay`."""

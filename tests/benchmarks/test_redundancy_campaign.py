@@ -62,14 +62,14 @@ def test_reports_in_health_are_counted_and_have_no_outcome():
     told = [START, unhealthy(20.0, 0), selected(20.1, 1), disagree(30.0)]
     judgement = judge(told, None, ONSET, END)
     assert judgement.outcome is None
-    assert (judgement.guilty_in_health, judgement.disagree_in_health) == (1, 1)
+    assert (judgement.faulty_in_health, judgement.disagree_in_health) == (1, 1)
     assert (judgement.changes_in_health, judgement.changes, judgement.health) == (1, 0, END)
 
 
 def test_only_the_time_before_a_fault_is_health():
     told = [START, disagree(30.0), unhealthy(51.0, 1), unhealthy(60.0, 2), selected(70.0, 0, "none fit")]
     judgement = judge([*told, selected(75.0, 0)], FAULTY, ONSET, END)
-    assert (judgement.health, judgement.disagree_in_health, judgement.guilty_in_health) == (ONSET, 1, 0)
+    assert (judgement.health, judgement.disagree_in_health, judgement.faulty_in_health) == (ONSET, 1, 0)
     assert (judgement.also, judgement.changes, judgement.changes_in_health) == (1, 2, 0)
     assert (judgement.without_source, judgement.without_source_in_health) == (5.0, 0.0)
 
@@ -210,7 +210,7 @@ def test_benchmark_without_the_recording_reports_it_and_saves_nothing(monkeypatc
 def test_stuck_axis_is_isolated_despite_a_stored_calibration():
     mission = redundancy_recorded.faulted("stuck", 3, 0)
     assert (mission["outcome"], mission["units"]) == ("right", 2)
-    assert mission["guilty_in_health"] == 0
+    assert mission["faulty_in_health"] == 0
     figures = redundancy_recorded.summary(HEALTHY, [mission])
     assert figures["N = 2"]["groups"]["all"]["outcomes"]["right"] == 1
     assert figures["N >= 3"]["health"]["shaken"] == {"changes": 3}

@@ -73,7 +73,7 @@ REASONED = (
     "refused",
     "abandoned",
     "record rejected",
-    "witness left out",
+    "aiding left out",
     "unhealthy",
     "selected",
 )

@@ -380,11 +380,11 @@ def test_samples_pushed_singly_equal_a_replay_of_the_logs(said):
 
 def test_command_and_aiding_count_from_the_samples_of_their_time(said):
     monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS)
-    monitor.witness(tumble.Witness.score("imu2", [1.0], [-1.0]))
+    monitor.aiding(tumble.Aiding.score("imu2", [1.0], [-1.0]))
     early = monitor.push("imu1", chunk_of(said["imu1"], slice(0, 50)))
     late = monitor.push("imu1", chunk_of(said["imu1"], slice(50, 150)))
-    assert [event.event for event in early if "witness" in event.event] == []
-    left_out = [event.figures["reason"] for event in late if event.event == "witness left out"]
+    assert [event.event for event in early if "aiding" in event.event] == []
+    left_out = [event.figures["reason"] for event in late if event.event == "aiding left out"]
     assert left_out == ["negative score"]
     with pytest.raises(ProcedureError, match="known are 'evaluate'"):
         monitor.command("dance")

@@ -136,7 +136,7 @@ def test_verdict_figures_carry_unit_time_and_agreeing_units():
     assert "(share of the difference 0.400 against 0.100)" in step
     assert likelihood in said(sensor="accelerometer", reason="blamed", ground="rest")
     assert likelihood in said(sensor="gyroscope", reason="blamed", ground="own gyroscope")
-    assert likelihood in said(sensor="gyroscope", reason="blamed", ground="witness")
+    assert likelihood in said(sensor="gyroscope", reason="blamed", ground="aiding")
     outlier = said(sensor="accelerometer", reason="out of family", scale=10.0, agreeing=("imu1", "imu3"))
     assert "(0.400 m/s² apart against 0.100 m/s²), over 10.0 s, agreeing: imu1 and imu3" in outlier
 

@@ -11,7 +11,7 @@ from tumble._core import VOCABULARY
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.procedures import PROCEDURES
 from tumble.foundation.results import Verdict
-from tumble.logs.witness import WitnessKind
+from tumble.logs.aiding import AidingKind
 from tumble.procedures.redundancy import messages as redundancy
 from tumble.procedures.redundancy.report import text
 from tumble.procedures.redundancy.result import Rung, Sensor
@@ -49,8 +49,8 @@ TABLES = {
     "refused": text.REMEDIES["refused"],
     "abandoned": text.REMEDIES["abandoned"],
     "record rejected": text.REMEDIES["record rejected"].keys() - STORE,
-    "witness": get_args(WitnessKind),
-    "witness left out": text.REMEDIES["witness left out"],
+    "aiding": get_args(AidingKind),
+    "aiding left out": text.REMEDIES["aiding left out"],
     "unhealthy": text.REMEDIES["unhealthy"],
     # Where no unit is fit, the title says it all.
     "selected": {*text._SELECTED, "none fit"},

@@ -81,9 +81,9 @@ EVERY_EVENT = {
         {"sensor": "accelerometer", "other": ("imu3",), "value": 1.02, "limit": 0.21, "scale": 10.0}
     ],
     "agree": [{"sensor": "accelerometer", "other": ("imu3",)}],
-    "witness left out": [{"reason": reason} for reason in VOCABULARY["witness left out"]],
-    "witness distrusted": [{"value": 7.2, "limit": 5.0}],
-    "witness trusted": [{}],
+    "aiding left out": [{"reason": reason} for reason in VOCABULARY["aiding left out"]],
+    "aiding distrusted": [{"value": 7.2, "limit": 5.0}],
+    "aiding trusted": [{}],
     "selected": [{"reason": reason} for reason in VOCABULARY["selected"]],
     "restored": [{"sensor": "gyroscope", "sequence": 3}],
     "record rejected": [

@@ -504,16 +504,16 @@ enum tumble_event_kind
     /**
      * An aiding measurement was left out: `reason`; reported once for each.
      */
-    TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT,
+    TUMBLE_EVENT_KIND_AIDING_LEFT_OUT,
     /**
      * An aiding measurement contradicts all units, and decides nothing until it fits again: mean square misfit `value`
      * with the unit that fits best, in sigmas, above `limit`.
      */
-    TUMBLE_EVENT_KIND_WITNESS_DISTRUSTED,
+    TUMBLE_EVENT_KIND_AIDING_DISTRUSTED,
     /**
      * It fits again.
      */
-    TUMBLE_EVENT_KIND_WITNESS_TRUSTED,
+    TUMBLE_EVENT_KIND_AIDING_TRUSTED,
     /**
      * The source of the output is this unit now: `reason`.
      */
@@ -706,7 +706,7 @@ enum tumble_reason
     /**
      * Unhealthy: an aiding measurement contradicts it; `value`: logarithm of the ratio of likelihoods.
      */
-    TUMBLE_REASON_WITNESS,
+    TUMBLE_REASON_AIDING,
     /**
      * Unhealthy: it is `value` from a valid primary at rest, more than any error that calibration can find, m/s^2 or rad/s.
      */
@@ -805,7 +805,7 @@ typedef uint32_t tumble_check;
 /**
  * Quantities that an aiding measurement gives.
  */
-enum tumble_witness_kind
+enum tumble_aiding_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -815,25 +815,25 @@ enum tumble_witness_kind
      * horizontal, z up. Its origin is a receiver, an estimator without these units, or, with `sigma` of x and y
      * infinite, a climb rate.
      */
-    TUMBLE_WITNESS_KIND_VELOCITY,
+    TUMBLE_AIDING_KIND_VELOCITY,
     /**
      * Velocity of the primary's place in the primary's axes, as of wheels.
      */
-    TUMBLE_WITNESS_KIND_BODY_VELOCITY,
+    TUMBLE_AIDING_KIND_BODY_VELOCITY,
     /**
      * Heading of the primary, as of a magnetometer: `heading`, of which the first of `sigma` is the standard deviation.
      */
-    TUMBLE_WITNESS_KIND_HEADING,
+    TUMBLE_AIDING_KIND_HEADING,
     /**
      * Misfit of an estimator that runs on `unit` with its other sensors: `score`.
      */
-    TUMBLE_WITNESS_KIND_SCORE,
+    TUMBLE_AIDING_KIND_SCORE,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
-typedef enum tumble_witness_kind tumble_witness_kind;
+typedef enum tumble_aiding_kind tumble_aiding_kind;
 #else
-typedef uint32_t tumble_witness_kind;
+typedef uint32_t tumble_aiding_kind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1744,11 +1744,11 @@ typedef struct tumble_output {
 /**
  * Aiding measurement.
  */
-typedef struct tumble_witness {
+typedef struct tumble_aiding {
     /**
      * Quantity that is measured; only its own fields count.
      */
-    tumble_witness_kind kind;
+    tumble_aiding_kind kind;
     /**
      * The unit of a score.
      */
@@ -1769,7 +1769,7 @@ typedef struct tumble_witness {
      * Angle about the vertical of the primary's x axis, rad, counter-clockwise seen from above, from any direction that stays.
      */
     float heading;
-} tumble_witness;
+} tumble_aiding;
 
 /**
  * Stored error of one sensor of a unit. For the primary it is its own calibration, against the truth.
@@ -2360,17 +2360,17 @@ tumble_status tumble_redundancy_push(struct tumble_redundancy *redundancy,
 /**
  * Takes in an aiding measurement of the motion of the set at `time`, microseconds of the common clock: the time at
  * which it was measured, up to a second ago, not that at which it came. It settles which of two units is wrong that
- * disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT gives the reason.
+ * disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_AIDING_LEFT_OUT gives the reason.
  * `on_event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
  * ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
  */
-tumble_status tumble_redundancy_witness(struct tumble_redundancy *redundancy,
-                                        uint64_t time,
-                                        const struct tumble_witness *witness,
-                                        tumble_on_event on_event,
-                                        void *context);
+tumble_status tumble_redundancy_aiding(struct tumble_redundancy *redundancy,
+                                       uint64_t time,
+                                       const struct tumble_aiding *aiding,
+                                       tumble_on_event on_event,
+                                       void *context);
 
 /**
  * Takes in how warm a unit is, degC, from its next sample on; NaN where nobody knows. Call it before tumble_redundancy_push()

@@ -17,8 +17,8 @@ use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    PySaid, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector,
-    witness, write_record,
+    PySaid, aiding, command, figures, model, offset, output, platform_error, read_record, rejection, traces,
+    vector, write_record,
 };
 use crate::settings::{settings_of, values};
 use crate::spin::is_single;
@@ -157,7 +157,7 @@ impl PyMonitor {
     }
 
     /// Pushes the samples of all units, in order of time, or of arrival where that is given.
-    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None, arrivals=None, temperatures=None))]
+    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), measurements=Vec::new(), keep_output=false, progress=None, arrivals=None, temperatures=None))]
     #[allow(clippy::too_many_arguments)]
     fn replay<'py>(
         &mut self,
@@ -166,7 +166,7 @@ impl PyMonitor {
         specific_forces: Vec<PyReadonlyArray2<'py, f64>>,
         angular_rates: Vec<PyReadonlyArray2<'py, f64>>,
         commands: Vec<(f64, String)>,
-        witnesses: Vec<PySaid<'py>>,
+        measurements: Vec<PySaid<'py>>,
         keep_output: bool,
         progress: Option<Py<PyAny>>,
         arrivals: Option<Vec<PyReadonlyArray1<'py, f64>>>,
@@ -206,7 +206,7 @@ impl PyMonitor {
             py,
             &unit_samples,
             &commands,
-            &witnesses,
+            &measurements,
             keep_output,
             progress.as_ref(),
         )?;
@@ -217,7 +217,7 @@ impl PyMonitor {
     }
 
     /// Pushes samples of one unit as they come.
-    #[pyo3(signature = (unit, time, specific_force, angular_rate, commands=Vec::new(), witnesses=Vec::new(), temperature=None))]
+    #[pyo3(signature = (unit, time, specific_force, angular_rate, commands=Vec::new(), measurements=Vec::new(), temperature=None))]
     #[allow(clippy::too_many_arguments)]
     fn push<'py>(
         &mut self,
@@ -227,7 +227,7 @@ impl PyMonitor {
         specific_force: PyReadonlyArray2<'py, f64>,
         angular_rate: PyReadonlyArray2<'py, f64>,
         commands: Vec<(f64, String)>,
-        witnesses: Vec<PySaid<'py>>,
+        measurements: Vec<PySaid<'py>>,
         temperature: Option<PyReadonlyArray1<'py, f64>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut unit_samples = vec![ReplayUnit::silent(); self.units];
@@ -238,7 +238,7 @@ impl PyMonitor {
             time_offset: *offset,
             ..unit_rows(&time, &specific_force, &angular_rate, temperature.as_ref())?
         };
-        let (done, _) = self.run(py, &unit_samples, &commands, &witnesses, true, None)?;
+        let (done, _) = self.run(py, &unit_samples, &commands, &measurements, true, None)?;
         self.said(py, &done, first_of(&unit_samples))
     }
 
@@ -302,12 +302,12 @@ impl PyMonitor {
         py: Python<'_>,
         unit_samples: &[ReplayUnit<'_>],
         commands: &[(f64, String)],
-        witnesses: &[PySaid<'_>],
+        measurements: &[PySaid<'_>],
         keep_output: bool,
         progress: Option<&Py<PyAny>>,
     ) -> PyResult<(Replay, f64)> {
         let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
-        let witnesses: Vec<_> = witnesses.iter().map(witness).collect::<PyResult<_>>()?;
+        let measurements: Vec<_> = measurements.iter().map(aiding).collect::<PyResult<_>>()?;
         let first = first_of(unit_samples);
         if first.is_finite() {
             self.origin
@@ -330,7 +330,7 @@ impl PyMonitor {
             };
             let mut options = ReplayOptions {
                 commands: &commands,
-                witnesses: &witnesses,
+                measurements: &measurements,
                 keep_output,
                 origin,
                 progress: &mut tell,

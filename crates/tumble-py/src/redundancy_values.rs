@@ -5,13 +5,13 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tumble_core::redundancy::aiding::{Aiding, AidingKind};
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::platform::PlatformError;
 use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
-use tumble_core::redundancy::witness::{Witness, WitnessKind};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure};
 use tumble_lab::redundancy::replay::{Replay, ReplayWindow, Said};
@@ -73,14 +73,14 @@ pub(crate) type PySaid<'py> = (
 );
 
 /// Converts an aiding measurement by the name of its kind.
-pub(crate) fn witness((time, kind, unit, value, sigma, turn): &PySaid<'_>) -> PyResult<Said> {
+pub(crate) fn aiding((time, kind, unit, value, sigma, turn): &PySaid<'_>) -> PyResult<Said> {
     let (value, sigma) = (vector(value, "value")?, vector(sigma, "sigma")?);
-    let kind = WitnessKind::named(kind)
-        .ok_or_else(|| PyValueError::new_err(format!("there is no witness '{kind}'")))?;
+    let kind = AidingKind::named(kind)
+        .ok_or_else(|| PyValueError::new_err(format!("there is no aiding measurement '{kind}'")))?;
     Ok(Said {
         time: *time,
         turn: *turn,
-        witness: Witness::of_kind(kind, *unit, value, sigma),
+        aiding: Aiding::of_kind(kind, *unit, value, sigma),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use tumble_core::redundancy::aiding::{AidingKind, AidingRejection};
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::HealthFault;
@@ -13,7 +14,6 @@ use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::validate::SettingError;
 use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
-use tumble_core::redundancy::witness::{WitnessKind, WitnessRejection};
 use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
@@ -34,8 +34,8 @@ const KINDS: [(&str, &[&str]); 33] = [
     ("refused", RefusalReason::NAMES),
     ("abandoned", Abandoned::NAMES),
     ("record rejected", RecordRejection::NAMES),
-    ("witness", WitnessKind::NAMES),
-    ("witness left out", WitnessRejection::NAMES),
+    ("aiding", AidingKind::NAMES),
+    ("aiding left out", AidingRejection::NAMES),
     ("unhealthy", HealthFault::<f64>::NAMES),
     ("ground", Ground::NAMES),
     ("selected", SelectionReason::NAMES),

@@ -161,11 +161,11 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             Bits(*scale)
         ),
         EventKind::Agree { sensor, other } => writeln!(out, "{} {name}s with unit {other}", sensor.name()),
-        EventKind::WitnessLeftOut { why } => writeln!(out, "{name}: {}", why.name()),
-        EventKind::WitnessDistrusted { misfit, limit } => {
+        EventKind::AidingLeftOut { why } => writeln!(out, "{name}: {}", why.name()),
+        EventKind::AidingDistrusted { misfit, limit } => {
             writeln!(out, "{name}: {} over {}", Bits(*misfit), Bits(*limit))
         }
-        EventKind::WitnessTrusted => writeln!(out, "{name}"),
+        EventKind::AidingTrusted => writeln!(out, "{name}"),
         EventKind::Selected { reason } => writeln!(out, "is the source: {}", reason.name()),
         EventKind::NoneSelected => writeln!(out, "there is no source"),
         EventKind::Restored { sensor, sequence } => {

@@ -46,12 +46,12 @@ pub enum EventKind {
     /// It agrees with that unit again: `units`.
     Agree,
     /// An aiding measurement was left out: `reason`; reported once for each.
-    WitnessLeftOut,
+    AidingLeftOut,
     /// An aiding measurement contradicts all units, and decides nothing until it fits again: mean square misfit `value`
     /// with the unit that fits best, in sigmas, above `limit`.
-    WitnessDistrusted,
+    AidingDistrusted,
     /// It fits again.
-    WitnessTrusted,
+    AidingTrusted,
     /// The source of the output is this unit now: `reason`.
     Selected,
     /// There is no source any more: no unit is fit.
@@ -254,13 +254,11 @@ impl Event {
                 units: bit(other),
                 ..of(EventKind::Agree).sensor(sensor)
             },
-            CoreKind::WitnessLeftOut { why } => {
-                of(EventKind::WitnessLeftOut).because(Reason::of_left_out(why))
+            CoreKind::AidingLeftOut { why } => of(EventKind::AidingLeftOut).because(Reason::of_left_out(why)),
+            CoreKind::AidingDistrusted { misfit, limit } => {
+                of(EventKind::AidingDistrusted).figures(misfit, limit)
             }
-            CoreKind::WitnessDistrusted { misfit, limit } => {
-                of(EventKind::WitnessDistrusted).figures(misfit, limit)
-            }
-            CoreKind::WitnessTrusted => of(EventKind::WitnessTrusted),
+            CoreKind::AidingTrusted => of(EventKind::AidingTrusted),
             CoreKind::Selected { reason } => of(EventKind::Selected).because(Reason::of_selection(reason)),
             CoreKind::NoneSelected => of(EventKind::NoneSelected).because(Reason::NoneFit),
             CoreKind::Restored { sensor, sequence } => Self {

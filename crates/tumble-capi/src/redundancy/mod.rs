@@ -1,5 +1,6 @@
 //! A primary that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
 
+mod aiding;
 mod choice;
 mod contradiction;
 mod event;
@@ -8,7 +9,6 @@ mod settings;
 #[cfg(feature = "records")]
 mod stored;
 mod unit;
-mod witness;
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -26,6 +26,7 @@ use tumble_core::redundancy::platform::{
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
+pub use crate::redundancy::aiding::{Aiding, AidingKind};
 pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, ThresholdKind};
 pub use crate::redundancy::contradiction::tumble_redundancy_check;
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
@@ -34,7 +35,6 @@ pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defa
 #[cfg(feature = "records")]
 pub use crate::redundancy::stored::tumble_redundancy_restore_from;
 pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
-pub use crate::redundancy::witness::{Witness, WitnessKind};
 
 use crate::code::{Code, code};
 use crate::model::{Calibration, Sample, rows};
@@ -208,27 +208,27 @@ pub unsafe extern "C" fn tumble_redundancy_push(
 
 /// Takes in an aiding measurement of the motion of the set at `time`, microseconds of the common clock: the time at
 /// which it was measured, up to a second ago, not that at which it came. It settles which of two units is wrong that
-/// disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT gives the reason.
+/// disagree. A measurement that cannot be used is left out, and ::TUMBLE_EVENT_KIND_AIDING_LEFT_OUT gives the reason.
 /// `on_event` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_redundancy_witness(
+pub unsafe extern "C" fn tumble_redundancy_aiding(
     redundancy: *mut Redundancy,
     time: u64,
-    witness: *const Witness,
+    aiding: *const Aiding,
     on_event: OnEvent,
     context: *mut c_void,
 ) -> Status {
     // SAFETY: the header requires it of all pointers.
-    let witness = unsafe { read(witness) };
+    let aiding = unsafe { read(aiding) };
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
-        let witness = witness?.in_core()?;
+        let aiding = aiding?.in_core()?;
         watched
             .monitor
-            .witness(time, &witness, &mut |event| listener.tell(&event));
+            .aiding(time, &aiding, &mut |event| listener.tell(&event));
         Ok(())
     };
     // SAFETY: the same.

@@ -1,12 +1,12 @@
 //! Why things happen in a redundant set.
 
+use tumble_core::redundancy::aiding::AidingRejection;
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
-use tumble_core::redundancy::witness::WitnessRejection;
 
 /// Why it happened.
 #[repr(u32)]
@@ -91,7 +91,7 @@ pub enum Reason {
     /// `value`: logarithm of the ratio of likelihoods.
     OwnGyroscope,
     /// Unhealthy: an aiding measurement contradicts it; `value`: logarithm of the ratio of likelihoods.
-    Witness,
+    Aiding,
     /// Unhealthy: it is `value` from a valid primary at rest, more than any error that calibration can find, m/s^2 or rad/s.
     Refuted,
     /// Unhealthy: at rest a sensor deviates from physics by `value`, m/s^2 or rad/s.
@@ -143,7 +143,7 @@ impl Reason {
             Ground::Step => Self::OwnStep,
             Ground::Rest => Self::Rest,
             Ground::Gravity => Self::OwnGyroscope,
-            Ground::Witness => Self::Witness,
+            Ground::Aiding => Self::Aiding,
         }
     }
 
@@ -171,7 +171,7 @@ impl Reason {
         AlreadyCalibrating OnCommandOnly);
     twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy Disputed
         TimeJumped RecordReplaced);
-    twin!(of_left_out, WitnessRejection: NotFinite NoSigma NegativeScore NoSuchUnit Late Early);
+    twin!(of_left_out, AidingRejection: NotFinite NoSigma NegativeScore NoSuchUnit Late Early);
     twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);
     twin!(of_selection, SelectionReason: Start PrimaryFailed SourceFailed PrimaryProven Command NoneFit);
     twin!(of_refusal, RefusalReason: Unsolvable TooFewPairs ResidualTooLarge ImplausibleBias ImplausibleScale

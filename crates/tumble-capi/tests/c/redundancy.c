@@ -309,38 +309,38 @@ static void a_dead_primary_is_replaced(void)
 static void on_left_out(void *context, const tumble_event *event)
 {
     int *told = (int *)context;
-    CHECK(event->kind == TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT);
+    CHECK(event->kind == TUMBLE_EVENT_KIND_AIDING_LEFT_OUT);
     CHECK(event->reason == TUMBLE_REASON_NOT_FINITE || event->reason == TUMBLE_REASON_NO_SIGMA);
     told[event->reason == TUMBLE_REASON_NO_SIGMA] += 1;
 }
 
-static void a_witness_that_cannot_be_used_is_told_of_once(void)
+static void an_aiding_that_cannot_be_used_is_told_of_once(void)
 {
     tumble_redundancy_settings settings;
     ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
     tumble_redundancy *monitor = new_monitor(&settings);
     int told[2] = {0, 0};
-    const tumble_witness good = {
-        TUMBLE_WITNESS_KIND_VELOCITY, 0, {0.0F, 0.1F, NAN}, {0.3F, 0.3F, INFINITY}, 0.0F, 0.0F};
-    tumble_witness no_number = good;
+    const tumble_aiding good = {
+        TUMBLE_AIDING_KIND_VELOCITY, 0, {0.0F, 0.1F, NAN}, {0.3F, 0.3F, INFINITY}, 0.0F, 0.0F};
+    tumble_aiding no_number = good;
     no_number.velocity[1] = NAN;
-    tumble_witness no_sigma = good;
+    tumble_aiding no_sigma = good;
     no_sigma.sigma[1] = 0.0F;
     for (uint64_t time = 0; time < 1000000; time += 200000) {
-        ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, time, &good, on_left_out, told));
-        ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, time, &no_number, on_left_out, told));
-        ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, time, &no_sigma, on_left_out, told));
-        ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, time, &no_sigma, NULL, NULL));
+        ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, time, &good, on_left_out, told));
+        ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, time, &no_number, on_left_out, told));
+        ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, time, &no_sigma, on_left_out, told));
+        ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, time, &no_sigma, NULL, NULL));
     }
     CHECK(told[0] == 1 && told[1] == 1);
-    tumble_witness score = {TUMBLE_WITNESS_KIND_SCORE, 1, {0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.0F}, 1.2F, 0.0F};
-    ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
+    tumble_aiding score = {TUMBLE_AIDING_KIND_SCORE, 1, {0.0F, 0.0F, 0.0F}, {0.0F, 0.0F, 0.0F}, 1.2F, 0.0F};
+    ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, 0, &score, on_left_out, told));
     score.unit = TUMBLE_UNITS;
-    ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
-    tumble_witness heading = {TUMBLE_WITNESS_KIND_HEADING, 0, {0.0F, 0.0F, 0.0F}, {0.1F, 0.0F, 0.0F}, 0.0F, 1.0F};
-    ANSWERS(TUMBLE_OK, tumble_redundancy_witness(monitor, 0, &heading, on_left_out, told));
-    score.kind = (tumble_witness_kind)4;
-    ANSWERS(TUMBLE_ERROR_CODE, tumble_redundancy_witness(monitor, 0, &score, on_left_out, told));
+    ANSWERS(TUMBLE_ERROR_NO_SUCH_UNIT, tumble_redundancy_aiding(monitor, 0, &score, on_left_out, told));
+    tumble_aiding heading = {TUMBLE_AIDING_KIND_HEADING, 0, {0.0F, 0.0F, 0.0F}, {0.1F, 0.0F, 0.0F}, 0.0F, 1.0F};
+    ANSWERS(TUMBLE_OK, tumble_redundancy_aiding(monitor, 0, &heading, on_left_out, told));
+    score.kind = (tumble_aiding_kind)4;
+    ANSWERS(TUMBLE_ERROR_CODE, tumble_redundancy_aiding(monitor, 0, &score, on_left_out, told));
     free(monitor);
 }
 
@@ -466,7 +466,7 @@ const law redundancy_laws[] = {
     {"a callback cannot reach back into the monitor that calls it", a_callback_cannot_reach_back},
     {"a callback cannot reach the store that a monitor is restored from",
      a_callback_cannot_reach_the_store_it_is_restored_from},
-    {"what a witness says that cannot be used is told of once", a_witness_that_cannot_be_used_is_told_of_once},
+    {"what an aiding measurement says that cannot be used is told of once", an_aiding_that_cannot_be_used_is_told_of_once},
     {"a primary that dies is replaced by the secondary", a_dead_primary_is_replaced},
     {"the primary's own records in flash are its calibration", the_primary_is_calibrated_from_flash},
     {"a calibration of the primary that is given goes before that in flash",

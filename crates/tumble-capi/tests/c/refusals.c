@@ -38,7 +38,7 @@ static void null_is_refused_everywhere(void)
     ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
     tumble_sample sample = SAMPLE;
     tumble_record record = example_record();
-    const tumble_witness witness = {TUMBLE_WITNESS_KIND_SCORE, 0, {0.0F, 0.0F, 0.0F}, {1.0F, 1.0F, 1.0F}, 1.0F, 0.0F};
+    const tumble_aiding aiding = {TUMBLE_AIDING_KIND_SCORE, 0, {0.0F, 0.0F, 0.0F}, {1.0F, 1.0F, 1.0F}, 1.0F, 0.0F};
     tumble_unit unit;
     tumble_decomposition parts;
     tumble_spin_state state;
@@ -94,8 +94,8 @@ static void null_is_refused_everywhere(void)
         begin(monitor, NULL),
         tumble_redundancy_push(NULL, 0, &sample, NULL, NULL, NULL),
         tumble_redundancy_push(monitor, 0, NULL, NULL, NULL, NULL),
-        tumble_redundancy_witness(NULL, 0, &witness, NULL, NULL),
-        tumble_redundancy_witness(monitor, 0, NULL, NULL, NULL),
+        tumble_redundancy_aiding(NULL, 0, &aiding, NULL, NULL),
+        tumble_redundancy_aiding(monitor, 0, NULL, NULL, NULL),
         tumble_redundancy_set_temperature(NULL, 0, 20.0f),
         tumble_redundancy_command(NULL, TUMBLE_COMMAND_EVALUATE),
         tumble_redundancy_get_source(NULL, &number),

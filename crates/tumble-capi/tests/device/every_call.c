@@ -15,7 +15,7 @@ tumble_flash flash;
 tumble_calibration calibration;
 tumble_sample sample;
 tumble_record record;
-tumble_witness witness;
+tumble_aiding aiding;
 
 static void correct(void)
 {
@@ -121,7 +121,7 @@ static void watch(void)
 #endif
     answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
     answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
-    answers += tumble_redundancy_witness(&monitor, sample.time, &witness, on_event, NULL);
+    answers += tumble_redundancy_aiding(&monitor, sample.time, &aiding, on_event, NULL);
     answers += tumble_redundancy_set_temperature(&monitor, 0, 25.0f);
     answers += tumble_redundancy_command(&monitor, TUMBLE_COMMAND_EVALUATE);
     answers += tumble_redundancy_get_source(&monitor, &source);

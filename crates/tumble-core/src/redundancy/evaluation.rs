@@ -69,7 +69,7 @@ pub struct StoredCalibration<T: Real> {
     pub trim_variance: T,
     /// Whether it comes from before the start, and no rest has shown yet how it has aged.
     pub aged: bool,
-    /// Whether physics, the others or a witness found it wrong: its next calibration may follow as far as it leads.
+    /// Whether physics, the others or an aiding measurement found it wrong: its next calibration may follow as far as it leads.
     pub freed: bool,
 }
 

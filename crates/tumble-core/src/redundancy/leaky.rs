@@ -54,7 +54,7 @@ pub(super) struct Leaky(u16);
 
 impl Leaky {
     /// Goes on being wrong; up to twice the limit is kept, so that what went wrong for long is not well at once. A
-    /// single step counts as no more than a share of the limit: one bad sample condemns nobody, however rare samples
+    /// single step counts as no more than a share of the limit: one bad sample excludes nobody, however rare samples
     /// are.
     pub fn fill(&mut self, by: u16, limit: u16, fewest: u16) {
         let most = (limit / fewest.max(1)).max(1);

@@ -9,11 +9,12 @@
 //! 4. [`fit`]: what is kept of pairs, the ladder of fits, and whether the result may replace what is stored;
 //!    [`relative_error`] and [`record`]: what is;
 //! 5. [`health`] and [`selection`]: who can be trusted, and who is the source; [`output`]: what comes out;
-//! 6. [`judgement`] and [`witness`]: who is wrong, by what units say of each other and what something else says of them;
+//! 6. [`judgement`] and [`aiding`]: who is wrong, by what units say of each other and what something else says of them;
 //! 7. [`monitor`] ties it together, and its events tell of it.
 //!
 //! Derivations: docs/theory/redundancy.md.
 
+pub mod aiding;
 mod components;
 #[cfg(test)]
 mod draws;
@@ -33,4 +34,3 @@ pub mod selection;
 pub mod sensor;
 pub mod settings;
 mod unit_set;
-pub mod witness;

@@ -69,7 +69,7 @@ enum Act {
     Push(u64, [f64; CHANNELS]),
     Tick(u64),
     Contradict(bool, f64, f64),
-    Absolve(bool),
+    Clear(bool),
     Refute(bool, bool, f64),
     RestMean(bool, f64),
     ClockJumped,
@@ -93,7 +93,7 @@ fn act() -> impl Strategy<Value = Act> {
         12 => (wait(), prop::array::uniform6(wild())).prop_map(|(wait, y)| Act::Push(wait, y)),
         2 => wait().prop_map(Act::Tick),
         2 => (any::<bool>(), wild(), wild()).prop_map(|(sensor, apart, limit)| Act::Contradict(sensor, apart, limit)),
-        2 => any::<bool>().prop_map(Act::Absolve),
+        2 => any::<bool>().prop_map(Act::Clear),
         2 => (any::<bool>(), any::<bool>(), wild()).prop_map(|(sensor, fit, by)| Act::Refute(sensor, fit, by)),
         1 => (any::<bool>(), wild()).prop_map(|(sensor, deviation)| Act::RestMean(sensor, deviation)),
         1 => Just(Act::ClockJumped),
@@ -138,7 +138,7 @@ fn perform<T: Real>(unit: &mut MountedUnit<T>, act: &Act) -> Result<(), TestCase
             };
             unit.health.contradict(of(sensor), fault);
         }
-        Act::Absolve(sensor) => unit.health.absolve(of(sensor)),
+        Act::Clear(sensor) => unit.health.clear(of(sensor)),
         Act::Refute(sensor, fit, deviation) => {
             let by = if fit { RefutedBy::Fit } else { RefutedBy::Rest };
             unit.health.refute(of(sensor), by, real(deviation), real(4.0));

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
+use tumble_core::redundancy::aiding::Aiding;
 use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::RedundancySettings;
-use tumble_core::redundancy::witness::Witness;
 use tumble_core::sample::Sample;
 
 use crate::redundancy::event_text::{EventText, event_text};
@@ -70,7 +70,7 @@ pub trait DynMonitor: Send + Sync {
     /// Takes in a sample.
     fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample>;
     /// Takes in an aiding measurement at a time, microseconds of the common clock.
-    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog);
+    fn aiding(&mut self, time: u64, aiding: &Aiding<f64>, log: &mut EventLog);
     /// Takes a stored record.
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
     /// Takes a record from the factory, from which thresholds may be counted.
@@ -172,10 +172,9 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
         self.monitor.command(command);
     }
 
-    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
-        let witness = narrow_witness(witness);
-        self.monitor
-            .witness(time, &witness, &mut |event| log.keep(&event));
+    fn aiding(&mut self, time: u64, aiding: &Aiding<f64>, log: &mut EventLog) {
+        let aiding = narrow_aiding(aiding);
+        self.monitor.aiding(time, &aiding, &mut |event| log.keep(&event));
     }
 
     fn window(&self) -> Option<u64> {
@@ -227,21 +226,21 @@ fn narrow_matrix<T: Real>(m: &Matrix3<f64>) -> Matrix3<T> {
     m.map(real)
 }
 
-fn narrow_witness<T: Real>(witness: &Witness<f64>) -> Witness<T> {
-    match witness {
-        Witness::Velocity { value, sigma } => Witness::Velocity {
+fn narrow_aiding<T: Real>(aiding: &Aiding<f64>) -> Aiding<T> {
+    match aiding {
+        Aiding::Velocity { value, sigma } => Aiding::Velocity {
             value: narrow(value),
             sigma: narrow(sigma),
         },
-        Witness::BodyVelocity { value, sigma } => Witness::BodyVelocity {
+        Aiding::BodyVelocity { value, sigma } => Aiding::BodyVelocity {
             value: narrow(value),
             sigma: narrow(sigma),
         },
-        Witness::Heading { value, sigma } => Witness::Heading {
+        Aiding::Heading { value, sigma } => Aiding::Heading {
             value: real(*value),
             sigma: real(*sigma),
         },
-        Witness::Score { unit, value } => Witness::Score {
+        Aiding::Score { unit, value } => Aiding::Score {
             unit: *unit,
             value: real(*value),
         },

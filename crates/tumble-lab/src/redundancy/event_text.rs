@@ -65,7 +65,7 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         | EventKind::RestEnded
         | EventKind::MotionBegan
         | EventKind::Healthy
-        | EventKind::WitnessTrusted => vec![],
+        | EventKind::AidingTrusted => vec![],
         EventKind::Evaluated {
             sensor,
             check,
@@ -125,8 +125,8 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         ]
         .concat(),
         EventKind::Agree { sensor, other } => vec![of(*sensor), ("other", unit(*other))],
-        EventKind::WitnessLeftOut { why } => vec![reason(why.name())],
-        EventKind::WitnessDistrusted { misfit, limit } => value_and_limit(*misfit, *limit),
+        EventKind::AidingLeftOut { why } => vec![reason(why.name())],
+        EventKind::AidingDistrusted { misfit, limit } => value_and_limit(*misfit, *limit),
         EventKind::Selected { reason: why } => vec![reason(why.name())],
         EventKind::NoneSelected => vec![reason(SelectionReason::NoneFit.name())],
         EventKind::Restored { sensor, sequence } => {

@@ -1,8 +1,8 @@
 //! Arrays through the monitor, in order of time.
 
 use nalgebra::Vector3;
+use tumble_core::redundancy::aiding::Aiding;
 use tumble_core::redundancy::monitor::Command;
-use tumble_core::redundancy::witness::Witness;
 use tumble_core::sample::Sample;
 
 use crate::redundancy::dyn_monitor::{DynMonitor, EventLog, OutputSample, WindowMeans};
@@ -94,7 +94,7 @@ pub struct Said {
     /// sample of its time on.
     pub turn: f64,
     /// Measurement.
-    pub witness: Witness<f64>,
+    pub aiding: Aiding<f64>,
 }
 
 /// Inputs of a replay besides the samples.
@@ -102,7 +102,7 @@ pub struct ReplayOptions<'a> {
     /// s, in order, with the command to give then.
     pub commands: &'a [(f64, Command)],
     /// Aiding measurements, in order.
-    pub witnesses: &'a [Said],
+    pub measurements: &'a [Said],
     /// True if the output is kept.
     pub keep_output: bool,
     /// Time 0 of the monitor, s of the recordings' clock.
@@ -125,7 +125,7 @@ pub fn replay(
     let mut latest = monitor.window();
     let mut next = vec![0_usize; units.len()];
     let mut commands = options.commands.iter().peekable();
-    let mut witnesses = options.witnesses.iter().peekable();
+    let mut measurements = options.measurements.iter().peekable();
     let total: usize = units.iter().map(|samples| samples.time.len()).sum();
     for pushed in 0..total {
         if pushed.is_multiple_of(PROGRESS_EVERY) && !(options.progress)(share(pushed, total)) {
@@ -141,9 +141,9 @@ pub fn replay(
             monitor.command(*command);
         }
         let turn = samples.turn(row).unwrap_or(now);
-        while let Some(said) = witnesses.next_if(|said| said.time <= now && said.turn <= turn) {
+        while let Some(said) = measurements.next_if(|said| said.time <= now && said.turn <= turn) {
             let time = microseconds(said.time - options.origin);
-            monitor.witness(time, &said.witness, &mut replay.log);
+            monitor.aiding(time, &said.aiding, &mut replay.log);
         }
         let sample = Sample {
             time: microseconds(samples.time[row] - options.origin),

@@ -15,11 +15,11 @@ from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.redundancy.command_options import (
+    AidingOptions,
     LiveOptions,
     ReplayOptions,
     SetOptions,
     SettingsOptions,
-    WitnessOptions,
 )
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def redundancy_command(
     replay: ReplayOptions,
     stated: SettingsOptions,
     known: SetOptions,
-    witness: WitnessOptions,
+    aiding: AidingOptions,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),
@@ -80,11 +80,11 @@ def redundancy_command(
 
             replay.refuse_with_live()
             result = watch_sources(
-                sources or [], primary, output, stated, known, witness, live, voice, reading
+                sources or [], primary, output, stated, known, aiding, live, voice, reading
             )
         else:
             live.refuse_without_live()
-            result = _replayed(sources or [], primary, output, replay, stated, known, witness, voice, reading)
+            result = _replayed(sources or [], primary, output, replay, stated, known, aiding, voice, reading)
     end_unless(result.all_well)
 
 
@@ -95,7 +95,7 @@ def _replayed(
     replay: ReplayOptions,
     stated: SettingsOptions,
     known: SetOptions,
-    witness: WitnessOptions,
+    aiding: AidingOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> RedundancyResult:
@@ -108,7 +108,7 @@ def _replayed(
     from tumble.procedures.redundancy.command_files import EVENTS_KIND, output_format, stale_files
     from tumble.procedures.redundancy.procedure import redundancy
 
-    how, of_units, told = stated.stated(), known.stated(), witness.stated()
+    how, of_units, told = stated.stated(), known.stated(), aiding.stated()
     commands = [_command(text) for text in replay.command or ()]
     typed = [str(text) for name in (primary, *secondary) for text in _logs_of(name, single)]
     read = reading.read_each(typed)

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from tumble.cli.shared_options import LongVoiceOptions
     from tumble.live import LiveSet
     from tumble.logs.session import SessionClock
+    from tumble.procedures.redundancy.aiding_live import LiveAiding
     from tumble.procedures.redundancy.command_options import (
+        AidingOptions,
         LiveOptions,
         SetOptions,
         SettingsOptions,
-        WitnessOptions,
     )
     from tumble.procedures.redundancy.live import LiveRedundancy, LiveStep
     from tumble.procedures.redundancy.monitor import RedundancyMonitor
     from tumble.procedures.redundancy.result import RedundancyResult
-    from tumble.procedures.redundancy.witness_live import LiveWitness
     from tumble.tools.record.writer import SessionWriter
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
@@ -45,7 +45,7 @@ def watch_sources(
     output: Path | None,
     stated: SettingsOptions,
     known: SetOptions,
-    witness: WitnessOptions,
+    aiding: AidingOptions,
     asked: LiveOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptionsOfSeveral,
@@ -62,10 +62,10 @@ def watch_sources(
     from tumble.live.naming import parse_named_sources
     from tumble.live.outputs import OF_A_SET, STDOUT, parse_output
     from tumble.logs.writer import Facts
+    from tumble.procedures.redundancy.aiding_log import AidingLog
     from tumble.procedures.redundancy.command_files import EVENTS_KIND
     from tumble.procedures.redundancy.live import LiveRedundancy
     from tumble.procedures.redundancy.monitor import RedundancyMonitor
-    from tumble.procedures.redundancy.witness_log import WitnessLog
     from tumble.tools.record.command_screen import is_whole
 
     typed = {name: address.text for name, address in parse_named_sources(words).items()}
@@ -84,8 +84,8 @@ def watch_sources(
         for name, source in units.sources.items()
     }
     monitor = RedundancyMonitor(names[0], names[1:], serials=serials, **settings, **known.stated())
-    witnesses = _witnesses(
-        witness.witness or (), typed.values(), monitor, units, witness.witness_sigma, asked.sender
+    measurements = _measurements(
+        aiding.aiding or (), typed.values(), monitor, units, aiding.aiding_sigma, asked.sender
     )
     folder = output or folder_named_after("redundancy")
     with no_empty_folder(folder), ExitStack() as opened:
@@ -94,14 +94,14 @@ def watch_sources(
         check_output(folder / REDUNDANCY_PAGE, PAGE)
         writer = None if going_to is None else opened.enter_context(going_to.open(Facts(further=OF_A_SET)))
         session = _session(opened, units, asked.record, typed, serials)
-        heard = asked.record is not None and witness.witness
+        heard = asked.record is not None and aiding.aiding
         live = LiveRedundancy(
             units,
             monitor,
             output=writer,
             session=session,
-            witnesses=witnesses,
-            witness_log=WitnessLog(asked.record, monitor.units) if asked.record and heard else None,
+            measurements=measurements,
+            aiding_log=AidingLog(asked.record, monitor.units) if asked.record and heard else None,
         )
         with stopped_by_signals(live.stop), _shown(names, asked, voice) as show:
             for step in live.steps(seconds):
@@ -126,21 +126,21 @@ def _tell(
             _print_delays(live)
 
 
-def _witnesses(
+def _measurements(
     words: Sequence[str],
     typed: Iterable[str],
     monitor: RedundancyMonitor,
     units: LiveSet,
     sigma: float | None,
     sender: str | None,
-) -> list[LiveWitness]:
-    """Finds who else is to be heard; a log of a witness is told to the monitor at once.
+) -> list[LiveAiding]:
+    """Opens live aiding measurements; a log of one goes to the monitor at once.
 
-    Raises `LogError` where there is nobody, `ProcedureError` where units are replayed and a witness is not.
+    Raises `LogError` where a source does not exist, `ProcedureError` where units are replayed and it is not.
     """
     from tumble.live import parse_address
-    from tumble.logs.witness import Witness
-    from tumble.procedures.redundancy.witness_live import LiveWitness
+    from tumble.logs.aiding import Aiding
+    from tumble.procedures.redundancy.aiding_live import LiveAiding
 
     found = []
     lines = {parse_address(source).line for source in typed}
@@ -149,15 +149,15 @@ def _witnesses(
         if units.is_replay != (address.scheme == REPLAY):
             wanted = "replay:FILE, of the clock of the logs" if units.is_replay else "udp://:9200 or the like"
             heard = "replayed" if units.is_replay else "heard as they are now"
-            raise ProcedureError(f"--witness {word}: units are {heard}; give {wanted}")
+            raise ProcedureError(f"--aiding {word}: units are {heard}; give {wanted}")
         if address.line in lines:
-            raise ProcedureError(f"--witness {word}: is the source of a unit; give it a line of its own")
+            raise ProcedureError(f"--aiding {word}: is the source of a unit; give it a line of its own")
         if units.is_replay:
-            for each in Witness.load(address.place, sigma):
-                monitor.witness(each)
+            for each in Aiding.load(address.place, sigma):
+                monitor.aiding(each)
         else:
             names = monitor.units
-            found.append(LiveWitness(word, names, sigma=sigma, sender=sender, clock_rate=units.clock_rate))
+            found.append(LiveAiding(word, names, sigma=sigma, sender=sender, clock_rate=units.clock_rate))
     return found
 
 

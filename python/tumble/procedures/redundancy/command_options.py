@@ -179,18 +179,18 @@ class SetOptions(Options):
         }
 
 
-class Witnesses(TypedDict):
+class AidingMeasurements(TypedDict):
     """Aiding measurements as the procedure takes them."""
 
-    witness: Sequence[str]
-    witness_sigma: float | None
+    aiding: Sequence[str]
+    aiding_sigma: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WitnessOptions(Options):
+class AidingOptions(Options):
     """Measurements of other sensors on board."""
 
-    witness: Annotated[
+    aiding: Annotated[
         list[str] | None,
         typer.Option(
             metavar="FILE|SOURCE",
@@ -201,14 +201,14 @@ class WitnessOptions(Options):
             "udp://:9200; repeatable.",
         ),
     ] = None
-    witness_sigma: Annotated[
+    aiding_sigma: Annotated[
         float | None,
-        typer.Option(metavar="M/S", help="Sigma of velocities in --witness without a column sigma."),
+        typer.Option(metavar="M/S", help="Sigma of velocities in --aiding without a column sigma."),
     ] = None
 
-    def stated(self) -> Witnesses:
+    def stated(self) -> AidingMeasurements:
         """Give them by name."""
-        return {"witness": self.witness or (), "witness_sigma": self.witness_sigma}
+        return {"aiding": self.aiding or (), "aiding_sigma": self.aiding_sigma}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -176,8 +176,8 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
         event.event == "evaluated" for event in own
     )
     last = wanted[-1] if wanted else None
-    absolved = last is not None and last.event == "withheld" and _agrees(own, str(last.figures["sensor"]))
-    if not adopted and (not known or (last is not None and not absolved)):
+    cleared = last is not None and last.event == "withheld" and _agrees(own, str(last.figures["sensor"]))
+    if not adopted and (not known or (last is not None and not cleared)):
         ending = [event for event in own if event.event in ("triggered", "withheld", "refused", "abandoned")]
         start = last.time if last is not None else result.start
         cause = ending[-1] if ending else _unhealthy_at_the_end(own)

@@ -15,11 +15,11 @@ from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, no
 from tumble.live.host_clock import DelayCounts
 from tumble.live.outputs import SetChunk
 from tumble.logs.writer import Writer
+from tumble.procedures.redundancy.aiding_live import LiveAiding
+from tumble.procedures.redundancy.aiding_log import AidingLog
 from tumble.procedures.redundancy.monitor import ALL_WITHIN, RedundancyMonitor
 from tumble.procedures.redundancy.procedure import result_of
 from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult
-from tumble.procedures.redundancy.witness_live import LiveWitness
-from tumble.procedures.redundancy.witness_log import WitnessLog
 from tumble.tools.record.writer import EndReason, SessionWriter
 
 REPORT_EVERY = 0.5
@@ -58,8 +58,8 @@ class LiveRedundancy:
 
     The set goes on without a unit whose source is lost, if it was made with `keep_going`. Compensated output
     goes to `output` before anything else is done with a sample. `session` records all samples, in the order
-    in which the monitor took them in, so that a replay of the session gives the same; `witness_log` beside it
-    records `witnesses`. Adopted errors are in the store of the monitor at once.
+    in which the monitor took them in, so that a replay of the session gives the same; `aiding_log` beside it
+    records `measurements`. Adopted errors are in the store of the monitor at once.
     """
 
     def __init__(
@@ -69,16 +69,16 @@ class LiveRedundancy:
         *,
         output: Writer | None = None,
         session: SessionWriter | None = None,
-        witnesses: Sequence[LiveWitness] = (),
-        witness_log: WitnessLog | None = None,
+        measurements: Sequence[LiveAiding] = (),
+        aiding_log: AidingLog | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._set = units
         self._monitor = monitor
         self._output = output
         self._session = session
-        self._witnesses = witnesses
-        self._witness_log = witness_log
+        self._measurements = measurements
+        self._aiding_log = aiding_log
         self._clock = clock
         self._happened: list[SourceEvent] = []
         units.on_event = self._happened.append
@@ -118,13 +118,13 @@ class LiveRedundancy:
         reason: EndReason = "end of sources"
         self._monitor.save()
         with self._set as units, ExitStack() as listening:
-            for witness in self._witnesses:
-                listening.enter_context(witness)
+            for aiding in self._measurements:
+                listening.enter_context(aiding)
             self._began = report_at = self._clock()
             yield self._state()
             for name, chunk in units:
                 yield from self._of_sources()
-                yield from self._of_witnesses()
+                yield from self._of_aiding_measurements()
                 yield from self._take(name, chunk) if len(chunk) and self._counts(name) else self._wait()
                 if self._session is not None:
                     self._session.flush()
@@ -183,8 +183,8 @@ class LiveRedundancy:
         yield from self._note(self._tick(turn))
         self._heard = self._latest_turn = turn
         happened = self._monitor.push(name, chunk)
-        if self._witness_log is not None and self._monitor.heard:
-            self._witness_log.write(self._monitor.heard, turn)
+        if self._aiding_log is not None and self._monitor.heard:
+            self._aiding_log.write(self._monitor.heard, turn)
         output = self._monitor.output
         if self._output is not None and len(output):
             unit = int(output.source[0])
@@ -226,14 +226,14 @@ class LiveRedundancy:
             figures = {"reason": event.reason} if event.reason else {}
             yield self._told(RedundancyEvent(event.time, event.name, event.kind, figures))
 
-    def _of_witnesses(self) -> Iterator[RedundancyEvent]:
+    def _of_aiding_measurements(self) -> Iterator[RedundancyEvent]:
         """Passes on aiding measurements, and reports aiding sources that were lost."""
-        for witness in self._witnesses:
-            for heard in witness.take():
+        for aiding in self._measurements:
+            for heard in aiding.take():
                 if isinstance(heard, RedundancyEvent):
                     yield self._told(heard)
                 elif self._is_watching:
-                    self._monitor.witness(heard)
+                    self._monitor.aiding(heard)
 
     def _never_heard(self, now: float) -> Iterator[RedundancyEvent]:
         """Reports, once, units that never sent anything."""
@@ -255,8 +255,8 @@ class LiveRedundancy:
     def _remarks(self) -> Iterator[str]:
         for name, remarks in self._set.remarks.items():
             yield from (f"{name}: {remark}" for remark in remarks)
-        for witness in self._witnesses:
-            yield from (f"{witness.name}: {remark}" for remark in witness.remarks)
+        for aiding in self._measurements:
+            yield from (f"{aiding.name}: {remark}" for remark in aiding.remarks)
 
     @property
     def _elapsed(self) -> float:

@@ -21,7 +21,7 @@ from tumble.foundation.files import prepare_folder
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import Precision
 from tumble.foundation.units import CHANNELS, Channel
-from tumble.logs.witness import NativeWitness, Witness, in_order, order
+from tumble.logs.aiding import Aiding, NativeAiding, in_order, order
 from tumble.procedures.redundancy.factory import Factory, by_unit, factory_errors
 from tumble.procedures.redundancy.known_faults import NO_SAMPLES
 from tumble.procedures.redundancy.messages import explain, unfit_threshold
@@ -123,8 +123,8 @@ class RedundancyMonitor:
         self._begun = self._from_factory(factory)
         self._stored: dict[tuple[str, str], float] = {}
         """When what was saved of a sensor was adopted, s."""
-        self._witnesses: list[NativeWitness] = []
-        self.heard: Sequence[NativeWitness] = ()
+        self._measurements: list[NativeAiding] = []
+        self.heard: Sequence[NativeAiding] = ()
         """Aiding measurements that counted from the samples of the last `push` on."""
         self._commands: list[Command] = []
         self._output = _output_of(self.units, None)
@@ -179,7 +179,7 @@ class RedundancyMonitor:
         self,
         block: Sequence[SampleArrays],
         commands: Sequence[tuple[float, Command]] = (),
-        witnesses: Sequence[NativeWitness] = (),
+        measurements: Sequence[NativeAiding] = (),
         *,
         arrivals: Sequence[FloatArray] | None = None,
         temperatures: Sequence[FloatArray | None] | None = None,
@@ -189,7 +189,7 @@ class RedundancyMonitor:
 
         `temperatures` are those of the samples, degC, None of a unit where nobody knows.
         Gives what happened, and all else. Times are of the common clock, offsets added; see `push` for the
-        rest, `_core.RedundancyMonitor.replay` for commands and witnesses.
+        rest, `_core.RedundancyMonitor.replay` for commands and measurements.
         """
         begun = [place for place, (time, _, _) in enumerate(block) if len(time)]
         if begun:
@@ -204,7 +204,7 @@ class RedundancyMonitor:
             forces,
             rates,
             commands,
-            witnesses,
+            measurements,
             keep_output,
             arrivals=arrivals,
             temperatures=temperatures,
@@ -226,14 +226,14 @@ class RedundancyMonitor:
         figures = {"since": self.newest}
         return (RedundancyEvent(self.newest + SILENCE, self.units[0], NO_SAMPLES, figures),)
 
-    def witness(self, witness: Witness) -> None:
+    def aiding(self, aiding: Aiding) -> None:
         """Adds aiding measurements of the motion, which count once samples of their times come.
 
         It has to come within a second of what it says.
 
         Raises `ProcedureError` where a score is of no unit of the set.
         """
-        self._witnesses = sorted([*self._witnesses, *in_order([witness], self.units)], key=order)
+        self._measurements = sorted([*self._measurements, *in_order([aiding], self.units)], key=order)
 
     def command(self, command: Command) -> None:
         """Returns a command with the next sample: `evaluate`, or `return to primary`."""
@@ -307,12 +307,12 @@ class RedundancyMonitor:
         yield from _without_serial(self.identities)
         yield from self._store.notices()
 
-    def _due(self, latest: float) -> Sequence[NativeWitness]:
+    def _due(self, latest: float) -> Sequence[NativeAiding]:
         """Removes and returns aiding measurements up to the latest time."""
-        count = bisect_right(self._witnesses, latest, key=_time_of) if self._witnesses else 0
-        due = self._witnesses[:count]
+        count = bisect_right(self._measurements, latest, key=_time_of) if self._measurements else 0
+        due = self._measurements[:count]
         if count:
-            self._witnesses = self._witnesses[count:]
+            self._measurements = self._measurements[count:]
         return due
 
     def _note(self, first: float, latest: float, said: _core.RedundancySaid | None = None) -> None:
@@ -576,5 +576,5 @@ def _output_of(units: tuple[str, ...], said: _core.RedundancySaid | None) -> Set
     return SetOutput(units, time, unit.astype(np.int64), force, rate, flags.astype(np.int64))
 
 
-def _time_of(witness: NativeWitness) -> float:
-    return witness[0]
+def _time_of(aiding: NativeAiding) -> float:
+    return aiding[0]

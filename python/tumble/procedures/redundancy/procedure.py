@@ -14,7 +14,7 @@ from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import Recording, RecordingSource, SampleProgress, sources_of
 from tumble.foundation.results import Precision
 from tumble.logs import ReadOptions, SingleAxes, parse_spec
-from tumble.logs.witness import WitnessSource, in_order, recorded_witness, witnesses_of
+from tumble.logs.aiding import AidingSource, aiding_measurements_of, in_order, recorded_aiding
 from tumble.procedures.redundancy.factory import Factory
 from tumble.procedures.redundancy.logs import (
     SideBySide,
@@ -40,8 +40,8 @@ def redundancy(
     store: str | Path | None = None,
     factory: Factory = (),
     commands: Sequence[tuple[float, Command]] = (),
-    witness: WitnessSource | Sequence[WitnessSource] = (),
-    witness_sigma: float | None = None,
+    aiding: AidingSource | Sequence[AidingSource] = (),
+    aiding_sigma: float | None = None,
     precision: Precision = "f64",
     allow_missing: bool = False,
     as_published: bool = False,
@@ -57,9 +57,9 @@ def redundancy(
     with the errors stored before, where what is adopted replaces them, and with the primary's own
     calibration, which it keeps for runs without one. `factory` are turntable calibrations of secondaries,
     by name or in files that state whose they are, which become the first errors in it. `commands` are
-    given to the monitor at their times, s from the start. `witness` is what something else on board says of
-    the motion, as `Witness` or a table of it, which settles what units cannot between them; without it, what
-    was heard while `log`, a session, was recorded. `witness_sigma`, m/s, is that of tables that
+    given to the monitor at their times, s from the start. `aiding` is what something else on board says of
+    the motion, as `Aiding` or a table of it, which settles what units cannot between them; without it, what
+    was heard while `log`, a session, was recorded. `aiding_sigma`, m/s, is that of tables that
     state none. With `precision` `f32` it computes as a device would. With `allow_missing`, a unit that
     cannot be read is replayed as one that never says anything. With `as_published` settings begin from
     `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the platform
@@ -75,8 +75,8 @@ def redundancy(
     others = [secondaries] if isinstance(secondaries, SingleAxes) else sources_of(secondaries)
     units = open_units((primary, *others), log, read, allow_missing)
     names = tuple(unit.name for unit in units)
-    recorded = () if log is None else recorded_witness(log)
-    said = in_order(witnesses_of(witness, witness_sigma) or recorded, names)
+    recorded = () if log is None else recorded_aiding(log)
+    said = in_order(aiding_measurements_of(aiding, aiding_sigma) or recorded, names)
     monitor = RedundancyMonitor(
         names[0],
         names[1:],
@@ -90,7 +90,7 @@ def redundancy(
         as_published=as_published,
     )
     blocks = SideBySide(units, monitor.time_offsets, progress)
-    replayed = replay(monitor, blocks, commands, witnesses=said, keep_output=keep_output)
+    replayed = replay(monitor, blocks, commands, measurements=said, keep_output=keep_output)
     monitor.save()
     result = result_of(
         monitor,

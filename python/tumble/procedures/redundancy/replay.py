@@ -12,7 +12,7 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.logs.witness import NativeWitness, order
+from tumble.logs.aiding import NativeAiding, order
 from tumble.procedures.redundancy.logs import SideBySide
 from tumble.procedures.redundancy.monitor import Command, RedundancyMonitor
 from tumble.procedures.redundancy.result import NONE_FIT, RedundancyEvent, Selected, SetOutput, UnitTrace
@@ -108,22 +108,22 @@ def replay(
     blocks: SideBySide,
     commands: Sequence[tuple[float, Command]],
     *,
-    witnesses: Sequence[NativeWitness] = (),
+    measurements: Sequence[NativeAiding] = (),
     keep_output: bool = False,
 ) -> Replayed:
-    """Pushes all blocks into the monitor, with commands and witnesses.
+    """Pushes all blocks into the monitor, with commands and aiding measurements.
 
-    Commands are at times from the start of the logs, s, witnesses at times of their common clock. These are
+    Commands are at times from the start of the logs, s, aiding measurements at times of their common clock,
     as `in_order` gives them; what they say before and after the logs is left out.
 
-    Raises `ProcedureError` where a command lies outside the logs, or all that witnesses say.
+    Raises `ProcedureError` where a command lies outside the logs, or all that measurements say.
     """
     replayed = Replayed(monitor.units)
     _refuse_early(commands)
     waiting: list[tuple[float, Command]] = []
     if blocks.arrivals is None:
         # Then turns are those of the time itself.
-        witnesses = sorted(((*witness[:5], -math.inf) for witness in witnesses), key=order)
+        measurements = sorted(((*aiding[:5], -math.inf) for aiding in measurements), key=order)
     heard = 0
     for block in blocks:
         if not replayed.blocks:
@@ -133,7 +133,7 @@ def replay(
         due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
         arrivals = blocks.arrivals
-        said = list(takewhile(_is_due(latest, arrivals), witnesses[heard:]))
+        said = list(takewhile(_is_due(latest, arrivals), measurements[heard:]))
         heard += len(said)
         if arrivals is not None and (silence := blocks.silence):
             replayed.events += monitor.tick(monitor.newest + silence)
@@ -151,18 +151,18 @@ def replay(
         raise ProcedureError(f"{', '.join(monitor.units)}: none of these units has a sample; check the logs")
     if waiting:
         raise ProcedureError(_outside(waiting[0], blocks))
-    if witnesses and not (heard and witnesses[heard - 1][0] >= blocks.start):
+    if measurements and not (heard and measurements[heard - 1][0] >= blocks.start):
         raise ProcedureError(
-            f"witness: speaks from {witnesses[0][0]:.3f} to {witnesses[-1][0]:.3f} s, the logs from "
+            f"aiding: speaks from {measurements[0][0]:.3f} to {measurements[-1][0]:.3f} s, the logs from "
             f"{blocks.start:.3f} to {blocks.end:.3f} s; give times of their clock"
         )
     return replayed
 
 
-def _is_due(latest: float, arrivals: Sequence[FloatArray] | None) -> Callable[[NativeWitness], bool]:
+def _is_due(latest: float, arrivals: Sequence[FloatArray] | None) -> Callable[[NativeAiding], bool]:
     """Returns for each aiding measurement whether it counts by the end of a block, s."""
     until = max((float(each[-1]) for each in arrivals or () if len(each)), default=math.inf)
-    return lambda witness: witness[0] <= latest and witness[5] <= until
+    return lambda aiding: aiding[0] <= latest and aiding[5] <= until
 
 
 def _refuse_early(commands: Sequence[tuple[float, Command]]) -> None:

@@ -248,7 +248,7 @@ impl<T: Real> HealthFault<T> {
         }
     }
 
-    /// Whether it was found by comparing units: what the unit says goes on being compared, or nothing would ever absolve it.
+    /// Whether it was found by comparing units: what the unit says goes on being compared, or nothing would ever clear it.
     pub fn is_judged(&self) -> bool {
         matches!(
             self,

@@ -1,7 +1,7 @@
 //! The health of one unit, at all times: late, frozen, at the end of its range, not finite, with spikes, contradicted
 //! by the others, implausible at rest, with a clock of its own.
 //!
-//! * One bad reading condemns nobody. Time with bad readings is counted, and drains slowly while readings are good.
+//! * One bad reading excludes nobody. Time with bad readings is counted, and drains slowly while readings are good.
 //! * A sensor is frozen when all its axes repeat their readings bit by bit for a time. One axis may repeat by chance:
 //!   quantised and at rest, an axis says the same for as long as its noise stays within a count. It is stuck when it
 //!   repeats over 32 readings at which another axis of the sensor moved by more than counts and noise at rest. The
@@ -179,7 +179,7 @@ impl<T: Real> Health<T> {
             let of = u32::try_from(other)
                 .ok()
                 .and_then(|other| 1_u8.checked_shl(other));
-            self.condemn(HealthFault::Copy { of: of.unwrap_or(0) }, self.time);
+            self.exclude(HealthFault::Copy { of: of.unwrap_or(0) }, self.time);
         }
     }
 
@@ -250,7 +250,7 @@ impl<T: Real> Health<T> {
             *sensor.of_mut(&mut usable) = judgement.usable;
             speaks &= judgement.speaks;
             match &judgement.fault {
-                Some(fault) => self.condemn(*fault, now),
+                Some(fault) => self.exclude(*fault, now),
                 None if judgement.lasts && self.fault.is_some() => self.since = now,
                 None => {}
             }
@@ -274,14 +274,14 @@ impl<T: Real> Health<T> {
         self.find_late(now, settings);
     }
 
-    /// Takes in that a sensor was found wrong beside the other units; it stays so until it is absolved.
+    /// Takes in that a sensor was found wrong beside the other units; it stays so until it is cleared.
     pub fn contradict(&mut self, sensor: Sensor, fault: HealthFault<T>) {
         *sensor.of_mut(&mut self.contradicted) = true;
-        self.condemn(fault, self.time);
+        self.exclude(fault, self.time);
     }
 
     /// What it was found wrong for is gone.
-    pub fn absolve(&mut self, sensor: Sensor) {
+    pub fn clear(&mut self, sensor: Sensor) {
         if core::mem::replace(sensor.of_mut(&mut self.contradicted), false) {
             self.since = self.since.max(self.time);
         }
@@ -289,7 +289,7 @@ impl<T: Real> Health<T> {
 
     /// A calibration against the primary was adopted: nothing of what was found before holds.
     pub fn calibrated(&mut self, sensor: Sensor) {
-        self.absolve(sensor);
+        self.clear(sensor);
         for refuted in &mut self.refuted {
             *sensor.of_mut(refuted) = false;
         }
@@ -308,7 +308,7 @@ impl<T: Real> Health<T> {
         // That physics contradicts it says more.
         let known = refuted || *sensor.of(&self.implausible);
         if !possible && !known {
-            self.condemn(
+            self.exclude(
                 HealthFault::Refuted {
                     sensor,
                     deviation,
@@ -332,7 +332,7 @@ impl<T: Real> Health<T> {
         let plausible = deviation <= limit;
         *sensor.of_mut(&mut self.implausible) = !plausible;
         if !plausible {
-            self.condemn(
+            self.exclude(
                 HealthFault::ImplausibleAtRest {
                     sensor,
                     deviation,
@@ -346,7 +346,7 @@ impl<T: Real> Health<T> {
     /// Says that the unit's clock has left that of the others, at the time `now` of these, microseconds.
     pub fn clock_jumped(&mut self, now: u64) {
         self.mute = self.mute.max(1);
-        self.condemn(HealthFault::ClockJumped, now);
+        self.exclude(HealthFault::ClockJumped, now);
     }
 
     /// The time of the whole set has jumped: what was counted goes on from the next sample.
@@ -385,7 +385,7 @@ impl<T: Real> Health<T> {
             self.twice.saturating_sub(1)
         };
         if self.twice >= TOO_MANY {
-            self.condemn(HealthFault::Duplicated, now);
+            self.exclude(HealthFault::Duplicated, now);
         }
     }
 
@@ -410,12 +410,12 @@ impl<T: Real> Health<T> {
     #[inline(never)]
     fn is_late(&mut self, pause: u64, now: u64) {
         let pause = seconds(pause);
-        self.condemn(HealthFault::Late { pause }, now);
+        self.exclude(HealthFault::Late { pause }, now);
         self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
     /// The latest finding is shown, except that what a rest has shown stays.
-    fn condemn(&mut self, fault: HealthFault<T>, now: u64) {
+    fn exclude(&mut self, fault: HealthFault<T>, now: u64) {
         let at_rest = |fault: &HealthFault<T>| {
             matches!(
                 fault,

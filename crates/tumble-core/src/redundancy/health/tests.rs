@@ -409,7 +409,7 @@ fn channels_that_a_unit_does_not_have_are_not_looked_at() {
 }
 
 #[test]
-fn one_bad_sample_is_not_used_and_condemns_nobody() {
+fn one_bad_sample_is_not_used_and_excludes_nobody() {
     let bad: [fn(&mut Sample<f32>); 4] = [
         |sample| sample.specific_force.y = f32::NAN,
         |sample| sample.specific_force.y = f32::NEG_INFINITY,
@@ -453,7 +453,7 @@ fn readings_that_are_often_no_numbers_are_found_though_others_lie_between() {
 }
 
 #[test]
-fn spikes_condemn_when_they_come_often_and_are_never_used() {
+fn spikes_exclude_when_they_come_often_and_are_never_used() {
     let mut bench = Bench::running();
     let spoil = |i: usize, sample: &mut Sample<f32>| {
         if i % 40 == 7 {
@@ -476,7 +476,7 @@ fn spikes_condemn_when_they_come_often_and_are_never_used() {
         });
         assert!(
             bench.health.fault().is_some(),
-            "spikes every 0.75 s keep it condemned"
+            "spikes every 0.75 s keep it excluded"
         );
     }
     bench.run(1_000, |_, _| {});
@@ -518,15 +518,15 @@ const FOUND: HealthFault<f32> = HealthFault::OutOfFamily {
 };
 
 #[test]
-fn a_unit_found_wrong_beside_others_stays_so_until_it_is_absolved() {
+fn a_unit_found_wrong_beside_others_stays_so_until_it_is_cleared() {
     let mut bench = Bench::running();
     bench.health.contradict(Sensor::Accelerometer, FOUND);
     bench.run(1000, |_, _| {});
     assert_eq!(bench.health.fault(), Some(FOUND));
-    bench.health.absolve(Sensor::Gyroscope);
+    bench.health.clear(Sensor::Gyroscope);
     bench.run(1000, |_, _| {});
     assert_eq!(bench.health.fault(), Some(FOUND));
-    bench.health.absolve(Sensor::Accelerometer);
+    bench.health.clear(Sensor::Accelerometer);
     bench.run(1000, |_, _| {});
     assert_eq!(bench.health.fault(), None);
 }
@@ -537,7 +537,7 @@ fn a_calibration_may_mend_what_others_contradict_and_nothing_else() {
     assert!(bench.health.may_be_calibrated());
     bench.health.contradict(Sensor::Accelerometer, FOUND);
     assert!(bench.health.may_be_calibrated());
-    bench.health.absolve(Sensor::Accelerometer);
+    bench.health.clear(Sensor::Accelerometer);
     bench.health.at_rest(Sensor::Accelerometer, 1.6, 1.5);
     assert!(!bench.health.may_be_calibrated());
 }

@@ -189,7 +189,7 @@ pub(super) struct SensorWatch<T: Real> {
 
 const NONE: u8 = 3;
 
-/// Bad readings, at least, that condemn a sensor.
+/// Bad readings, at least, that exclude a sensor.
 const FEWEST: u16 = 4;
 
 /// Repetitions, at least, that make a sensor frozen: of one whose noise is half a count, all three axes repeat by chance

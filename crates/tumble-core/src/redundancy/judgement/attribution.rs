@@ -21,8 +21,8 @@ crate::vocabulary! {
         Rest = "rest",
         /// Gravity as its own gyroscope carries it is not where its accelerometer finds it.
         Gravity = "own gyroscope",
-        /// A witness from outside contradicts it.
-        Witness = "witness",
+        /// An aiding measurement contradicts it.
+        Aiding = "aiding",
     }
 }
 

@@ -4,7 +4,7 @@ use crate::real::{Real, real};
 use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
-/// The rest agrees without the guilty one if no pair of it is beyond this share of its threshold.
+/// The rest agrees without the faulty one if no pair of it is beyond this share of its threshold.
 const REST_AGREES: f64 = 0.8;
 
 /// And by so much better than without any other.

@@ -26,11 +26,12 @@ use nalgebra::Vector3;
 
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
+use crate::redundancy::aiding::{AidingEvidence, Surroundings};
 use crate::redundancy::components::{difference, follow, smaller};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
-use crate::redundancy::judgement::sensor_judge::{FindWitnessed, SensorJudge};
+use crate::redundancy::judgement::sensor_judge::{FindAided, SensorJudge};
 use crate::redundancy::judgement::turn::{Turned, UsualError};
 use crate::redundancy::judgement::unit::CarriedGravity;
 use crate::redundancy::judgement::warmth::Temperatures;
@@ -39,7 +40,6 @@ use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::unit_set::UnitSet;
-use crate::redundancy::witness::{Surroundings, Testimony};
 
 /// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ pub struct UnitReading<T: Real> {
     pub scatter: [T; 2],
     /// Whether each sensor may be compared.
     pub votes: [bool; 2],
-    /// Whether enough is known of each to expect what it says. A stranger is compared for what no calibration explains, and
+    /// Whether enough is known of each to expect what it says. An uncalibrated unit is compared for what no calibration explains, and
     /// nothing is learnt from it.
     pub known: [bool; 2],
     /// Whether each was calibrated: what it is known by.
@@ -61,7 +61,7 @@ pub struct UnitReading<T: Real> {
     pub place: T,
     /// Residual of a channel that its calibration leaves on pairs, squared, `(m/s^2)^2` and `(rad/s)^2`.
     pub residual: [T; 2],
-    /// Of a stranger, square of all that a calibration could find; zero of others.
+    /// Of an uncalibrated unit, square of all that a calibration could find; zero of others.
     pub unfound: [T; 2],
     /// From sample to sample, s.
     pub interval: T,
@@ -75,7 +75,7 @@ impl<T: Real> UnitReading<T> {
         *sensor.of(&self.votes)
     }
 
-    /// Whether a sensor may be compared, and more is known of it than of a stranger.
+    /// Whether a sensor may be compared, and more is known of it than of an uncalibrated unit.
     pub fn is_known(&self, sensor: Sensor) -> bool {
         self.votes(sensor) && *sensor.of(&self.known)
     }
@@ -101,7 +101,7 @@ pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     pub tolerated: ForceAndRate<T>,
     /// Drift of the bias of an axis, m/s^2 and rad/s a kelvin.
     pub per_kelvin: ForceAndRate<T>,
-    /// Scatter of a unit over what the others make one expect that condemns it.
+    /// Scatter of a unit over what the others make one expect that excludes it.
     pub noise_ratio: T,
     /// Whether means are taken only: physics has the first word, at rest.
     pub means_only: bool,
@@ -152,7 +152,7 @@ pub enum Judgement<T: Real> {
         units: [usize; 2],
     },
     /// A unit that was wrong has agreed with all others for long enough.
-    Redeemed {
+    Reinstated {
         /// Number of the unit.
         unit: usize,
     },
@@ -269,8 +269,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Physics spoke for a unit: what others found of it does not hold.
-    pub(crate) fn acquit(&mut self, sensor: Sensor, unit: usize) {
-        sensor.of_mut(&mut self.sensors).acquit(unit);
+    pub(crate) fn begin_anew(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).begin_anew(unit);
     }
 
     /// So much more is taken off what a calibrated unit says from now on, m/s^2 or rad/s, beside a primary that physics found
@@ -317,9 +317,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         self.sensors.iter_mut().for_each(SensorJudge::restart_time);
     }
 
-    /// Whether a sensor of a unit was found wrong and has not been redeemed.
-    pub fn is_guilty(&self, sensor: Sensor, unit: usize) -> bool {
-        sensor.of(&self.sensors).is_guilty(unit)
+    /// Whether a sensor of a unit was found wrong and has not been reinstated.
+    pub fn is_faulty(&self, sensor: Sensor, unit: usize) -> bool {
+        sensor.of(&self.sensors).is_faulty(unit)
     }
 
     /// Whether units disagree of which nobody knows yet who is wrong.
@@ -337,11 +337,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
     }
 
-    /// Looks at the next window, beside what witnesses from outside say, once there were any, and tells what it finds.
+    /// Looks at the next window, beside what aiding measurements from outside say, once there were any, and tells what it finds.
     pub(crate) fn look(
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
-        testimony: Option<&mut Testimony<T, UNITS>>,
+        aiding_evidence: Option<&mut AidingEvidence<T, UNITS>>,
         tell: &mut dyn FnMut(Sensor, Judgement<T>),
     ) {
         let [mut voters, mut known] = [[UnitSet::default(); 2]; 2];
@@ -366,11 +366,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         self.carry_gravity(window);
         self.turned
             .push(&difference(&w, &self.resting_rate), window.length);
-        let testimony = testimony.map(|testimony| {
-            self.hear(testimony, window, [&f, &w]);
-            &*testimony
+        let aiding_evidence = aiding_evidence.map(|aiding_evidence| {
+            self.hear(aiding_evidence, window, [&f, &w]);
+            &*aiding_evidence
         });
-        let find_witnessed = testimony.map(|_| SensorJudge::find_witnessed as FindWitnessed<T, UNITS>);
+        let find_aided = aiding_evidence.map(|_| SensorJudge::find_aided as FindAided<T, UNITS>);
         for sensor in SENSORS {
             let said = match sensor {
                 Sensor::Accelerometer => &f,
@@ -385,8 +385,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 sensor,
                 window,
                 evidence: &self.evidence,
-                testimony,
-                find_witnessed,
+                aiding_evidence,
+                find_aided,
                 usual_error: self.usual_error.variance(&self.turned),
                 temperatures: &self.temperatures,
                 turned: &self.turned,
@@ -403,10 +403,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// What the witness makes of the window.
+    /// What the aiding measurement makes of the window.
     fn hear(
         &self,
-        testimony: &mut Testimony<T, UNITS>,
+        aiding_evidence: &mut AidingEvidence<T, UNITS>,
         window: &SetWindow<'_, T, UNITS>,
         said: [&Vector3<T>; 2],
     ) {
@@ -415,7 +415,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             units: window.units,
             said,
             resting_rate: &self.resting_rate,
-            guilty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_guilty(unit))),
+            faulty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_faulty(unit))),
             departs: core::array::from_fn(|unit| {
                 SENSORS.map(|sensor| sensor.of(sensors).departs(unit, window.tolerated.of(sensor)))
             }),
@@ -426,7 +426,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             gravity: window.gravity,
             tolerated: window.tolerated,
         };
-        testimony.advance(&surroundings);
+        aiding_evidence.advance(&surroundings);
     }
 
     /// Each unit's own gyroscope carries its gravity.
@@ -451,7 +451,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         for (number, (evidence, unit)) in self.evidence.iter_mut().zip(window.units).enumerate() {
             let Some(unit) = unit else { continue };
             let learns =
-                |sensor: Sensor| unit.is_known(sensor) && !sensor.of(&self.sensors).is_guilty(number);
+                |sensor: Sensor| unit.is_known(sensor) && !sensor.of(&self.sensors).is_faulty(number);
             let Some(at_rest) = &unit.at_rest else {
                 if learns(Sensor::Accelerometer) {
                     let square = squared(evidence.gravity.error()) / real(3.0);

@@ -10,7 +10,7 @@ const QUIET: [f32; 2] = [0.15, 0.015];
 /// Time over which the usual scatter is taken, s.
 const USUAL_OVER: f64 = 30.0;
 
-/// Windows in succession that condemn.
+/// Windows in succession that exclude.
 const WINDOWS: u8 = 4;
 
 /// Scatter of the samples of one sensor of a unit, from sample to sample.

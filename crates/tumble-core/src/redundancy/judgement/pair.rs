@@ -303,7 +303,7 @@ pub struct Knowledge<'a, T: Real> {
     pub tolerance: Tolerance<T>,
     /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
     pub residual: T,
-    /// Square of what a calibration could find of a stranger among them.
+    /// Square of what a calibration could find of an uncalibrated unit among them.
     pub unfound: T,
     /// Square of how far they may have drifted apart since they were calibrated, by temperature or as all did.
     pub drifted: T,

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, squared};
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::aiding::AidingEvidence;
 use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
@@ -17,7 +18,6 @@ use crate::redundancy::judgement::warmth::Temperatures;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::unit_set::{UnitSet, pairs};
-use crate::redundancy::witness::Testimony;
 
 /// Tolerances, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
 const PLACE: [f32; 2] = [0.15, 0.005];
@@ -32,9 +32,9 @@ const LEARNS_WITHIN: f64 = 0.7;
 const QUIET: f64 = 1.0;
 const AFTER_DISAGREEMENT: f64 = 60.0;
 
-/// A guilty unit is believed again after so long within so much, s.
-const REDEEMED_WITHIN: f64 = 0.5;
-const REDEEMED_AFTER: f64 = 10.0;
+/// A faulty unit is believed again after so long within so much, s.
+const REINSTATED_WITHIN: f64 = 0.5;
+const REINSTATED_AFTER: f64 = 10.0;
 
 /// A dispute is over when the two have agreed for so long, s: what shows in some motions only comes and goes.
 const SETTLED_AFTER: f64 = 10.0;
@@ -54,14 +54,14 @@ const LONG: usize = 2;
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
 
-/// Share of what a pair may be apart beyond which a witness is asked about it, once it is farther apart than drift within
-/// specification, from the second scale on: a witness says nothing of single windows.
-const WITNESSED_APART: f64 = 0.5;
-/// Share of drift within specification from which on a witness's evidence gathers; and half of it, of what a pair may be apart.
+/// Share of what a pair may be apart beyond which an aiding measurement is asked about it, once it is farther apart than drift within
+/// specification, from the second scale on: an aiding measurement says nothing of single windows.
+const AIDED_APART: f64 = 0.5;
+/// Share of drift within specification from which on an aiding measurement's evidence gathers; and half of it, of what a pair may be apart.
 const DEPARTS: f64 = 0.6;
 /// Whoever is odd then is so by what the worst pair is apart, not by what it may be.
-const WITNESSED_SHARE: f64 = 0.75;
-const WITNESSED_FROM: usize = 1;
+const AIDED_SHARE: f64 = 0.75;
+const AIDED_FROM: usize = 1;
 
 /// Windows that name the same finding in succession, over one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,11 +110,11 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     scatters: [UsualScatter<T>; UNITS],
     strains: StrainMeans<T>,
     streaks: [Streak; SCALES],
-    guilty: UnitSet,
+    faulty: UnitSet,
     accepted: UnitSet,
-    /// Windows that a guilty unit has agreed with all others.
-    redeemed: [u16; UNITS],
-    /// Square of the worst ratio of each unit with those that are not guilty.
+    /// Windows that a faulty unit has agreed with all others.
+    reinstated: [u16; UNITS],
+    /// Square of the worst ratio of each unit with those that are not faulty.
     worst_squared: [T; UNITS],
     dispute: Option<Dispute>,
     evidence: Evidence<T>,
@@ -136,9 +136,9 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
     pub window: &'a SetWindow<'a, T, UNITS>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
-    pub testimony: Option<&'a Testimony<T, UNITS>>,
-    /// [`SensorJudge::find_witnessed`], once there was a witness.
-    pub find_witnessed: Option<FindWitnessed<T, UNITS>>,
+    pub aiding_evidence: Option<&'a AidingEvidence<T, UNITS>>,
+    /// [`SensorJudge::find_aided`], once there was an aiding measurement.
+    pub find_aided: Option<FindAided<T, UNITS>>,
     /// Variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`, after such turns as the latest.
     pub usual_error: Option<T>,
     pub temperatures: &'a Temperatures<T, UNITS>,
@@ -147,7 +147,7 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub force: Vector3<T>,
     /// Square of how fast it changes what it says, (m/s^3)^2 or (rad/s^2)^2.
     pub change: T,
-    /// Units that may be compared, and those of them of which more is known than of a stranger.
+    /// Units that may be compared, and those of them of which more is known than of an uncalibrated unit.
     pub voters: UnitSet,
     pub known: UnitSet,
 }
@@ -175,8 +175,8 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
 
 type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
 
-/// [`SensorJudge::find_witnessed`], by a way that a program without witnesses does not take.
-pub(super) type FindWitnessed<T, const UNITS: usize> =
+/// [`SensorJudge::find_aided`], by a way that a program without aiding measurements does not take.
+pub(super) type FindAided<T, const UNITS: usize> =
     fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Tell<'_, T>);
 
 impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
@@ -186,9 +186,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             scatters: [UsualScatter::new(); UNITS],
             strains: StrainMeans::new(),
             streaks: [Streak::NONE; SCALES],
-            guilty: UnitSet::default(),
+            faulty: UnitSet::default(),
             accepted: UnitSet::default(),
-            redeemed: [0; UNITS],
+            reinstated: [0; UNITS],
             worst_squared: [T::zero(); UNITS],
             dispute: None,
             evidence: Evidence::none(),
@@ -200,8 +200,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    pub fn is_guilty(&self, unit: usize) -> bool {
-        self.guilty.contains(unit)
+    pub fn is_faulty(&self, unit: usize) -> bool {
+        self.faulty.contains(unit)
     }
 
     pub fn is_disputed(&self) -> bool {
@@ -213,15 +213,15 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.dispute.as_ref().is_some_and(concerns)
     }
 
-    /// Square of its worst ratio with those that are not guilty.
+    /// Square of its worst ratio with those that are not faulty.
     pub fn worst_squared(&self, unit: usize) -> T {
         self.worst_squared.get(unit).copied().unwrap_or(T::zero())
     }
 
     /// Whether a unit is on its way away from another: by a share of drift within specification, or of what it may be apart.
     pub fn departs(&self, unit: usize, tolerated: T) -> bool {
-        let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM);
-        let others = (0..UNITS).filter(|other| *other != unit && !self.is_guilty(*other));
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(AIDED_FROM);
+        let others = (0..UNITS).filter(|other| *other != unit && !self.is_faulty(*other));
         let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).length()));
         apart.fold(T::zero(), larger) > tolerated * real(DEPARTS)
             || self.worst_squared(unit) > real(DEPARTS * DEPARTS * 0.25)
@@ -255,10 +255,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     pub fn disown(&mut self, unit: usize) {
         self.accepted.remove(unit);
-        self.acquit(unit);
+        self.begin_anew(unit);
     }
 
-    pub fn acquit(&mut self, unit: usize) {
+    pub fn begin_anew(&mut self, unit: usize) {
         self.clear(unit);
         // What the set says is what others say from now on.
         for deviation in &mut self.deviations {
@@ -287,7 +287,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     fn clear(&mut self, unit: usize) {
         self.evidence = Evidence::none();
-        self.guilty.remove(unit);
+        self.faulty.remove(unit);
         if self.is_disputed_with(unit) {
             self.dispute = None;
         }
@@ -313,7 +313,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     ) -> Option<Vector3<T>> {
         let [mut x, mut y, mut z] = [[T::zero(); UNITS]; 3];
         let mut found = 0_usize;
-        for said in units.without(self.guilty).units().filter_map(said) {
+        for said in units.without(self.faulty).units().filter_map(said) {
             insert(&mut x, found, said.x);
             insert(&mut y, found, said.y);
             insert(&mut z, found, said.z);
@@ -367,11 +367,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             }
         }
         self.find_odd(case, &comparisons, disagrees, tell);
-        if let Some(find) = case.find_witnessed {
+        if let Some(find) = case.find_aided {
             find(self, case, &comparisons, tell);
         }
         self.settle_dispute(case, &comparisons, tell);
-        self.redeem(case, &comparisons, tell);
+        self.reinstate(case, &comparisons, tell);
         self.learn(case, &comparisons, shown, disagrees);
     }
 
@@ -385,7 +385,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 .is_some_and(|unit| *case.sensor.of(&unit.calibrated));
             self.deviations.get(unit).filter(|_| calibrated)?.drifted()
         };
-        let voters = case.known.without(self.guilty);
+        let voters = case.known.without(self.faulty);
         if voters.count() < 3 {
             return T::zero();
         }
@@ -411,7 +411,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// How far all pairs are apart, on each scale that both have filled; of units that vote, which may share a drift of which the
     /// square is given. Keeps the worst of each unit with
-    /// those that are known and not guilty; gives whether any two disagree that are not guilty.
+    /// those that are known and not faulty; gives whether any two disagree that are not faulty.
     fn compare(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -420,7 +420,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         comparisons: &mut Comparisons<T, UNITS>,
     ) -> bool {
         self.worst_squared = [T::zero(); UNITS];
-        let voters = case.voters.without(self.guilty);
+        let voters = case.voters.without(self.faulty);
         let mut disagree = false;
         for [i, j] in pairs::<UNITS>().filter(|pair| case.voters.contain_both(*pair)) {
             let units = case.unit(i).zip(case.unit(j));
@@ -487,7 +487,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
                 continue;
             }
-            let others = case.known.without(self.guilty).units();
+            let others = case.known.without(self.faulty).units();
             let others = others.filter(|other| *other != unit);
             let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
             let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
@@ -502,7 +502,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 .scatters
                 .get_mut(unit)
                 .is_some_and(|scatters| scatters.is_noisy(scatter, limit));
-            if noisy && self.condemn(unit) {
+            if noisy && self.exclude(unit) {
                 tell(Judgement::Noisy { unit, scatter, limit });
             }
         }
@@ -520,7 +520,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             self.streaks = [Streak::NONE; SCALES];
             return;
         }
-        let voters = case.voters.without(self.guilty);
+        let voters = case.voters.without(self.faulty);
         self.disagreed = true;
         for scale in 0..SCALES {
             let squared = |[i, j]: [usize; 2]| comparisons.of(i, j)?.ratio_squared(scale);
@@ -543,19 +543,21 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// The one that a witness contradicts, and no other, among units that are apart, though not yet by as much as motion and
+    /// The one that an aiding measurement contradicts, and no other, among units that are apart, though not yet by as much as motion and
     /// calibrations may explain: of three and more the one without which the others agree.
-    pub fn find_witnessed(
+    pub fn find_aided(
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let Some(testimony) = case.testimony else { return };
-        let voters = case.known.without(self.guilty);
-        for scale in WITNESSED_FROM..SCALES {
-            if let Some((unit, proof)) = witnessed(testimony, case, voters, comparisons, scale)
-                && self.condemn(unit)
+        let Some(aiding_evidence) = case.aiding_evidence else {
+            return;
+        };
+        let voters = case.known.without(self.faulty);
+        for scale in AIDED_FROM..SCALES {
+            if let Some((unit, proof)) = aided(aiding_evidence, case, voters, comparisons, scale)
+                && self.exclude(unit)
             {
                 self.end_dispute();
                 tell(Judgement::Blamed { unit, proof });
@@ -584,7 +586,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         let figures = worst.and_then(|(other, _)| comparisons.of(unit, other)?.figures(scale));
         if let Some(figures) = figures
-            && self.condemn(unit)
+            && self.exclude(unit)
         {
             self.end_dispute();
             tell(Judgement::OutOfFamily {
@@ -660,7 +662,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         let lasting = span(dispute.windows);
         if let Some((unit, proof)) = self.attribute(&dispute, case, lasting)
-            && self.condemn(unit)
+            && self.exclude(unit)
         {
             self.end_dispute();
             tell(Judgement::Blamed { unit, proof });
@@ -677,14 +679,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let [i, j] = dispute.units.map(usize::from);
         let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
         let sensor = case.sensor;
-        // What a stranger is off by moves with the platform, and each start of a motion is a step of it.
+        // What an uncalibrated unit is off by moves with the platform, and each start of a motion is a step of it.
         if lasting < real(STEP_WITHIN)
             && case.known.contain_both([i, j])
             && let Some(found) = self.by_step([i, j], case)
         {
             return Some(found);
         }
-        if case.voters.without(self.guilty).count() > 2 && lasting < real(AMBIGUOUS_FOR) {
+        if case.voters.without(self.faulty).count() > 2 && lasting < real(AMBIGUOUS_FOR) {
             return None;
         }
         let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
@@ -692,7 +694,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         if calibrated && let Some(found) = self.by_rest([i, j], case) {
             return Some(found);
         }
-        if let Some(found) = case.testimony.and_then(|said| said.decides(sensor, [i, j], true)) {
+        if let Some(found) = case
+            .aiding_evidence
+            .and_then(|said| said.decides(sensor, [i, j], true))
+        {
             return Some(found);
         }
         let variance = if calibrated {
@@ -745,41 +750,46 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Whether a unit was not at fault before.
-    fn condemn(&mut self, unit: usize) -> bool {
-        let before = self.is_guilty(unit);
-        self.guilty.insert(unit);
+    fn exclude(&mut self, unit: usize) -> bool {
+        let before = self.is_faulty(unit);
+        self.faulty.insert(unit);
         self.evidence = Evidence::none();
-        if let Some(redeemed) = self.redeemed.get_mut(unit) {
-            *redeemed = 0;
+        if let Some(reinstated) = self.reinstated.get_mut(unit) {
+            *reinstated = 0;
         }
         self.streaks = [Streak::NONE; SCALES];
         !before
     }
 
     /// Units at fault that have agreed with all others for long enough are so no more.
-    fn redeem(&mut self, case: &Case<'_, T, UNITS>, comparisons: &Comparisons<T, UNITS>, tell: Tell<'_, T>) {
-        let guilty = self.guilty;
-        // What a stranger is off by may hide for a while; only what makes it known speaks for it.
-        for unit in guilty.and(case.known).units() {
-            let Some(redeemed) = self.redeemed.get_mut(unit) else {
+    fn reinstate(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
+        let faulty = self.faulty;
+        // What an uncalibrated unit is off by may hide for a while; only what makes it known speaks for it.
+        for unit in faulty.and(case.known).units() {
+            let Some(reinstated) = self.reinstated.get_mut(unit) else {
                 continue;
             };
             let (mut compared, mut within) = (false, true);
-            for other in (0..UNITS).filter(|other| *other != unit && !guilty.contains(*other)) {
+            for other in (0..UNITS).filter(|other| *other != unit && !faulty.contains(*other)) {
                 if let Some(pair) = comparisons.of(unit, other).filter(|pair| pair.is_some()) {
                     compared = true;
-                    within &= pair.worst_squared() < real(REDEEMED_WITHIN * REDEEMED_WITHIN);
+                    within &= pair.worst_squared() < real(REINSTATED_WITHIN * REINSTATED_WITHIN);
                 }
             }
             let quiet = self.scatters.get(unit).is_none_or(|scatter| !scatter.was_noisy());
-            *redeemed = if compared && within && quiet {
-                redeemed.saturating_add(1)
+            *reinstated = if compared && within && quiet {
+                reinstated.saturating_add(1)
             } else {
                 0
             };
-            if case.window.length * count::<T>((*redeemed).into()) >= real(REDEEMED_AFTER) {
-                self.guilty.remove(unit);
-                tell(Judgement::Redeemed { unit });
+            if case.window.length * count::<T>((*reinstated).into()) >= real(REINSTATED_AFTER) {
+                self.faulty.remove(unit);
+                tell(Judgement::Reinstated { unit });
             }
         }
     }
@@ -799,7 +809,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.disagreed = false;
         self.learnt = self.learnt.saturating_add(1);
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
-        let innocent = case.known.without(self.guilty);
+        let innocent = case.known.without(self.faulty);
         for [i, j] in pairs::<UNITS>().filter(|pair| innocent.contain_both(*pair)) {
             let pair = comparisons.of(i, j).zip(shown.of_mut(case.sensor, i, j));
             if let Some((comparison, shown)) = pair
@@ -820,9 +830,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 }
 
-/// Whom a witness contradicts over one scale (docs/theory/judgement.md, section 12).
-fn witnessed<T: Real, const UNITS: usize>(
-    testimony: &Testimony<T, UNITS>,
+/// Whom an aiding measurement contradicts over one scale (docs/theory/judgement.md, section 12).
+fn aided<T: Real, const UNITS: usize>(
+    aiding_evidence: &AidingEvidence<T, UNITS>,
     case: &Case<'_, T, UNITS>,
     voters: UnitSet,
     comparisons: &Comparisons<T, UNITS>,
@@ -836,23 +846,23 @@ fn witnessed<T: Real, const UNITS: usize>(
     };
     let voting = pairs::<UNITS>().filter(|pair| voters.contain_both(*pair));
     let worst = voting.filter_map(squared).fold(T::zero(), larger);
-    if worst < real(WITNESSED_APART * WITNESSED_APART) {
+    if worst < real(AIDED_APART * AIDED_APART) {
         return None;
     }
-    let by_the_worst = worst * real(WITNESSED_SHARE * WITNESSED_SHARE);
+    let by_the_worst = worst * real(AIDED_SHARE * AIDED_SHARE);
     match isolate::<T, UNITS>(voters, &|pair| Some(squared(pair)? / by_the_worst)) {
         Finding::Agreement => None,
         Finding::Odd(unit) => {
             let unit = usize::from(unit);
             let others = (0..UNITS).filter(|other| *other != unit && voters.contains(*other));
-            let proof = testimony.speaks_against(case.sensor, unit, others.clone())?;
+            let proof = aiding_evidence.speaks_against(case.sensor, unit, others.clone())?;
             let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
             apart.any(|drifted| drifted).then_some((unit, proof))
         }
         Finding::Ambiguous(i, j) => {
             let [i, j] = [i, j].map(usize::from);
             let two = voters.count() == 2;
-            testimony
+            aiding_evidence
                 .decides(case.sensor, [i, j], false)
                 .filter(|_| two && drifted(i, j))
         }

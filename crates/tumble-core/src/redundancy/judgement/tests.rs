@@ -17,7 +17,7 @@ fn flight(t: f64) -> [Vector3<f64>; 2] {
     [f, w]
 }
 
-/// Seconds from a fault until somebody is found guilty, and who; none for ten minutes without.
+/// Seconds from a fault until somebody is found faulty, and who; none for ten minutes without.
 fn fly<const N: usize>(
     seed: u64,
     fault: impl Fn(usize, f64) -> [Vector3<f64>; 2],
@@ -79,7 +79,7 @@ fn fly<const N: usize>(
 }
 
 #[test]
-fn nobody_is_guilty_in_ten_minutes_of_health() {
+fn nobody_is_faulty_in_ten_minutes_of_health() {
     for seed in 0..5 {
         let found = fly::<3>(seed, |_, _| [Vector3::zeros(); 2], 600.0);
         assert!(found.is_empty(), "seed {seed}: {found:?}");

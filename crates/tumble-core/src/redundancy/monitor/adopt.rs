@@ -46,8 +46,8 @@ impl<T: Real> Conclusion<T> {
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Whether the pairs of a calibration are complete, so that the next sample takes a step of its fits along.
     pub fn is_fitting(&self) -> bool {

@@ -36,8 +36,8 @@ impl PrimaryTrust {
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Takes a window at rest, and evaluates where enough of them have been taken.
     pub(super) fn rest_on(

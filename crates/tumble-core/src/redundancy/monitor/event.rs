@@ -1,6 +1,7 @@
 //! Everything that happened, and why, with figures.
 
 use crate::real::Real;
+use crate::redundancy::aiding::AidingRejection;
 use crate::redundancy::fit::adoption::AdoptionRefusal;
 use crate::redundancy::gate::Withheld;
 use crate::redundancy::health::HealthFault;
@@ -8,7 +9,6 @@ use crate::redundancy::record::Record;
 use crate::redundancy::selection::SelectionReason;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::Rung;
-use crate::redundancy::witness::WitnessRejection;
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,20 +160,20 @@ crate::vocabulary! {
             /// The other unit.
             other: usize,
         } = "agree",
-        /// What a witness from outside said was left out; told once for each reason.
-        WitnessLeftOut {
+        /// What an aiding measurement said was left out; told once for each reason.
+        AidingLeftOut {
             /// Why.
-            why: WitnessRejection,
-        } = "witness left out",
-        /// A witness contradicts all units: it decides nothing until it fits again.
-        WitnessDistrusted {
+            why: AidingRejection,
+        } = "aiding left out",
+        /// An aiding measurement contradicts all units: it decides nothing until it fits again.
+        AidingDistrusted {
             /// Mean square misfit with the unit that fits best, in sigmas.
             misfit: T,
             /// What it had to exceed.
             limit: T,
-        } = "witness distrusted",
+        } = "aiding distrusted",
         /// It fits again.
-        WitnessTrusted = "witness trusted",
+        AidingTrusted = "aiding trusted",
         /// The source of the output is this unit now.
         Selected {
             /// Why.

@@ -34,8 +34,8 @@ struct Known<T: Real> {
 /// Angular rate of a unit over two windows, over the one before and over the window itself, compensated, rad/s.
 type Rates<T> = [Vector3<T>; 3];
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Has all units judged over a window.
     #[inline(never)]
@@ -66,11 +66,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             per_kelvin: settings.health.per_kelvin,
         };
         let (health, stored) = (&mut self.health, &mut self.stored);
-        let testimony = self
-            .hearing
+        let aiding_evidence = self
+            .aiding_channel
             .first_mut()
-            .and_then(|hearing| hearing.testimony.as_mut());
-        self.judge.look(&set, testimony, &mut |sensor, judgement| {
+            .and_then(|aiding_channel| aiding_channel.aiding_evidence.as_mut());
+        self.judge.look(&set, aiding_evidence, &mut |sensor, judgement| {
             let mut contradict = |unit: usize, fault: HealthFault<T>| {
                 if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                     sensor.of_mut(stored).freed = fault.frees();
@@ -115,10 +115,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                         limit: proof.limit,
                     },
                 ),
-                Judgement::Redeemed { unit } => {
+                Judgement::Reinstated { unit } => {
                     if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                         sensor.of_mut(stored).freed = false;
-                        health.absolve(sensor);
+                        health.clear(sensor);
                     }
                 }
                 Judgement::Disagree {
@@ -347,17 +347,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
                 health.at_rest(sensor, deviation.value, deviation.threshold);
             }
             for number in better.units() {
-                self.acquit(sensor, number);
+                self.begin_anew(sensor, number);
             }
         }
     }
 
     /// Takes back what others found of a sensor of a unit.
-    pub(super) fn acquit(&mut self, sensor: Sensor, number: usize) {
-        if self.judge.is_guilty(sensor, number) {
-            self.judge.acquit(sensor, number);
+    pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
+        if self.judge.is_faulty(sensor, number) {
+            self.judge.begin_anew(sensor, number);
             if let Some((health, stored)) = self.health.get_mut(number).zip(self.stored.get_mut(number)) {
-                health.absolve(sensor);
+                health.clear(sensor);
                 sensor.of_mut(stored).freed = false;
             }
         }
@@ -395,7 +395,7 @@ pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
     sensor: Sensor,
     number: usize,
 ) -> bool {
-    !judge.is_disputed_with(sensor, number) && !judge.is_guilty(sensor, 0)
+    !judge.is_disputed_with(sensor, number) && !judge.is_faulty(sensor, 0)
 }
 
 /// Units of which enough is known for what they say to count: those that were calibrated against the primary or agreed with it,
@@ -419,14 +419,14 @@ fn known<T: Real, const UNITS: usize>(
     }
 }
 
-/// Whether units disagree that are both known. What a stranger contradicts is not calibrated by either: its fit says what it is.
+/// Whether units disagree that are both known. What an uncalibrated unit contradicts is not calibrated by either: its fit says what it is.
 pub(super) fn is_contested<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
 ) -> bool {
-    let stranger = |number| contradicts_as_stranger(judge, stored, sensor, number);
-    judge.is_disputed(sensor) && !(1..UNITS).any(stranger)
+    let uncalibrated = |number| contradicts_as_uncalibrated(judge, stored, sensor, number);
+    judge.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
 
 /// Whether a secondary was never calibrated and contradicts another unit by more than calibration could find.
@@ -436,12 +436,12 @@ pub(super) fn is_strange<T: Real, const UNITS: usize>(
     number: usize,
 ) -> bool {
     let disputed = judge.is_disputed(Sensor::Accelerometer) || judge.is_disputed(Sensor::Gyroscope);
-    let strange = |sensor| contradicts_as_stranger(judge, stored, sensor, number);
+    let strange = |sensor| contradicts_as_uncalibrated(judge, stored, sensor, number);
     disputed && SENSORS.into_iter().any(strange)
 }
 
 #[inline]
-fn contradicts_as_stranger<T: Real, const UNITS: usize>(
+fn contradicts_as_uncalibrated<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,

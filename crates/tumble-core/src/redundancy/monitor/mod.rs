@@ -1,6 +1,7 @@
 //! The monitor: takes samples of any unit, and keeps the set calibrated and its output alive.
 
 mod adopt;
+mod aiding;
 pub mod calibration;
 mod evaluate;
 pub mod event;
@@ -10,7 +11,6 @@ mod process_window;
 pub mod rest_state;
 mod restore;
 pub mod trial;
-mod witness;
 
 use nalgebra::Vector3;
 
@@ -19,10 +19,10 @@ use crate::redundancy::components::difference;
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::judgement::Judge;
+use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestState;
-use crate::redundancy::monitor::witness::Hearing;
 use crate::redundancy::output::{Compensated, LeverArmCorrection, Output, compensate, lever_arm};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
@@ -59,10 +59,10 @@ const LONGEST_WINDOW: u8 = 20;
 const SHORTEST_PAUSE: u64 = 4;
 
 /// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
-/// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `WITNESSED` is 1 where
-/// witnesses from outside are heard, 0 where there are none, which takes 800 bytes less of a set of three.
+/// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `AIDED` is 1 where
+/// aiding measurements from outside are heard, 0 where there are none, which takes 800 bytes less of a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize = 0> {
+pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0> {
     clock: CommonClock<UNITS>,
     histories: [WindowHistory<T>; UNITS],
     products: WindowHistory<T>,
@@ -81,19 +81,19 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITN
     known_healthy: [bool; UNITS],
     selection: Selection,
     lever_arm_correction: LeverArmCorrection<T>,
-    hearing: [Hearing<T, UNITS>; WITNESSED],
+    aiding_channel: [AidingChannel<T, UNITS>; AIDED],
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize> Default
-    for Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Default
+    for Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Knows nothing; give it stored records next, with [`Self::restore`].
     pub fn new() -> Self {
@@ -114,7 +114,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
             known_healthy: [true; UNITS],
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
-            hearing: [Hearing::none(); WITNESSED],
+            aiding_channel: [AidingChannel::none(); AIDED],
         }
     }
 

@@ -25,8 +25,8 @@ struct Off<T: Real> {
     primary: Deviation<T>,
 }
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Lets a primary that is right at rest say which secondaries are stale, and which are only trimmed
     /// (docs/theory/judgement.md, section 14). Says whether a verdict upon the primary was taken back.
@@ -280,7 +280,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         if !stored.stale {
             stored.stale = true;
             self.judge.disown(sensor, number);
-            health.absolve(sensor);
+            health.clear(sensor);
             self.rest.triggered(number);
         }
         Some(())
@@ -295,7 +295,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         fewest: u64,
         contradicted: UnitSet,
     ) -> bool {
-        if contradicted.count() == 0 || !self.judge.is_guilty(sensor, 0) {
+        if contradicted.count() == 0 || !self.judge.is_faulty(sensor, 0) {
             return false;
         }
         let against = |number: usize| {
@@ -310,7 +310,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
         if UnitSet::of::<UNITS>(|number| number != 0 && against(number)).count() >= contradicted.count() {
             return false;
         }
-        self.acquit(sensor, 0);
+        self.begin_anew(sensor, 0);
         for number in contradicted.units() {
             let off = self.off_at_rest(platform, sensor, number, fewest);
             let own = off.and_then(|off| off.physics);

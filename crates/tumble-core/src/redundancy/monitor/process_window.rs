@@ -19,8 +19,8 @@ use crate::sample::CHANNELS;
 /// Windows before that looked still in a platform that rests: between two of smooth motion there is one that moved.
 const QUIET: u64 = 1;
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Looks at one window of all units.
     pub(super) fn process_window(

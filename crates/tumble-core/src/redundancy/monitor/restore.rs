@@ -10,8 +10,8 @@ use crate::redundancy::record::{Record, Storage};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::SENSORS;
 
-impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const WITNESSED: usize>
-    Monitor<T, UNITS, AT_ONCE, WITNESSED>
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
+    Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Takes all that is stored of the secondaries, as after a reset. What was adopted later, as an event tells, the caller
     /// saves in the same storage when there is time to.

@@ -285,7 +285,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     /// Whether the set follows the suspect time of a unit: after a pause its next samples will do if no other unit was heard
     /// in between, for longer than samples that come in bursts are apart, or much longer if others did once keep to the
     /// old time. Old samples may arrive late, and several units' at once, so that a time further back takes persistent
-    /// witnesses; that two units err ahead alike is too much of a chance.
+    /// agreement; that two units err ahead alike is too much of a chance.
     fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
         let undisputed = self.tracks.get(unit).is_some_and(|track| !track.disputed);
@@ -297,14 +297,14 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         };
         let least = if time > now { 1 } else { settings.persistent.max(1) };
         let tolerance = self.tolerance(time, settings);
-        let witnesses =
+        let agreeing =
             self.count(|track| track.agreeing >= least && track.suspect.abs_diff(time) <= tolerance);
         let keepers = self.count(|track| track.keeps(now, settings));
         let proven = self
             .tracks
             .get(unit)
             .is_some_and(|track| track.agreeing >= times && u64::from(track.undisputed) >= proof);
-        proven || (witnesses > 1 && witnesses > keepers)
+        proven || (agreeing > 1 && agreeing > keepers)
     }
 
     /// Whether a time is ahead of the set, but by no jump.
@@ -313,7 +313,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
             .is_some_and(|now| time > now && time - now <= settings.largest_jump)
     }
 
-    /// How far from a suspect time others bear witness to it.
+    /// Difference from a suspect time within which other units agree with it.
     fn tolerance(&self, time: u64, settings: &ClockSettings) -> u64 {
         if self.is_pause(time, settings) {
             settings.largest_step

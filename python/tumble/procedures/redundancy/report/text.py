@@ -85,7 +85,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "implausible": _RECORD,
         "corrupt": _RECORD,
     },
-    "witness left out": {
+    "aiding left out": {
         "not finite": "Give nothing where there is none, and an infinite sigma of axes not measured.",
         "no sigma": "Give a sigma above zero of every axis that is measured.",
         "negative score": "Give innovations squared over their variance.",
@@ -127,9 +127,9 @@ _EVENTS = {
     "healthy": "Healthy again",
     "disagree": "Disagree, and nobody knows which is wrong",
     "agree": "Agree again",
-    "witness left out": "What the witness said was left out",
-    "witness distrusted": "The witness contradicts all units, and decides nothing",
-    "witness trusted": "The witness fits again",
+    "aiding left out": "What the aiding measurement said was left out",
+    "aiding distrusted": "The aiding measurement contradicts all units, and decides nothing",
+    "aiding trusted": "The aiding measurement fits again",
     "selected": "Selected as source",
     "restored": "Stored error restored",
     "record rejected": "Stored error rejected",
@@ -175,14 +175,14 @@ _GROUNDS = {
     "own step": "it stepped by what the two are apart",
     "rest": "at rest it left what it said in health",
     "own gyroscope": "gravity, carried by its own gyroscope, is not where it says",
-    "witness": "a witness from outside contradicts it",
+    "aiding": "an aiding measurement contradicts it",
 }
 """Grounds on which one of two units is found wrong, and what their figures are."""
 _FIGURES_BY_GROUND = {
     "own step": "share of the difference",
     "rest": "log-likelihood ratio",
     "own gyroscope": "log-likelihood ratio",
-    "witness": "log-likelihood ratio",
+    "aiding": "log-likelihood ratio",
 }
 """Names of figures on grounds where these are plain numbers; elsewhere they are in units of the sensor."""
 
@@ -337,8 +337,8 @@ def remedy(event: RedundancyEvent) -> str:
         return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
     if event.event == "disagree":
         return _TELL_APART
-    if event.event == "witness distrusted":
-        return "Look at the witness, its sigma and its time: no unit fits what it says."
+    if event.event == "aiding distrusted":
+        return "Look at the aiding measurement, its sigma and its time: no unit fits what it says."
     if event.event == "time jumped":
         return REMEDIES["abandoned"]["time jumped"]
     reason = str(event.figures.get("reason", ""))
@@ -496,7 +496,7 @@ def _judged_figures(event: RedundancyEvent) -> Iterator[str]:
         yield f"with {_named(figures['other'])}{_value_and_limit(event)}"
     if "ground" in figures:
         yield f"on the ground of {figures['ground']}: {_GROUNDS[str(figures['ground'])]}"
-    if event.event == "witness distrusted":
+    if event.event == "aiding distrusted":
         yield f"mean square misfit with the unit that fits best, in sigmas{_value_and_limit(event)}"
     if "scale" in figures:
         yield f"over {_plain(number(figures['scale']))} s"

@@ -178,7 +178,7 @@ class VelocityOptions(Options):
     velocity_rate: Annotated[
         float | None,
         typer.Option(
-            metavar="HZ", help="Write velocity.csv as a satellite receiver would give it, for --witness."
+            metavar="HZ", help="Write velocity.csv as a satellite receiver would give it, for --aiding."
         ),
     ] = None
     velocity_sigma: Annotated[float, typer.Option(metavar="M/S", help="Noise of each of its axes.")] = 0.3
@@ -309,7 +309,7 @@ def _next(flight: SimulatedFlight, paths: dict[str, str]) -> str:
     named = {unit.name: unit.name if log else paths.get(unit.name) for unit in flight.units}
     words = [*([log] if log else []), f"--primary {named[primary.name]}"]
     words += [f"--secondary {named[name]}" for name in secondaries]
-    words += [f"--witness {paths['velocity']}"] if "velocity" in paths else []
+    words += [f"--aiding {paths['velocity']}"] if "velocity" in paths else []
     return f"tumble redundancy {' '.join(words)} --settings {paths['units']} -o results"
 
 

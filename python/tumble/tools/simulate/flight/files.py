@@ -14,7 +14,7 @@ from tumble.foundation.files import prepare_folder
 from tumble.foundation.plain import plain
 from tumble.foundation.recording import Chunk, FloatArray, SampleProgress
 from tumble.logs import Facts, open_mcap_writer, open_writer
-from tumble.logs.witness import Witness
+from tumble.logs.aiding import Aiding
 from tumble.tools.simulate.files import (
     TRUTH,
     LogFormat,
@@ -57,14 +57,14 @@ def write_flight(
     flight: SimulatedFlight,
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
-    velocity: Witness | None = None,
+    velocity: Aiding | None = None,
     progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
     """Writes one log a unit, `units.yaml` and `truth.yaml`; returns the path of each by what it is.
 
     `units.yaml` are settings of `tumble redundancy` that say what a builder knows of the units.
 
-    `velocity` is what a witness said of it, which is written beside them as `velocity.csv`.
+    `velocity` is what an aiding measurement said of it, which is written beside them as `velocity.csv`.
 
     MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit that said
     nothing has no log. `progress` receives the samples written and those there are.

@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.foundation.recording import FloatArray
-from tumble.logs.witness import Witness
+from tumble.logs.aiding import Aiding
 from tumble.tools.simulate import scenario_json
 from tumble.tools.simulate.fault import Fault
 from tumble.tools.simulate.flight.scenario import PRIMARY, FlightScenario, FlightUnit
@@ -134,7 +134,7 @@ class SimulatedFlight:
         figures = self.motion.path(time)
         return FlightPath(time, figures["level_from_case"], figures["velocity"])
 
-    def velocity(self, rate: float, sigma: float) -> Witness:
+    def velocity(self, rate: float, sigma: float) -> Aiding:
         """Returns what a satellite receiver says of the velocity at so many Hz, with noise of `sigma`, m/s.
 
         Raises `ScenarioError` where either is not above 0.
@@ -144,7 +144,7 @@ class SimulatedFlight:
                 raise ScenarioError(f"{name} is {value:g}; give a number above 0")
         time = np.arange(0.0, self.duration, 1.0 / rate)
         noise = np.random.default_rng([self.scenario.seed, *VELOCITY_NOISE]).standard_normal((len(time), 3))
-        return Witness.velocity(time, self.path(time).velocity + sigma * noise, sigma, source="velocity")
+        return Aiding.velocity(time, self.path(time).velocity + sigma * noise, sigma, source="velocity")
 
 
 def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> SimulatedFlight:  # noqa: ANN401

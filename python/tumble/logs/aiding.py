@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from tumble.foundation.arrays import column, refuse_other_lengths, times, triad
 from tumble.foundation.errors import LogError, ProcedureError
-from tumble.foundation.file_names import WITNESS_FILE
+from tumble.foundation.file_names import AIDING_FILE
 from tumble.foundation.files import FileKind, note_input, write_text
 from tumble.foundation.recording import FloatArray
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, find_layout
 
-WitnessKind: TypeAlias = Literal["velocity", "body velocity", "heading", "score"]
-NativeWitness: TypeAlias = tuple[float, WitnessKind, int, FloatArray, FloatArray, float]
+AidingKind: TypeAlias = Literal["velocity", "body velocity", "heading", "score"]
+NativeAiding: TypeAlias = tuple[float, AidingKind, int, FloatArray, FloatArray, float]
 """Time, kind, unit, value (3,), sigma (3,), turn, as the monitor takes them."""
 
 LEVEL: Mapping[str, tuple[int, float]] = {
@@ -38,14 +38,14 @@ SCORE = "score_"
 SIGMA = "sigma"
 TIME, ARRIVAL = "time", "arrival"
 KNOWN_COLUMNS = f"{', '.join([*LEVEL, *BODY, *HEADING])} and {SCORE}UNIT"
-WITNESS = FileKind("a table of a witness", re.compile(rb"\Atime,"))
+AIDING = FileKind("a table of an aiding measurement", re.compile(rb"\Atime,"))
 
 
 @dataclass(frozen=True, slots=True)
-class Witness:
+class Aiding:
     """Measurements of one aiding source, at times of the logs' common clock."""
 
-    kind: WitnessKind
+    kind: AidingKind
     time: FloatArray = field(repr=False)
     """(n,) s, when it held."""
     value: FloatArray = field(repr=False)
@@ -56,7 +56,7 @@ class Witness:
     without meaning."""
     unit: str = ""
     """The unit that a score is of."""
-    source: str = "witness"
+    source: str = "aiding"
     """Name of the source in messages."""
     arrival: FloatArray | None = field(default=None, repr=False)
     """(n,) s by the clock of a session, with whose samples of that arrival each was heard; None where it
@@ -70,8 +70,8 @@ class Witness:
         sigma: ArrayLike,
         *,
         in_body: bool = False,
-        source: str = "witness",
-    ) -> Witness:
+        source: str = "aiding",
+    ) -> Aiding:
         """Adds velocity (n, 3) m/s at times (n,) s, NaN where an axis is not measured.
 
         It is that of the primary's place in a level frame with z up, whose heading stays and may be unknown;
@@ -91,8 +91,8 @@ class Witness:
 
     @classmethod
     def heading(
-        cls, time: ArrayLike, value: ArrayLike, sigma: ArrayLike, *, source: str = "witness"
-    ) -> Witness:
+        cls, time: ArrayLike, value: ArrayLike, sigma: ArrayLike, *, source: str = "aiding"
+    ) -> Aiding:
         """Adds the heading of the primary, rad, (n,) at times (n,) s, as of a magnetometer.
 
         That is the angle about the vertical of its x axis, counter-clockwise seen from above, from any
@@ -109,7 +109,7 @@ class Witness:
         return cls("heading", stamps, values, sigmas, source=source)
 
     @classmethod
-    def score(cls, unit: str, time: ArrayLike, value: ArrayLike, *, source: str = "witness") -> Witness:
+    def score(cls, unit: str, time: ArrayLike, value: ArrayLike, *, source: str = "aiding") -> Aiding:
         """Adds the normalised innovation of a unit's estimator, (n,) at times (n,) s.
 
         That is innovation squared over its variance, a degree of freedom: 1 on average in health.
@@ -123,7 +123,7 @@ class Witness:
         return cls("score", stamps, values, np.full(values.shape, np.inf), unit, source)
 
     @classmethod
-    def load(cls, path: str | Path, sigma: float | None = None) -> tuple[Witness, ...]:
+    def load(cls, path: str | Path, sigma: float | None = None) -> tuple[Aiding, ...]:
         """Reads a table (CSV) of one or several: columns `time`, s, and what is measured, m/s.
 
         Known are vx, vy, vz, or ve, vn and vu or vd, or climb alone; body_vx, body_vy, body_vz; yaw, rad, or
@@ -132,7 +132,7 @@ class Witness:
 
         Raises `LogError`, in one line, where the table cannot be read or nothing in it is known.
         """
-        return witnesses_in(_table(Path(path)), str(path), sigma)
+        return aiding_measurements_in(_table(Path(path)), str(path), sigma)
 
     def save(self, path: str | Path) -> Path:
         """Writes the table that `load` reads; returns its path.
@@ -144,7 +144,7 @@ class Witness:
         figures = [self.time[:, np.newaxis], self.value[:, : len(names)], self.sigma[:, : len(sigmas)]]
         rows = np.concatenate(figures, axis=1).tolist()
         lines = [",".join(map(repr, row)) for row in rows]
-        write_text(path, "\n".join([",".join(["time", *names, *sigmas]), *lines, ""]), WITNESS)
+        write_text(path, "\n".join([",".join(["time", *names, *sigmas]), *lines, ""]), AIDING)
         return Path(path)
 
     def _columns(self) -> tuple[str, ...]:
@@ -153,60 +153,60 @@ class Witness:
         return measured_columns(self.kind)
 
 
-WitnessSource: TypeAlias = Witness | str | Path
+AidingSource: TypeAlias = Aiding | str | Path
 
 
-def witnesses_of(
-    given: WitnessSource | Sequence[WitnessSource], sigma: float | None = None
-) -> tuple[Witness, ...]:
+def aiding_measurements_of(
+    given: AidingSource | Sequence[AidingSource], sigma: float | None = None
+) -> tuple[Aiding, ...]:
     """Lists what may be one or several, of files what they hold."""
-    sources = [given] if isinstance(given, Witness | str | Path) else given
-    loaded = ((each,) if isinstance(each, Witness) else Witness.load(each, sigma) for each in sources)
-    return tuple(witness for found in loaded for witness in found)
+    sources = [given] if isinstance(given, Aiding | str | Path) else given
+    loaded = ((each,) if isinstance(each, Aiding) else Aiding.load(each, sigma) for each in sources)
+    return tuple(aiding for found in loaded for aiding in found)
 
 
-def recorded_witness(session: str | Path) -> tuple[Witness, ...]:
+def recorded_aiding(session: str | Path) -> tuple[Aiding, ...]:
     """Returns what was heard while a session was recorded; nothing where it is none, or nobody spoke."""
-    path = Path(session) / WITNESS_FILE
-    return Witness.load(path) if path.is_file() else ()
+    path = Path(session) / AIDING_FILE
+    return Aiding.load(path) if path.is_file() else ()
 
 
-def in_order(witnesses: Iterable[Witness], names: Sequence[str]) -> list[NativeWitness]:
+def in_order(measurements: Iterable[Aiding], names: Sequence[str]) -> list[NativeAiding]:
     """Returns all that was said in order of arrival, where that is known of all, and of time.
 
     Units are given by their numbers; `names` are those, primary first.
 
     Raises `ProcedureError` where a score is of none of them.
     """
-    witnesses = list(witnesses)
-    if any(witness.arrival is None for witness in witnesses):
-        witnesses = [replace(witness, arrival=None) for witness in witnesses]
-    return sorted((each for witness in witnesses for each in _native(witness, names)), key=order)
+    measurements = list(measurements)
+    if any(aiding.arrival is None for aiding in measurements):
+        measurements = [replace(aiding, arrival=None) for aiding in measurements]
+    return sorted((each for aiding in measurements for each in _native(aiding, names)), key=order)
 
 
-def order(witness: NativeWitness) -> tuple[float, float, str, int]:
-    """Returns what the order of witnesses goes by."""
-    time, kind, unit, _, _, turn = witness
+def order(aiding: NativeAiding) -> tuple[float, float, str, int]:
+    """Returns what the order of aiding measurements goes by."""
+    time, kind, unit, _, _, turn = aiding
     return turn, time, kind, unit
 
 
-def _native(witness: Witness, names: Sequence[str]) -> Iterator[NativeWitness]:
-    if witness.kind == "score" and witness.unit not in names:
+def _native(aiding: Aiding, names: Sequence[str]) -> Iterator[NativeAiding]:
+    if aiding.kind == "score" and aiding.unit not in names:
         raise ProcedureError(
-            f"{witness.source}: the score of {witness.unit} is of none of {', '.join(names)}; "
+            f"{aiding.source}: the score of {aiding.unit} is of none of {', '.join(names)}; "
             "use one of these names"
         )
-    unit = names.index(witness.unit) if witness.kind == "score" else 0
-    turns = np.full(len(witness.time), -np.inf) if witness.arrival is None else witness.arrival
+    unit = names.index(aiding.unit) if aiding.kind == "score" else 0
+    turns = np.full(len(aiding.time), -np.inf) if aiding.arrival is None else aiding.arrival
     for time, value, sigma, turn in zip(
-        witness.time.tolist(), witness.value, witness.sigma, turns.tolist(), strict=True
+        aiding.time.tolist(), aiding.value, aiding.sigma, turns.tolist(), strict=True
     ):
-        yield time, witness.kind, unit, value, sigma, turn
+        yield time, aiding.kind, unit, value, sigma, turn
 
 
-def witnesses_in(
+def aiding_measurements_in(
     columns: Mapping[str, FloatArray], source: str, sigma: float | None = None
-) -> tuple[Witness, ...]:
+) -> tuple[Aiding, ...]:
     """Finds what columns of a table say; `time`, s, is one of them, and what they say is left out elsewhere.
 
     `sigma`, m/s, is that of velocities without a column of theirs.
@@ -222,7 +222,7 @@ def witnesses_in(
     return found
 
 
-def measured_columns(kind: WitnessKind) -> tuple[str, ...]:
+def measured_columns(kind: AidingKind) -> tuple[str, ...]:
     """Returns the names of the columns that a velocity is written under, x, y and z, or a heading."""
     if kind == "heading":
         return (YAW,)
@@ -234,10 +234,10 @@ def is_column(name: str) -> bool:
     return name in (TIME, ARRIVAL, *LEVEL, *BODY, *HEADING) or name.startswith((SCORE, SIGMA))
 
 
-SOUGHT = SoughtTable("table of a witness", "time, vx, vy, vz, sigma", is_column)
+SOUGHT = SoughtTable("table of an aiding measurement", "time, vx, vy, vz, sigma", is_column)
 
 
-def _velocities(source: str, table: Mapping[str, FloatArray], sigma: float | None) -> Iterator[Witness]:
+def _velocities(source: str, table: Mapping[str, FloatArray], sigma: float | None) -> Iterator[Aiding]:
     stamps = table[TIME]
     for known, in_body in ((LEVEL, False), (BODY, True)):
         columns = {name: known[name] for name in table if name in known}
@@ -251,7 +251,7 @@ def _velocities(source: str, table: Mapping[str, FloatArray], sigma: float | Non
             values[:, axis] = sign * table[name]
             sigmas[:, axis] = _sigma(source, name, table, sigma)
         said = np.isfinite(values).any(axis=1)
-        found = Witness.velocity(stamps[said], values[said], sigmas[said], in_body=in_body, source=source)
+        found = Aiding.velocity(stamps[said], values[said], sigmas[said], in_body=in_body, source=source)
         yield _with_turns(found, table, said)
 
 
@@ -262,11 +262,11 @@ def _sigma(
         if stated in table:
             return table[stated]
     if sigma is None:
-        raise LogError(f"{source}: {name} has no sigma; add a column {SIGMA}, or give --witness-sigma, m/s")
+        raise LogError(f"{source}: {name} has no sigma; add a column {SIGMA}, or give --aiding-sigma, m/s")
     return sigma
 
 
-def _headings(source: str, table: Mapping[str, FloatArray]) -> Iterator[Witness]:
+def _headings(source: str, table: Mapping[str, FloatArray]) -> Iterator[Aiding]:
     for name, scale in HEADING.items():
         if name not in table:
             continue
@@ -275,24 +275,24 @@ def _headings(source: str, table: Mapping[str, FloatArray]) -> Iterator[Witness]
             raise LogError(f"{source}: {name} has no sigma; add a column {stated}, in the unit of {name}")
         said = np.isfinite(table[name])
         sigmas = table[stated][said] * abs(scale)
-        found = Witness.heading(table[TIME][said], scale * table[name][said], sigmas, source=source)
+        found = Aiding.heading(table[TIME][said], scale * table[name][said], sigmas, source=source)
         yield _with_turns(found, table, said)
 
 
-def _scores(source: str, table: Mapping[str, FloatArray]) -> Iterator[Witness]:
+def _scores(source: str, table: Mapping[str, FloatArray]) -> Iterator[Aiding]:
     for name, values in table.items():
         if name.startswith(SCORE):
             said = np.isfinite(values)
-            found = Witness.score(name.removeprefix(SCORE), table[TIME][said], values[said], source=source)
+            found = Aiding.score(name.removeprefix(SCORE), table[TIME][said], values[said], source=source)
             yield _with_turns(found, table, said)
 
 
-def _with_turns(witness: Witness, table: Mapping[str, FloatArray], said: NDArray[np.bool_]) -> Witness:
-    return replace(witness, arrival=table[ARRIVAL][said]) if ARRIVAL in table else witness
+def _with_turns(aiding: Aiding, table: Mapping[str, FloatArray], said: NDArray[np.bool_]) -> Aiding:
+    return replace(aiding, arrival=table[ARRIVAL][said]) if ARRIVAL in table else aiding
 
 
 def _table(path: Path) -> Mapping[str, FloatArray]:
-    """Columns of a table that are those of a witness, by their names."""
+    """Columns of a table that are those of an aiding measurement, by their names."""
     from tumble.logs.csv import TextTable
 
     note_input(path)

@@ -1,14 +1,14 @@
-//! A witness from outside: what something else on board says of the motion of the set, and what that says of its units.
+//! An aiding measurement: what something else on board says of the motion of the set, and what that says of its units.
 //!
 //! Two units that disagree may leave open which is wrong. A satellite receiver, wheels, a barometer or the innovations
 //! of an estimator know nothing of either, and settle it (docs/theory/judgement.md, section 12).
 
 mod errors;
+mod evidence;
 mod navigation;
-mod testimony;
 mod track;
 
-pub(crate) use testimony::{Surroundings, Testimony, Trust};
+pub(crate) use evidence::{AidingEvidence, Surroundings, Trust};
 
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ use crate::real::Real;
 
 /// What something else on board says of the motion of the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Witness<T: Real> {
+pub enum Aiding<T: Real> {
     /// Velocity of the primary's place in a level frame whose heading does not change and need not be known, m/s: x and y
     /// horizontal, z up. The sigma of an axis that is not measured is infinite, as of x and y of a climb rate.
     Velocity {
@@ -50,24 +50,24 @@ pub enum Witness<T: Real> {
 }
 
 crate::vocabulary! {
-    /// What a witness speaks of.
+    /// What an aiding measurement speaks of.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum WitnessKind {
-        /// `Witness::Velocity`.
+    pub enum AidingKind {
+        /// `Aiding::Velocity`.
         Velocity = "velocity",
-        /// `Witness::BodyVelocity`.
+        /// `Aiding::BodyVelocity`.
         BodyVelocity = "body velocity",
-        /// `Witness::Heading`.
+        /// `Aiding::Heading`.
         Heading = "heading",
-        /// `Witness::Score`.
+        /// `Aiding::Score`.
         Score = "score",
     }
 }
 
 crate::vocabulary! {
-    /// Why what a witness said was left out.
+    /// Why what an aiding measurement said was left out.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum WitnessRejection {
+    pub enum AidingRejection {
         /// Not all that it measures are numbers.
         NotFinite = "not finite",
         /// A sigma is not above zero, or no axis is measured.
@@ -86,23 +86,23 @@ crate::vocabulary! {
 #[cfg(test)]
 mod tests;
 
-impl<T: Real> Witness<T> {
+impl<T: Real> Aiding<T> {
     /// What one of a kind says: of a velocity `value` and `sigma`, of a heading the first of both, of a score of `unit` the first of
     /// `value`.
-    pub fn of_kind(kind: WitnessKind, unit: usize, value: Vector3<T>, sigma: Vector3<T>) -> Self {
+    pub fn of_kind(kind: AidingKind, unit: usize, value: Vector3<T>, sigma: Vector3<T>) -> Self {
         match kind {
-            WitnessKind::Velocity => Self::Velocity { value, sigma },
-            WitnessKind::BodyVelocity => Self::BodyVelocity { value, sigma },
-            WitnessKind::Heading => Self::Heading {
+            AidingKind::Velocity => Self::Velocity { value, sigma },
+            AidingKind::BodyVelocity => Self::BodyVelocity { value, sigma },
+            AidingKind::Heading => Self::Heading {
                 value: value.x,
                 sigma: sigma.x,
             },
-            WitnessKind::Score => Self::Score { unit, value: value.x },
+            AidingKind::Score => Self::Score { unit, value: value.x },
         }
     }
 
     /// Whether it can be listened to, of a set of so many units.
-    pub(crate) fn check(&self, units: usize) -> Result<(), WitnessRejection> {
+    pub(crate) fn check(&self, units: usize) -> Result<(), AidingRejection> {
         match self {
             Self::Velocity { value, sigma } | Self::BodyVelocity { value, sigma } => {
                 check_measured(value.as_slice(), sigma.as_slice())
@@ -110,25 +110,25 @@ impl<T: Real> Witness<T> {
             Self::Heading { value, sigma } => {
                 check_measured(core::slice::from_ref(value), core::slice::from_ref(sigma))
             }
-            Self::Score { unit, .. } if *unit >= units => Err(WitnessRejection::NoSuchUnit),
-            Self::Score { value, .. } if !value.is_finite() => Err(WitnessRejection::NotFinite),
-            Self::Score { value, .. } if *value < T::zero() => Err(WitnessRejection::NegativeScore),
+            Self::Score { unit, .. } if *unit >= units => Err(AidingRejection::NoSuchUnit),
+            Self::Score { value, .. } if !value.is_finite() => Err(AidingRejection::NotFinite),
+            Self::Score { value, .. } if *value < T::zero() => Err(AidingRejection::NegativeScore),
             Self::Score { .. } => Ok(()),
         }
     }
 }
 
 /// Whether values and their sigmas, infinite where one is not measured, can be used.
-fn check_measured<T: Real>(values: &[T], sigmas: &[T]) -> Result<(), WitnessRejection> {
+fn check_measured<T: Real>(values: &[T], sigmas: &[T]) -> Result<(), AidingRejection> {
     let axes = || values.iter().zip(sigmas);
     let not_finite = |(value, sigma): (&T, &T)| {
         let no_number = sigma.partial_cmp(&T::zero()).is_none();
         no_number || (sigma.is_finite() && !value.is_finite())
     };
     if axes().any(not_finite) {
-        Err(WitnessRejection::NotFinite)
+        Err(AidingRejection::NotFinite)
     } else if axes().any(|(_, sigma)| *sigma <= T::zero()) || !axes().any(|(_, sigma)| sigma.is_finite()) {
-        Err(WitnessRejection::NoSigma)
+        Err(AidingRejection::NoSigma)
     } else {
         Ok(())
     }

@@ -1,4 +1,4 @@
-"""A witness from outside: its tables are read as they were meant, and it settles what two units cannot."""
+"""An aiding measurement: its tables are read as they were meant, and it settles what two units cannot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from redundancy_sets import PRIMARY, QUICK, SOUND, motion, record, replay, units
 from tumble.foundation.errors import LogError, TumbleError
-from tumble.logs.witness import Witness
+from tumble.logs.aiding import Aiding
 from turntable_sessions import typed
 
 SEED = 7
@@ -21,7 +21,7 @@ FAULT = 55
 
 
 def written(folder, text):
-    path = folder / "witness.csv"
+    path = folder / "aiding.csv"
     path.write_text(text)
     return path
 
@@ -38,11 +38,11 @@ def written(folder, text):
 )
 def test_columns_are_taken_for_what_their_names_say(tmp_path, names, row, kind, value):
     path = written(tmp_path, f"# a receiver\ntime,{names}\n0.5,{row}\n")
-    (witness,) = Witness.load(path, sigma=0.2)
-    assert witness.kind == kind
-    assert witness.time.tolist() == [0.5]
-    assert witness.value.tolist() == [value]
-    assert (witness.sigma == 0.2).all() or kind == "score"
+    (aiding,) = Aiding.load(path, sigma=0.2)
+    assert aiding.kind == kind
+    assert aiding.time.tolist() == [0.5]
+    assert aiding.value.tolist() == [value]
+    assert (aiding.sigma == 0.2).all() or kind == "score"
 
 
 @pytest.mark.parametrize(
@@ -53,30 +53,30 @@ def test_columns_are_taken_for_what_their_names_say(tmp_path, names, row, kind, 
     ],
 )
 def test_headings_are_taken_for_what_their_names_say(tmp_path, names, row, yaw, sigma):
-    (witness,) = Witness.load(written(tmp_path, f"time,{names}\n0.5,{row}\n1.0,,\n"))
-    assert (witness.kind, witness.time.tolist()) == ("heading", [0.5])
-    assert witness.value[0, 0] == pytest.approx(yaw, abs=1e-15)
-    assert witness.sigma[0, 0] == pytest.approx(sigma, abs=1e-15)
+    (aiding,) = Aiding.load(written(tmp_path, f"time,{names}\n0.5,{row}\n1.0,,\n"))
+    assert (aiding.kind, aiding.time.tolist()) == ("heading", [0.5])
+    assert aiding.value[0, 0] == pytest.approx(yaw, abs=1e-15)
+    assert aiding.sigma[0, 0] == pytest.approx(sigma, abs=1e-15)
 
 
 def test_fields_may_be_separated_as_in_logs(tmp_path):
     path = written(tmp_path, "% exported\ntime;vx;sigma\n0,5;1,25;0,3\n")
-    (witness,) = Witness.load(path)
-    assert (witness.time.tolist(), witness.value.tolist()) == ([0.5], [[1.25, 0.0, 0.0]])
+    (aiding,) = Aiding.load(path)
+    assert (aiding.time.tolist(), aiding.value.tolist()) == ([0.5], [[1.25, 0.0, 0.0]])
 
 
 def test_unmeasured_value_has_no_weight(tmp_path):
     path = written(tmp_path, "time,vx,vz,sigma_vx,sigma\n0,1,,0.1,0.4\n1,,,0.1,0.4\n2,nan,3,0.1,0.4\n")
-    (witness,) = Witness.load(path)
-    assert witness.time.tolist() == [0, 2]
-    assert witness.sigma.tolist() == [[0.1, np.inf, np.inf], [np.inf, np.inf, 0.4]]
-    assert witness.value.tolist() == [[1, 0, 0], [0, 0, 3]]
+    (aiding,) = Aiding.load(path)
+    assert aiding.time.tolist() == [0, 2]
+    assert aiding.sigma.tolist() == [[0.1, np.inf, np.inf], [np.inf, np.inf, 0.4]]
+    assert aiding.value.tolist() == [[1, 0, 0], [0, 0, 3]]
 
 
 def test_one_table_may_hold_several(tmp_path):
     path = written(tmp_path, "time,climb,body_vx,score_a,score_b\n0,1,2,3,4\n")
-    witnesses = Witness.load(path, sigma=0.2)
-    assert [(each.kind, each.unit) for each in witnesses] == [
+    measurements = Aiding.load(path, sigma=0.2)
+    assert [(each.kind, each.unit) for each in measurements] == [
         ("velocity", ""),
         ("body velocity", ""),
         ("score", "a"),
@@ -87,7 +87,7 @@ def test_one_table_may_hold_several(tmp_path):
 @pytest.mark.parametrize(
     ("text", "objection"),
     [
-        ("", "not a table of a witness: found no column names such as time, vx"),
+        ("", "not a table of an aiding measurement: found no column names such as time, vx"),
         ("vx,vy\n1,2\n", "has no column time"),
         ("time,speed\n1,2\n", "no column is known of speed"),
         ("time,vx\n0,1\n1,fast\n", "line 3 holds 'fast' in column vx, which is not a number; repair"),
@@ -100,13 +100,13 @@ def test_one_table_may_hold_several(tmp_path):
 def test_a_table_that_cannot_be_read_is_refused_in_one_line(tmp_path, text, objection):
     path = written(tmp_path, text)
     with pytest.raises(LogError, match=rf"\A{re.escape(str(path))}: {re.escape(objection)}.*\Z"):
-        Witness.load(path, sigma=0.2)
+        Aiding.load(path, sigma=0.2)
 
 
 @pytest.mark.parametrize(("sigma", "objection"), [(None, "has no sigma"), (0.0, "a sigma is not above 0")])
 def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
     with pytest.raises(TumbleError, match=objection):
-        Witness.load(written(tmp_path, "time,vx\n0,1\n"), sigma)
+        Aiding.load(written(tmp_path, "time,vx\n0,1\n"), sigma)
 
 
 @settings(max_examples=30)
@@ -119,23 +119,23 @@ def test_saved_content_is_loaded_again(tmp_path_factory, samples, kind, seed):
     draw = np.random.default_rng(seed)
     time, value = np.sort(draw.uniform(0, 100, samples)), draw.standard_normal((samples, 3))
     if kind == "score":
-        witness = Witness.score("imu 2", time, value[:, 0])
+        aiding = Aiding.score("imu 2", time, value[:, 0])
     elif kind == "heading":
-        witness = Witness.heading(time, value[:, 0], 0.1)
+        aiding = Aiding.heading(time, value[:, 0], 0.1)
     else:
         value[draw.uniform(size=value.shape) < 0.2] = np.nan
         value[np.isnan(value).all(axis=1), 0] = 1.0
-        witness = Witness.velocity(time, value, [0.1, 0.2, 0.3], in_body=kind == "body velocity")
-    (loaded,) = Witness.load(witness.save(tmp_path_factory.mktemp("saved") / "witness.csv"))
-    assert (loaded.kind, loaded.unit) == (witness.kind, witness.unit)
-    assert np.array_equal(loaded.time, witness.time)
-    assert np.array_equal(loaded.value, witness.value)
-    assert np.array_equal(loaded.sigma, witness.sigma)
+        aiding = Aiding.velocity(time, value, [0.1, 0.2, 0.3], in_body=kind == "body velocity")
+    (loaded,) = Aiding.load(aiding.save(tmp_path_factory.mktemp("saved") / "aiding.csv"))
+    assert (loaded.kind, loaded.unit) == (aiding.kind, aiding.unit)
+    assert np.array_equal(loaded.time, aiding.time)
+    assert np.array_equal(loaded.value, aiding.value)
+    assert np.array_equal(loaded.sigma, aiding.sigma)
 
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """Two units, whose primary changes smoothly across gravity in flight: nothing but a witness can tell."""
+    """Two units whose primary changes smoothly across gravity in flight: only aiding can isolate it."""
     folder = tmp_path_factory.mktemp("flight")
     print(f"seed {SEED}")
     fault = f"primary:bias-drift:triad=accelerometer:axis=x:start={FAULT}:end={FAULT + 2}:size=1.5"
@@ -155,23 +155,23 @@ def replayed(flight, folder, *more):
 
 
 def test_aiding_isolates_the_fault_that_two_units_cannot(flight, tmp_path):
-    done = replayed(flight, tmp_path, "--witness", flight / "velocity.csv")
+    done = replayed(flight, tmp_path, "--aiding", flight / "velocity.csv")
     said = " ".join(done.out.split())
     assert done.code == 0, done.out + done.err
     assert re.match(r"primary: accelerometer, blamed \(", said), said
-    assert "a witness from outside contradicts it" in said
+    assert "an aiding measurement contradicts it" in said
     assert "secondary_1 took over at" in said
 
 
 def test_aiding_of_another_time_is_refused_with_both_spans(flight, tmp_path):
     path = written(tmp_path, "time,vx,sigma\n5000,1,0.3\n5001,1,0.3\n")
-    done = replayed(flight, tmp_path, "--witness", path)
+    done = replayed(flight, tmp_path, "--aiding", path)
     assert done.code == 2
-    assert re.search(r"witness: speaks from 5000\.000 to 5001\.000 s, the logs from 0\.\d+ to", done.err)
+    assert re.search(r"aiding: speaks from 5000\.000 to 5001\.000 s, the logs from 0\.\d+ to", done.err)
 
 
 def test_a_score_of_an_unknown_unit_is_refused(flight, tmp_path):
-    done = replayed(flight, tmp_path, "--witness", written(tmp_path, "time,score_imu9\n5,1\n"))
+    done = replayed(flight, tmp_path, "--aiding", written(tmp_path, "time,score_imu9\n5,1\n"))
     assert done.code == 2
     assert "the score of imu9 is of none of primary, secondary_1" in done.err
 
@@ -186,7 +186,7 @@ def test_heading_isolates_the_gyroscope_that_drifts_about_vertical(tmp_path):
     every = slice(None, None, 20)
     ahead = world_from_case.apply([1.0, 0.0, 0.0])[every]
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0]) + np.random.default_rng(72).normal(0.0, 0.03, len(ahead))
-    Witness.heading(secondary.time[every], yaw, 0.03).save(tmp_path / "heading.csv")
+    Aiding.heading(secondary.time[every], yaw, 0.03).save(tmp_path / "heading.csv")
     logs = [each.write(tmp_path / f"{name}.csv") for name, each in said.items()]
 
     def blamed(*more, code=None):
@@ -195,7 +195,7 @@ def test_heading_isolates_the_gyroscope_that_drifts_about_vertical(tmp_path):
         return [(each["unit"], each["figures"]["ground"]) for each in found]
 
     assert blamed() == []
-    assert blamed("--witness", tmp_path / "heading.csv") == [("imu3", "witness")]
+    assert blamed("--aiding", tmp_path / "heading.csv") == [("imu3", "aiding")]
 
 
 def _attitudes(moved, times):

@@ -1,4 +1,4 @@
-"""A witness that is heard while it speaks: rows of what `Witness.load` reads, over a line of text."""
+"""A live aiding measurement: rows of what `Aiding.load` reads, over a line of text."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from tumble.live.multi_source import RETRY
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.registry import text_line
 from tumble.live.shared_line import LineUnit
+from tumble.logs.aiding import BODY, HEADING, LEVEL, SCORE, Aiding
 from tumble.logs.options import ReadOptions
-from tumble.logs.witness import BODY, HEADING, LEVEL, SCORE, Witness
+from tumble.procedures.redundancy.aiding_rows import AidingRows
 from tumble.procedures.redundancy.result import RedundancyEvent
-from tumble.procedures.redundancy.witness_rows import WitnessRows
 
 BETWEEN_LOOKS = 0.02
 """s between two looks at a file, which cannot be waited for."""
 
-Heard: TypeAlias = Witness | RedundancyEvent
+Heard: TypeAlias = Aiding | RedundancyEvent
 
 
-class LiveWitness:
+class LiveAiding:
     """Listens in a thread of its own while it is entered; `take` gives what was said meanwhile.
 
     `text` is an address of what sends text. `sigma`, m/s, is that of velocities that state none, `units` are
@@ -53,12 +53,12 @@ class LiveWitness:
         self._line = self._made()
         self._is_open = False
         midway = self._line.line.transport.joined_midway
-        self._rows = WitnessRows(text, units, sigma=sigma, clock_rate=clock_rate, joined_midway=midway)
+        self._rows = AidingRows(text, units, sigma=sigma, clock_rate=clock_rate, joined_midway=midway)
         self._heard: deque[Heard] = deque()
         self._left = threading.Event()
         self._thread = threading.Thread(target=self._listen, daemon=True)
 
-    def __enter__(self) -> LiveWitness:
+    def __enter__(self) -> LiveAiding:
         self._line.__enter__()
         self._is_open = True
         self._thread.start()
@@ -79,9 +79,9 @@ class LiveWitness:
         """Returns what it said, and what befell its line, since this was asked last."""
         return [self._heard.popleft() for _ in range(len(self._heard))]
 
-    def _made(self) -> _WitnessLine:
+    def _made(self) -> _AidingLine:
         line = text_line(self.name, self._options, self._sender)
-        return _WitnessLine(line, parse_address(self.name), self._options)
+        return _AidingLine(line, parse_address(self.name), self._options)
 
     def _listen(self) -> None:
         until = time.monotonic() + FIRST_SAMPLE_WITHIN
@@ -96,7 +96,7 @@ class LiveWitness:
                     self._tell("silent", self._rows.objection or "has said nothing that is known")
                     until = float("inf")
         except EOFError:
-            pass  # Whoever wrote it has ended, and so has the witness.
+            pass  # Whoever wrote it has ended, and so has the aiding measurement.
         finally:
             if self._is_open:
                 self._line.__exit__(None, None, None)
@@ -120,8 +120,8 @@ class LiveWitness:
         self._heard.append(RedundancyEvent(time.monotonic(), self.name, event, figures))
 
 
-class _WitnessLine(LineUnit[LabelledRow]):
-    """A line whose rows are those of a witness, and of no IMU."""
+class _AidingLine(LineUnit[LabelledRow]):
+    """A line whose rows are those of an aiding measurement, and of no IMU."""
 
     def come(self) -> tuple[list[Row], float]:
         """Waits a while for rows; returns them, and when they came, s of `time.monotonic()`."""

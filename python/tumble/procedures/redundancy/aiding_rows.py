@@ -1,4 +1,4 @@
-"""Rows of a witness as they come, under names of columns or as JSON, on the clock of this computer."""
+"""Live rows of an aiding measurement, under names of columns or as JSON, on the clock of this computer."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tumble.foundation.words import count_of, join
 from tumble.live.clock import StampGate
 from tumble.live.host_clock import HostClock
 from tumble.live.labels import Row
+from tumble.logs.aiding import SCORE, SIGMA, SOUGHT, TIME, Aiding, aiding_measurements_in, is_column
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, split_line
-from tumble.logs.witness import SCORE, SIGMA, SOUGHT, TIME, Witness, is_column, witnesses_in
 
 SOONER = 0.05
 """s by which a row has to come sooner than any before to be doubted: its stamp may have a wrong digit."""
 
 
-class WitnessRows:
-    """Makes witnesses of rows, whose times are put on the clock of this computer.
+class AidingRows:
+    """Makes aiding measurements of rows, whose times are put on the clock of this computer.
 
-    `joined_midway` says that the first line may have lost its front. For the rest see `LiveWitness`.
+    `joined_midway` says that the first line may have lost its front. For the rest see `LiveAiding`.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class WitnessRows:
         left_out = f"left out {count_of('row', self._left_out)} that say nothing" if self._left_out else ""
         return tuple(filter(None, (self._clock.remark, unknown, left_out)))
 
-    def read(self, rows: Sequence[Row], arrival: float) -> Iterator[Witness]:
+    def read(self, rows: Sequence[Row], arrival: float) -> Iterator[Aiding]:
         """Returns what rows that came at `arrival`, s of `time.monotonic()`, says."""
         for row in rows:
             figures = self._figures(row)
@@ -97,7 +97,7 @@ class WitnessRows:
         known = zip(self._names, numbers, strict=True)
         return {} if None in numbers else {name: number for name, number in known if number is not None}
 
-    def _said(self, figures: Mapping[str, float], arrival: float) -> tuple[Witness, ...]:
+    def _said(self, figures: Mapping[str, float], arrival: float) -> tuple[Aiding, ...]:
         known = {name: value for name, value in figures.items() if is_column(name)}
         self._unknown |= {name for name in known if name.startswith(SCORE)} - self._scores
         usable = {name: value for name, value in known.items() if name not in self._unknown}
@@ -110,11 +110,11 @@ class WitnessRows:
         columns: dict[str, FloatArray] = {TIME: np.array([stamp])}
         columns |= {name: np.array([value]) for name, value in usable.items()}
         try:
-            found = witnesses_in(columns, self._source, self._sigma)
+            found = aiding_measurements_in(columns, self._source, self._sigma)
         except TumbleError as error:
             self.objection = self.objection or str(error)
             return ()
-        return tuple(witness for witness in found if len(witness.time))
+        return tuple(aiding for aiding in found if len(aiding.time))
 
     def _host_time(self, stamp: float | None, arrival: float) -> float | None:
         """Time of a row on the clock of this computer, s; None where its stamp is spoilt or old."""

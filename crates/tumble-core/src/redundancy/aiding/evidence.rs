@@ -1,17 +1,15 @@
-//! What witnesses say against units, and whether they can be believed.
+//! What aiding measurements say against units, and whether they can be believed.
 
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, seconds, tabulated};
+use crate::redundancy::aiding::navigation::{Aided, AidedHeading, Innovation, Navigation, Step, candidates};
+use crate::redundancy::aiding::track::{EARLY, LATE};
+use crate::redundancy::aiding::{Aiding, AidingRejection};
 use crate::redundancy::judgement::UnitReading;
 use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
-use crate::redundancy::witness::navigation::{
-    Innovation, Navigation, Step, Witnessed, WitnessedHeading, candidates,
-};
-use crate::redundancy::witness::track::{EARLY, LATE};
-use crate::redundancy::witness::{Witness, WitnessRejection};
 
 /// Time for which evidence is remembered, s: while a unit departs from others, and while it does not.
 const REMEMBERED: f32 = 60.0;
@@ -27,7 +25,7 @@ const FITS_NOBODY: f64 = 4.0;
 const AVERAGED: f64 = 20.0;
 const FITS: f64 = 0.75;
 
-/// Mean square misfit of the best, sigmas squared, from which on a witness is not believed, and below which it is, once it has been
+/// Mean square misfit of the best, sigmas squared, from which on an aiding measurement is not believed, and below which it is, once it has been
 /// so for a number of measurements.
 const DISTRUSTED: f32 = 5.0;
 const TRUSTED: f32 = 2.5;
@@ -48,11 +46,11 @@ const SCORE_COUNTS: f64 = 1.5;
 const SCORE_SPAN: f64 = 5.0;
 const SCORE_MOST: f64 = 1.5;
 
-/// Numbers that witnesses measure: the axes of a velocity, and a heading.
+/// Numbers that aiding measurements measure: the axes of a velocity, and a heading.
 const MEASURED: usize = 4;
 const HEADING: usize = 3;
 
-/// Whether a witness is believed.
+/// Whether an aiding measurement is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trust<T: Real> {
     /// It contradicts all units: mean square misfit of the best of them, and what it had to exceed.
@@ -61,7 +59,7 @@ pub(crate) enum Trust<T: Real> {
     Regained,
 }
 
-/// A window of the set, as a witness needs it.
+/// A window of the set, as an aiding measurement needs it.
 pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub units: &'a [Option<UnitReading<T>>; UNITS],
     /// What the set says, m/s^2 and rad/s.
@@ -69,7 +67,7 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     /// What the set turned by at its last rest, rad/s.
     pub resting_rate: &'a Vector3<T>,
     /// Of each unit, accelerometer first: whether it is at fault.
-    pub guilty: [[bool; 2]; UNITS],
+    pub faulty: [[bool; 2]; UNITS],
     /// Whether it departs from any other.
     pub departs: [[bool; 2]; UNITS],
     /// Whether nobody disagrees, so that what is usual may be learnt.
@@ -92,7 +90,7 @@ struct Testified<T: Real> {
     misfit: [T; MEASURED],
 }
 
-/// Whether what witnesses of one kind say can be used.
+/// Whether what aiding measurements of one kind say can be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Confidence<T: Real> {
     /// Mean square misfit of the best, sigmas squared: usually, and lately in units of that.
@@ -125,7 +123,7 @@ impl<T: Real> Confidence<T> {
         self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
     }
 
-    /// Whether witnesses are believed, after a misfit of the best, sigmas.
+    /// Whether aiding measurements are believed, after a misfit of the best, sigmas.
     fn trust(&mut self, best: T) -> Option<Trust<T>> {
         let most = real::<T>(FITS_NOBODY + 1.0);
         let square = best.min(most) * best.min(most);
@@ -166,9 +164,9 @@ impl<T: Real> Confidence<T> {
     }
 }
 
-/// What witnesses have said.
+/// What aiding measurements have said.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Testimony<T: Real, const UNITS: usize> {
+pub(crate) struct AidingEvidence<T: Real, const UNITS: usize> {
     navigation: Option<Navigation<T, UNITS>>,
     /// Number of the latest window, and the length of one, microseconds.
     number: u64,
@@ -184,7 +182,7 @@ pub(crate) struct Testimony<T: Real, const UNITS: usize> {
     of_heading: Confidence<T>,
 }
 
-impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
+impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     pub fn new() -> Self {
         let nothing = Testified {
             evidence: T::zero(),
@@ -223,8 +221,8 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let deviations: [[Vector3<T>; 2]; UNITS] = core::array::from_fn(|number| {
             SENSORS.map(|sensor| {
                 let unit = around.units.get(number).and_then(Option::as_ref);
-                let guilty = around.guilty.get(number).is_none_or(|guilty| *sensor.of(guilty));
-                let unit = unit.filter(|unit| *sensor.of(&unit.votes) && !guilty);
+                let faulty = around.faulty.get(number).is_none_or(|faulty| *sensor.of(faulty));
+                let unit = unit.filter(|unit| *sensor.of(&unit.votes) && !faulty);
                 unit.map_or(Vector3::zeros(), |unit| {
                     sensor.of(&unit.reading) - *sensor.of(&around.said)
                 })
@@ -233,9 +231,9 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let start = || Navigation::start(force, around.resting_rate, rests, &around.tolerated);
         let navigation = self.navigation.get_or_insert_with(start);
         for (sensor, number) in candidates::<UNITS>() {
-            let is_guilty = |number: usize| around.guilty.get(number).is_none_or(|guilty| *sensor.of(guilty));
-            if is_guilty(number) {
-                navigation.leave_out(sensor, number, |other| !is_guilty(other));
+            let is_faulty = |number: usize| around.faulty.get(number).is_none_or(|faulty| *sensor.of(faulty));
+            if is_faulty(number) {
+                navigation.leave_out(sensor, number, |other| !is_faulty(other));
             }
         }
         navigation.advance(&Step {
@@ -249,11 +247,11 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
 
     /// Evidence fades, fast while a unit does not depart from the others: what sound units differ by is nothing to testify of.
     fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
-        let units = self.against.iter_mut().zip(&around.guilty).zip(&around.departs);
-        for ((against, guilty), gathers) in units {
-            for ((against, guilty), gathers) in against.iter_mut().zip(guilty).zip(gathers) {
+        let units = self.against.iter_mut().zip(&around.faulty).zip(&around.departs);
+        for ((against, faulty), gathers) in units {
+            for ((against, faulty), gathers) in against.iter_mut().zip(faulty).zip(gathers) {
                 let over = tabulated::<T>(if *gathers { REMEMBERED } else { FORGOTTEN });
-                against.evidence = if *guilty {
+                against.evidence = if *faulty {
                     T::zero()
                 } else {
                     against.evidence - against.evidence * (around.length / over)
@@ -279,34 +277,34 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         }
     }
 
-    /// Takes in what a witness says of a time, microseconds of the common clock.
-    pub fn take(&mut self, time: u64, witness: &Witness<T>) -> Result<Option<Trust<T>>, WitnessRejection> {
-        match witness {
-            Witness::Score { unit, value } => {
+    /// Takes in what an aiding measurement says of a time, microseconds of the common clock.
+    pub fn take(&mut self, time: u64, aiding: &Aiding<T>) -> Result<Option<Trust<T>>, AidingRejection> {
+        match aiding {
+            Aiding::Score { unit, value } => {
                 if let Some(score) = self.scores.get_mut(*unit) {
                     *score = Some((*value, T::zero()));
                 }
                 Ok(None)
             }
-            Witness::Velocity { value, sigma } | Witness::BodyVelocity { value, sigma } => {
-                let level = matches!(witness, Witness::Velocity { .. });
-                self.measure(time, |testimony, navigation, windows| {
-                    let witnessed = Witnessed {
+            Aiding::Velocity { value, sigma } | Aiding::BodyVelocity { value, sigma } => {
+                let level = matches!(aiding, Aiding::Velocity { .. });
+                self.measure(time, |aiding_evidence, navigation, windows| {
+                    let aided = Aided {
                         value: *value,
                         sigma: *sigma,
                         windows,
-                        length: seconds(testimony.span),
+                        length: seconds(aiding_evidence.span),
                     };
-                    testimony.take_velocity(navigation, &witnessed, level)
+                    aiding_evidence.take_velocity(navigation, &aided, level)
                 })
             }
-            Witness::Heading { value, sigma } => self.measure(time, |testimony, navigation, windows| {
-                let witnessed = WitnessedHeading {
+            Aiding::Heading { value, sigma } => self.measure(time, |aiding_evidence, navigation, windows| {
+                let aided = AidedHeading {
                     value: *value,
                     sigma: *sigma,
                     windows,
                 };
-                testimony.take_heading(navigation, &witnessed)
+                aiding_evidence.take_heading(navigation, &aided)
             }),
         }
     }
@@ -316,7 +314,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         &mut self,
         time: u64,
         take: impl FnOnce(&mut Self, &mut Navigation<T, UNITS>, T) -> Option<Trust<T>>,
-    ) -> Result<Option<Trust<T>>, WitnessRejection> {
+    ) -> Result<Option<Trust<T>>, AidingRejection> {
         let Some(mut navigation) = self.navigation else {
             self.silent = T::zero();
             return Ok(None);
@@ -332,24 +330,24 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
     fn take_velocity(
         &mut self,
         navigation: &mut Navigation<T, UNITS>,
-        witnessed: &Witnessed<T>,
+        aided: &Aided<T>,
         level: bool,
     ) -> Option<Trust<T>> {
         if level {
-            navigation.begin_along_level(witnessed);
+            navigation.begin_along_level(aided);
         } else {
-            navigation.begin_along_primary(witnessed);
+            navigation.begin_along_primary(aided);
         }
-        let worst = self.listen(navigation, witnessed, level)?;
+        let worst = self.listen(navigation, aided, level)?;
         self.trust(Sensor::Accelerometer, worst)
     }
 
     fn take_heading(
         &mut self,
         navigation: &mut Navigation<T, UNITS>,
-        witnessed: &WitnessedHeading<T>,
+        aided: &AidedHeading<T>,
     ) -> Option<Trust<T>> {
-        let innovation = navigation.along_heading(witnessed, self.calm)?;
+        let innovation = navigation.along_heading(aided, self.calm)?;
         let best = self.weigh(navigation, &innovation, HEADING);
         if best.abs() < real(FITS_NOBODY) {
             navigation.update(&innovation);
@@ -362,7 +360,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
     }
 
     /// How many windows ago a time was.
-    fn windows_ago(&self, time: u64) -> Result<T, WitnessRejection> {
+    fn windows_ago(&self, time: u64) -> Result<T, AidingRejection> {
         let now = self
             .number
             .saturating_mul(self.span)
@@ -370,27 +368,22 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let span = |microseconds: u64| seconds::<T>(microseconds) / seconds(self.span);
         let (late, early) = (now.saturating_sub(time), time.saturating_sub(now));
         if late > self.span.saturating_mul(LATE) {
-            Err(WitnessRejection::Late)
+            Err(AidingRejection::Late)
         } else if early > self.span.saturating_mul(EARLY) {
-            Err(WitnessRejection::Early)
+            Err(AidingRejection::Early)
         } else {
             Ok(span(late) - span(early))
         }
     }
 
     /// Holds a velocity against what each unit makes of it, axis by axis; gives the largest misfit of the best, sigmas.
-    fn listen(
-        &mut self,
-        navigation: &mut Navigation<T, UNITS>,
-        witnessed: &Witnessed<T>,
-        level: bool,
-    ) -> Option<T> {
+    fn listen(&mut self, navigation: &mut Navigation<T, UNITS>, aided: &Aided<T>, level: bool) -> Option<T> {
         let mut worst = None;
         for (place, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
             let innovation = if level {
-                navigation.along_level(&axis, witnessed)
+                navigation.along_level(&axis, aided)
             } else {
-                navigation.along_primary(&axis, witnessed)
+                navigation.along_primary(&axis, aided)
             };
             let Some(innovation) = innovation else { continue };
             let best = self.weigh(navigation, &innovation, place);
@@ -471,7 +464,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         self.against.get(unit).map(|against| sensor.of(against))
     }
 
-    /// Whether a unit's sensor fits what the witness says.
+    /// Whether a unit's sensor fits what the aiding measurement says.
     fn fits(&self, sensor: Sensor, unit: usize) -> bool {
         let limit = real::<T>(FITS);
         self.against(sensor, unit)
@@ -518,7 +511,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
 
 fn proof<T: Real>(value: T, limit: T) -> Option<Proof<T>> {
     (value > limit).then_some(Proof {
-        ground: Ground::Witness,
+        ground: Ground::Aiding,
         value,
         limit,
     })

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::witness::{Witness as Core, WitnessKind as CoreKind};
+use tumble_core::redundancy::aiding::{Aiding as Core, AidingKind as CoreKind};
 
 use crate::code::{Code, code};
 use crate::redundancy::number;
@@ -11,7 +11,7 @@ use crate::status::StatusResult;
 /// Quantities that an aiding measurement gives.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WitnessKind {
+pub enum AidingKind {
     /// Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y
     /// horizontal, z up. Its origin is a receiver, an estimator without these units, or, with `sigma` of x and y
     /// infinite, a climb rate.
@@ -27,9 +27,9 @@ pub enum WitnessKind {
 /// Aiding measurement.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub struct Witness {
+pub struct Aiding {
     /// Quantity that is measured; only its own fields count.
-    pub kind: MaybeUninit<WitnessKind>,
+    pub kind: MaybeUninit<AidingKind>,
     /// The unit of a score.
     pub unit: u32,
     /// Velocity, m/s.
@@ -43,25 +43,25 @@ pub struct Witness {
 }
 
 // SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for WitnessKind {
+unsafe impl Code for AidingKind {
     const COUNT: u32 = 4;
 }
 
 // A kind that the core gets needs its number here.
-const _: () = assert!(CoreKind::ALL.len() == WitnessKind::COUNT as usize);
+const _: () = assert!(CoreKind::ALL.len() == AidingKind::COUNT as usize);
 
-impl Witness {
+impl Aiding {
     /// Converts it to the core's type.
     pub fn in_core(self) -> StatusResult<Core<f32>> {
         let (value, sigma) = (self.velocity.into(), self.sigma.into());
         Ok(match code(self.kind)? {
-            WitnessKind::Velocity => Core::Velocity { value, sigma },
-            WitnessKind::BodyVelocity => Core::BodyVelocity { value, sigma },
-            WitnessKind::Heading => Core::Heading {
+            AidingKind::Velocity => Core::Velocity { value, sigma },
+            AidingKind::BodyVelocity => Core::BodyVelocity { value, sigma },
+            AidingKind::Heading => Core::Heading {
                 value: self.heading,
                 sigma: sigma.x,
             },
-            WitnessKind::Score => Core::Score {
+            AidingKind::Score => Core::Score {
                 unit: number(self.unit)?,
                 value: self.score,
             },

@@ -1,4 +1,4 @@
-//! Velocity over the latest second: witnesses come late.
+//! Velocity over the latest second: aiding measurements come late.
 
 use nalgebra::Vector3;
 
@@ -8,7 +8,7 @@ use crate::real::{Real, count, real};
 const KEPT: usize = 6;
 const EVERY: u8 = 4;
 
-/// Windows that a witness may be late, and early by what is carried on from the latest one.
+/// Windows that an aiding measurement may be late, and early by what is carried on from the latest one.
 pub(super) const LATE: u64 = 20;
 pub(super) const EARLY: u64 = 4;
 

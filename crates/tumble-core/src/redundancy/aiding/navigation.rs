@@ -1,4 +1,4 @@
-//! Attitude and velocity of the set between what a witness says, and what they would be by each unit alone.
+//! Attitude and velocity of the set between what an aiding measurement says, and what they would be by each unit alone.
 //!
 //! One error-state filter runs on what the set says. What a sensor of a unit would make of it is linear in how far that is
 //! from the set, so that each needs ten numbers beside, and all share one covariance.
@@ -7,10 +7,10 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use crate::products::Length;
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::aiding::errors::{Covariance, Errors, Moves};
+use crate::redundancy::aiding::track::Track;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
-use crate::redundancy::witness::errors::{Covariance, Errors, Moves};
-use crate::redundancy::witness::track::Track;
 use crate::rotation::{rotation_by_series as rotation_of, rotation_onto};
 
 /// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
@@ -31,19 +31,19 @@ const RATE_AT_REST: f64 = 5e-4;
 const ACCELERATES: [f32; 2] = [3.0, 0.05];
 
 /// The heading is found once the horizontal velocity has changed by so many sigmas of it, within this time, s; and by
-/// integration and by the witness by as much, but for so many sigmas.
+/// integration and by the aiding measurement by as much, but for so many sigmas.
 const CHANGED: f64 = 8.0;
 const WITHIN: f64 = 10.0;
 const ALIKE: f64 = 3.0;
 
-/// Headings whose mean tells the direction from which a witness counts them, and over how many it is followed later, s.
+/// Headings whose mean tells the direction from which an aiding measurement counts them, and over how many it is followed later, s.
 const HEADINGS: u16 = 20;
 const NORTH_OVER: f64 = 600.0;
 
 /// Least horizontal part of the primary's x axis for a heading to be one.
 const LEAST_HORIZONTAL: f64 = 0.5;
 
-/// Direction from which a witness counts headings, in the level frame.
+/// Direction from which an aiding measurement counts headings, in the level frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct North<T: Real> {
     /// rad, what headings of the level frame lack.
@@ -52,14 +52,14 @@ struct North<T: Real> {
     headings: u16,
 }
 
-/// Where the horizontal velocity of the witness points.
+/// Where the horizontal velocity of the aiding measurement points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Heading<T: Real> {
     /// Nobody knows.
     Sought {
-        /// Horizontal velocity as integrated and as witnessed at a time, m/s.
+        /// Horizontal velocity as integrated and as aided at a time, m/s.
         integrated: Vector2<T>,
-        witnessed: Vector2<T>,
+        aided: Vector2<T>,
         /// Time since then, s.
         since: T,
     },
@@ -69,10 +69,10 @@ enum Heading<T: Real> {
 
 impl<T: Real> Heading<T> {
     /// Sought from now on.
-    fn sought_from(integrated: Vector2<T>, witnessed: Vector2<T>) -> Self {
+    fn sought_from(integrated: Vector2<T>, aided: Vector2<T>) -> Self {
         Self::Sought {
             integrated,
-            witnessed,
+            aided,
             since: T::zero(),
         }
     }
@@ -103,9 +103,9 @@ pub(super) struct Innovation<T: Real> {
     across: Errors<T>,
 }
 
-/// A velocity as witnessed.
+/// A velocity as aided.
 #[derive(Clone, Copy)]
-pub(super) struct Witnessed<T: Real> {
+pub(super) struct Aided<T: Real> {
     /// m/s.
     pub value: Vector3<T>,
     /// m/s; infinite where it was not measured.
@@ -116,9 +116,9 @@ pub(super) struct Witnessed<T: Real> {
     pub length: T,
 }
 
-/// A heading as witnessed.
+/// A heading as aided.
 #[derive(Clone, Copy)]
-pub(super) struct WitnessedHeading<T: Real> {
+pub(super) struct AidedHeading<T: Real> {
     /// rad.
     pub value: T,
     /// rad.
@@ -127,13 +127,13 @@ pub(super) struct WitnessedHeading<T: Real> {
     pub windows: T,
 }
 
-impl<T: Real> Witnessed<T> {
+impl<T: Real> Aided<T> {
     fn is_level(&self) -> bool {
         self.sigma.x.is_finite() && self.sigma.y.is_finite()
     }
 }
 
-/// The state of the set, by what all of it says and what its witnesses do.
+/// The state of the set, by what all of it says and what its aiding measurements do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Navigation<T: Real, const UNITS: usize> {
     level_from_primary: UnitQuaternion<T>,
@@ -321,49 +321,49 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// At the time of which a witness speaks, level frame, m/s.
-    fn velocity_at(&self, witnessed: &Witnessed<T>) -> Option<Vector3<T>> {
-        self.track.at(witnessed.windows, &self.velocity, witnessed.length)
+    /// At the time of which an aiding measurement speaks, level frame, m/s.
+    fn velocity_at(&self, aided: &Aided<T>) -> Option<Vector3<T>> {
+        self.track.at(aided.windows, &self.velocity, aided.length)
     }
 
     /// One axis of a velocity in the level frame: a unit vector along it, what was measured, m/s, and its sigma, m/s.
-    pub fn along_level(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
+    pub fn along_level(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
         let usable = axis.z != T::zero() || matches!(self.heading, Heading::Known);
-        let sigma = along(axis, &witnessed.sigma)?;
-        let velocity = self.velocity_at(witnessed)?;
+        let sigma = along(axis, &aided.sigma)?;
+        let velocity = self.velocity_at(aided)?;
         let row = Errors {
             velocity: *axis,
             ..Errors::none()
         };
-        let value = along(axis, &witnessed.value)?;
+        let value = along(axis, &aided.value)?;
         usable.then(|| self.measured(row, value - velocity.dot(axis), sigma * sigma))
     }
 
     /// The same of a velocity in the primary's axes.
-    pub fn along_primary(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
-        let sigma = along(axis, &witnessed.sigma)?;
-        let velocity = self.velocity_at(witnessed)?;
+    pub fn along_primary(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
+        let sigma = along(axis, &aided.sigma)?;
+        let velocity = self.velocity_at(aided)?;
         // The set has turned since.
-        let turned = self.level_from_primary * rotation_of(&(self.turn * -witnessed.windows));
+        let turned = self.level_from_primary * rotation_of(&(self.turn * -aided.windows));
         let level: Vector3<T> = turned * *axis;
         let row = Errors {
             attitude: level.cross(&velocity),
             velocity: level,
             ..Errors::none()
         };
-        let value = along(axis, &witnessed.value)?;
+        let value = along(axis, &aided.value)?;
         Some(self.measured(row, value - level.dot(&velocity), sigma * sigma))
     }
 
     /// A heading, once it is known from which direction it counts; `calm` where that may be followed.
-    pub fn along_heading(&mut self, witnessed: &WitnessedHeading<T>, calm: bool) -> Option<Innovation<T>> {
-        let turned = self.level_from_primary * rotation_of(&(self.turn * -witnessed.windows));
+    pub fn along_heading(&mut self, aided: &AidedHeading<T>, calm: bool) -> Option<Innovation<T>> {
+        let turned = self.level_from_primary * rotation_of(&(self.turn * -aided.windows));
         let ahead: Vector3<T> = turned * Vector3::x();
         let horizontal = ahead.xy().length();
         if horizontal < real(LEAST_HORIZONTAL) {
             return None;
         }
-        let of_level = witnessed.value - ahead.y.atan2(ahead.x);
+        let of_level = aided.value - ahead.y.atan2(ahead.x);
         let north = self.north.get_or_insert(North {
             offset: of_level,
             headings: 0,
@@ -373,7 +373,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             north.headings += 1;
             north.offset += beyond / count(north.headings.into());
             if north.headings == HEADINGS {
-                let variance = witnessed.sigma * witnessed.sigma / count(HEADINGS.into());
+                let variance = aided.sigma * aided.sigma / count(HEADINGS.into());
                 self.covariance.widen(&Errors {
                     attitude: Vector3::z() * variance,
                     ..Errors::none()
@@ -389,7 +389,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // judgement.md, eq. 21
             ..Errors::none()
         };
-        Some(self.measured(row, beyond, witnessed.sigma * witnessed.sigma))
+        Some(self.measured(row, beyond, aided.sigma * aided.sigma))
     }
 
     /// Forgets from which direction headings count.
@@ -398,68 +398,68 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
     }
 
     /// Begins with a velocity in the primary's axes, and otherwise leaves it alone.
-    pub fn begin_along_primary(&mut self, witnessed: &Witnessed<T>) {
+    pub fn begin_along_primary(&mut self, aided: &Aided<T>) {
         if !self.along_primary {
             self.along_primary = true;
             self.begun = true;
             self.heading = Heading::sought_from(Vector2::zeros(), Vector2::zeros());
-            let value = self.level_from_primary * finite(&witnessed.value);
-            self.begin(value, &Vector3::repeat(largest(&witnessed.sigma)), witnessed);
+            let value = self.level_from_primary * finite(&aided.value);
+            self.begin(value, &Vector3::repeat(largest(&aided.sigma)), aided);
         }
     }
 
     /// Begins with a velocity in the level frame, and looks for its heading.
-    pub fn begin_along_level(&mut self, witnessed: &Witnessed<T>) {
+    pub fn begin_along_level(&mut self, aided: &Aided<T>) {
         if !self.begun {
             self.begun = true;
             self.begin(
-                finite(&witnessed.value),
-                &Vector3::repeat(largest(&witnessed.sigma)),
-                witnessed,
+                finite(&aided.value),
+                &Vector3::repeat(largest(&aided.sigma)),
+                aided,
             );
-            self.seek_again(witnessed);
+            self.seek_again(aided);
             return;
         }
         let Heading::Sought {
             integrated,
-            witnessed: before,
+            aided: before,
             since,
         } = self.heading
         else {
             return;
         };
-        if !witnessed.is_level() {
+        if !aided.is_level() {
             return;
         }
-        let Some(velocity) = self.velocity_at(witnessed) else {
+        let Some(velocity) = self.velocity_at(aided) else {
             return;
         };
-        let change = witnessed.value.xy() - before;
+        let change = aided.value.xy() - before;
         let integrated = velocity.xy() - integrated;
-        let (by_witness, by_set) = (change.length(), integrated.length());
+        let (by_aiding, by_set) = (change.length(), integrated.length());
         let own = self.covariance.variances().velocity;
-        let of_witness = witnessed.sigma.x.max(witnessed.sigma.y);
-        let variance = own.x.max(own.y) + of_witness * of_witness * real(2.0);
+        let of_aiding = aided.sigma.x.max(aided.sigma.y);
+        let variance = own.x.max(own.y) + of_aiding * of_aiding * real(2.0);
         let sigma = variance.square_root();
-        let changed = by_witness > sigma * real(CHANGED);
-        if changed && (by_witness - by_set).abs() < sigma * real(ALIKE) {
+        let changed = by_aiding > sigma * real(CHANGED);
+        if changed && (by_aiding - by_set).abs() < sigma * real(ALIKE) {
             let angle = integrated.perp(&change).atan2(integrated.dot(&change));
-            self.turn_to(angle, variance / (by_witness * by_witness));
-            self.begin(witnessed.value, &witnessed.sigma, witnessed);
+            self.turn_to(angle, variance / (by_aiding * by_aiding));
+            self.begin(aided.value, &aided.sigma, aided);
         } else if changed || since > real(WITHIN) {
-            self.seek_again(witnessed);
+            self.seek_again(aided);
         }
     }
 
     /// The heading is sought from this velocity on.
-    fn seek_again(&mut self, witnessed: &Witnessed<T>) {
+    fn seek_again(&mut self, aided: &Aided<T>) {
         if self.along_primary {
             return;
         }
-        let Some(velocity) = self.velocity_at(witnessed) else {
+        let Some(velocity) = self.velocity_at(aided) else {
             return;
         };
-        self.heading = Heading::sought_from(velocity.xy(), finite(&witnessed.value).xy());
+        self.heading = Heading::sought_from(velocity.xy(), finite(&aided.value).xy());
         let horizontal = Errors {
             velocity: Vector3::new(T::one(), T::one(), T::zero()),
             ..Errors::none()
@@ -467,7 +467,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.covariance.replace(&horizontal, &Errors::none());
     }
 
-    /// The level frame is that of the witness, turned about the vertical by an angle, rad, of a variance, rad^2.
+    /// The level frame is that of the aiding measurement, turned about the vertical by an angle, rad, of a variance, rad^2.
     fn turn_to(&mut self, angle: T, variance: T) {
         let turn = rotation_of(&(Vector3::z() * angle));
         self.level_from_primary = turn * self.level_from_primary;
@@ -495,9 +495,9 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.covariance.replace(&attitude, &variances);
     }
 
-    /// The velocity is what was witnessed.
-    fn begin(&mut self, value: Vector3<T>, sigma: &Vector3<T>, witnessed: &Witnessed<T>) {
-        let change = value - self.velocity_at(witnessed).unwrap_or(self.velocity);
+    /// The velocity is what was aided.
+    fn begin(&mut self, value: Vector3<T>, sigma: &Vector3<T>, aided: &Aided<T>) {
+        let change = value - self.velocity_at(aided).unwrap_or(self.velocity);
         self.velocity += change;
         self.track.change(|before| before + change);
         let velocity = Errors {

@@ -1,4 +1,4 @@
-"""A witness that speaks while units are watched counts as its table does, and a replay hears it again."""
+"""A live aiding measurement counts as its table does, and a replay of the session uses it again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 
 from ports import free_ports
 from repetitions import repetitions
-from tumble.procedures.redundancy.witness_rows import SOONER, WitnessRows
+from tumble.procedures.redundancy.aiding_rows import SOONER, AidingRows
 from turntable_sessions import one_line, typed
 
 FAULT = 55
@@ -21,7 +21,7 @@ FAULT = 55
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """Two units, whose primary changes smoothly across gravity in flight: nothing but a witness can tell."""
+    """Two units whose primary changes smoothly across gravity in flight: only aiding can isolate it."""
     folder = tmp_path_factory.mktemp("flight")
     fault = f"primary:bias-drift:triad=accelerometer:axis=x:start={FAULT}:end={FAULT + 2}:size=1.5"
     simulated = typed(
@@ -39,14 +39,14 @@ def events_of(folder):
 
 def test_live_aiding_isolates_the_fault_and_the_recording_agrees(flight, tmp_path):
     words = [f"{name}=replay:{flight / name}.csv?speed=max" for name in ("primary", "secondary_1")]
-    witness = f"replay:{flight / 'velocity.csv'}"
+    aiding = f"replay:{flight / 'velocity.csv'}"
     known = ("--settings", flight / "units.yaml")
     done = typed(
-        *("redundancy", "--live", *words, *known, "--witness", witness),
+        *("redundancy", "--live", *words, *known, "--aiding", aiding),
         *("--record", tmp_path / "session", "-o", tmp_path / "live"),
     )
     assert done.code == 0, done.err
-    blamed = [event for event in events_of(tmp_path / "live") if event["figures"].get("ground") == "witness"]
+    blamed = [event for event in events_of(tmp_path / "live") if event["figures"].get("ground") == "aiding"]
     assert [event["unit"] for event in blamed] == ["primary"]
     again = typed("redundancy", tmp_path / "session", *known, "-o", tmp_path / "again")
     assert again.code == 0, again.err
@@ -54,7 +54,7 @@ def test_live_aiding_isolates_the_fault_and_the_recording_agrees(flight, tmp_pat
 
 
 def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
-    first, second, witness = free_ports(3)
+    first, second, aiding = free_ports(3)
     over = threading.Event()
 
     def send():
@@ -71,7 +71,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
                         f"time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s\n{row}".encode(), ("127.0.0.1", port)
                     )
                 if count % 20 == 0:
-                    line.sendto(b"%f#garbage" % now, ("127.0.0.1", witness))
+                    line.sendto(b"%f#garbage" % now, ("127.0.0.1", aiding))
                     said = {
                         "time": 7000.0 + now,
                         "vx": 0.01,
@@ -80,7 +80,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
                         "sigma": 0.1,
                         "score_b": -1.0,
                     }
-                    line.sendto(json.dumps(said).encode(), ("127.0.0.1", witness))
+                    line.sendto(json.dumps(said).encode(), ("127.0.0.1", aiding))
                 time.sleep(0.01)
 
     sender = threading.Thread(target=send)
@@ -88,7 +88,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
     try:
         done = typed(
             *("redundancy", "--live", f"a=udp://:{first}", f"b=udp://:{second}", "--primary", "a"),
-            *("--witness", f"udp://:{witness}", "--record", tmp_path / "session", "-o", tmp_path / "live"),
+            *("--aiding", f"udp://:{aiding}", "--record", tmp_path / "session", "-o", tmp_path / "live"),
             *("--duration", "3s", "--set", "late=0.4", "--json"),
         )
     finally:
@@ -96,11 +96,11 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
         sender.join()
     assert done.code in (0, 3), done.err
     events = events_of(tmp_path / "live")
-    left_out = [event["figures"]["reason"] for event in events if event["event"] == "witness left out"]
+    left_out = [event["figures"]["reason"] for event in events if event["event"] == "aiding left out"]
     # A computer that is busy for 0.2 s may read a unit that much ahead of the other, for which windows wait.
     assert [each for each in left_out if each != "early"] == ["negative score"], done.out[-2000:] + done.err
     assert "that say nothing" in done.out
-    rows = np.genfromtxt(tmp_path / "session/witness.csv", delimiter=",", names=True)
+    rows = np.genfromtxt(tmp_path / "session/aiding.csv", delimiter=",", names=True)
     assert len(rows) > 2
     # Half of them are velocities, whose arrival is that of samples soon after.
     delays = rows["arrival"] - rows["time"]
@@ -115,7 +115,7 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("units", "witness", "says"),
+    ("units", "aiding", "says"),
     [
         (("primary=udp://:9001", "a=udp://:9002"), "gps.csv", "no live source"),
         (("primary=udp://:9001", "a=udp://:9002"), "replay:gps.csv", "units are heard as they are now"),
@@ -124,10 +124,10 @@ def test_aiding_over_a_socket_is_on_the_clock_of_the_units(tmp_path):
         (("primary=replay:p.csv", "a=replay:a.csv"), "udp://:9200", "units are replayed; give replay:FILE"),
     ],
 )
-def test_unreachable_aiding_source_is_refused_in_one_line(flight, tmp_path, units, witness, says):
+def test_unreachable_aiding_source_is_refused_in_one_line(flight, tmp_path, units, aiding, says):
     units = [word.replace("p.csv", str(flight / "primary.csv")) for word in units]
     units = [word.replace("a.csv", str(flight / "secondary_1.csv")) for word in units]
-    done = typed("redundancy", "--live", *units, "--witness", witness, "-o", tmp_path / "out")
+    done = typed("redundancy", "--live", *units, "--aiding", aiding, "-o", tmp_path / "out")
     assert done.code == 2
     assert says in one_line(done.err)
     assert not (tmp_path / "out").exists()
@@ -142,8 +142,8 @@ def said(rows, *texts, start=100.0, step=0.2):
 
 
 def test_rows_under_names_and_objects_say_the_same():
-    table = WitnessRows("gps", ["a"], sigma=0.3)
-    objects = WitnessRows("gps", ["a"], sigma=0.3)
+    table = AidingRows("gps", ["a"], sigma=0.3)
+    objects = AidingRows("gps", ["a"], sigma=0.3)
     under_names = said(table, "# time; vn; ve; score_a", "1.0;2;3;4", "1.2;5;6;")
     as_objects = said(
         objects, {}, {"time": 1.0, "vn": 2.0, "ve": 3.0, "score_a": 4.0}, {"time": 1.2, "vn": 5.0, "ve": 6.0}
@@ -156,17 +156,17 @@ def test_rows_under_names_and_objects_say_the_same():
 
 
 def test_a_row_without_a_time_is_of_when_it_came():
-    rows = WitnessRows("barometer", ["a"], sigma=0.3)
-    (witness,) = said(rows, "climb,sigma_climb", "0.5,0.1")
-    assert witness.time.tolist() == [100.2]
-    assert witness.sigma.tolist() == [[np.inf, np.inf, 0.1]]
+    rows = AidingRows("barometer", ["a"], sigma=0.3)
+    (aiding,) = said(rows, "climb,sigma_climb", "0.5,0.1")
+    assert aiding.time.tolist() == [100.2]
+    assert aiding.sigma.tolist() == [[np.inf, np.inf, 0.1]]
 
 
 def test_error_of_all_rows_is_kept_for_the_report():
-    rows = WitnessRows("gps", ["a"])
+    rows = AidingRows("gps", ["a"])
     assert said(rows, "time,vx", "1,2") == []
     assert "vx has no sigma" in rows.objection
-    rows = WitnessRows("gps", ["a"])
+    rows = AidingRows("gps", ["a"])
     assert said(rows, "time,score_c", "1,2") == []
     assert "scores are of no unit of the set: score_c" in rows.remarks
 
@@ -176,7 +176,7 @@ def test_garbled_aiding_rows_never_end_it_and_times_stay_its_own(draw):
     seed = np.random.SeedSequence().entropy + draw
     print(f"seed {seed}")
     rng = np.random.default_rng(seed)
-    rows = WitnessRows("gps", ["a"], sigma=0.3)
+    rows = AidingRows("gps", ["a"], sigma=0.3)
     offsets = []
     for count in range(200):
         line = bytearray(b"time,vx,vy,vz" if count % 20 == 0 else b"%.3f,1.25,-2.5,0.125" % (0.2 * count))

@@ -5,6 +5,7 @@ use std::vec::Vec;
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
+use crate::redundancy::aiding::navigation::{Aided, Navigation, Step};
 use crate::redundancy::draws::Draw;
 use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
@@ -14,7 +15,6 @@ use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::ForceAndRate;
-use crate::redundancy::witness::navigation::{Navigation, Step, Witnessed};
 
 const SPAN: u64 = 50_000;
 const H: f64 = 0.05;
@@ -70,22 +70,22 @@ enum Found {
     Regained,
 }
 
-/// What a witness says at a time of a velocity.
-type Says = fn(f64, Vector3<f64>) -> Witness<f64>;
+/// What an aiding measurement says at a time of a velocity.
+type Says = fn(f64, Vector3<f64>) -> Aiding<f64>;
 
 struct Flight<const N: usize> {
     seed: u64,
     until: f64,
     /// Errors of a unit at a time.
     fault: fn(usize, f64) -> [Vector3<f64>; 2],
-    /// What the witness says of a velocity at a time; not a number where it says nothing.
+    /// What the aiding measurement says of a velocity at a time; not a number where it says nothing.
     says: Says,
     /// Time that it takes, s.
     latency: f64,
 }
 
-fn velocity(value: Vector3<f64>) -> Witness<f64> {
-    Witness::Velocity {
+fn velocity(value: Vector3<f64>) -> Aiding<f64> {
+    Aiding::Velocity {
         value,
         sigma: Vector3::repeat(SIGMA),
     }
@@ -112,19 +112,19 @@ fn resting() -> [Option<UnitReading<f64>>; 2] {
 }
 
 fn listen<const N: usize>(
-    testimony: &mut Option<Testimony<f64, N>>,
+    aiding_evidence: &mut Option<AidingEvidence<f64, N>>,
     time: f64,
-    said: &Witness<f64>,
-) -> Result<Option<Trust<f64>>, WitnessRejection> {
+    said: &Aiding<f64>,
+) -> Result<Option<Trust<f64>>, AidingRejection> {
     said.check(N)?;
-    testimony
-        .get_or_insert_with(Testimony::new)
+    aiding_evidence
+        .get_or_insert_with(AidingEvidence::new)
         .take((time * 1e6) as u64, said)
 }
 
 fn look<const N: usize>(
     judge: &mut Judge<f64, N>,
-    testimony: &mut Option<Testimony<f64, N>>,
+    aiding_evidence: &mut Option<AidingEvidence<f64, N>>,
     number: u64,
     units: &[Option<UnitReading<f64>>; N],
     tell: &mut dyn FnMut(Sensor, Judgement<f64>),
@@ -148,15 +148,15 @@ fn look<const N: usize>(
             angular_rate: 0.0075,
         },
     };
-    judge.look(&window, testimony.as_mut(), tell);
+    judge.look(&window, aiding_evidence.as_mut(), tell);
 }
 
 impl<const N: usize> Flight<N> {
     fn fly(&self) -> Vec<(f64, Found)> {
-        let (mut judge, mut testimony) = (Judge::<f64, N>::new(), None);
+        let (mut judge, mut aiding_evidence) = (Judge::<f64, N>::new(), None);
         let mut draw = Draw(self.seed);
         let mut found = Vec::new();
-        // Until a witness has spoken, nothing of one is kept.
+        // Until an aiding measurement has spoken, nothing of one is kept.
         for k in 1..(self.until / H) as u64 {
             let t = (k + 1) as f64 * H;
             let [f, w] = felt(t);
@@ -168,21 +168,27 @@ impl<const N: usize> Flight<N> {
                     ..said
                 })
             });
-            look(&mut judge, &mut testimony, k, &units, &mut |sensor, judgement| {
-                let what = match judgement {
-                    Judgement::Blamed { unit, proof } if proof.ground == Ground::Witness => {
-                        Found::Blamed(unit, sensor)
-                    }
-                    Judgement::OutOfFamily { unit, .. } => Found::OutOfFamily(unit, sensor),
-                    Judgement::Disagree { units: [i, j], .. } => Found::Disagree(i, j),
-                    _ => return,
-                };
-                found.push((t, what));
-            });
+            look(
+                &mut judge,
+                &mut aiding_evidence,
+                k,
+                &units,
+                &mut |sensor, judgement| {
+                    let what = match judgement {
+                        Judgement::Blamed { unit, proof } if proof.ground == Ground::Aiding => {
+                            Found::Blamed(unit, sensor)
+                        }
+                        Judgement::OutOfFamily { unit, .. } => Found::OutOfFamily(unit, sensor),
+                        Judgement::Disagree { units: [i, j], .. } => Found::Disagree(i, j),
+                        _ => return,
+                    };
+                    found.push((t, what));
+                },
+            );
             if k % 4 == 0 {
                 let at = t - self.latency;
                 let said = (self.says)(at, motion(at).1 + draw.vector(SIGMA));
-                match listen(&mut testimony, at, &said) {
+                match listen(&mut aiding_evidence, at, &said) {
                     Ok(None) | Err(_) => {}
                     Ok(Some(Trust::Lost { .. })) => found.push((t, Found::Lost)),
                     Ok(Some(Trust::Regained)) => found.push((t, Found::Regained)),
@@ -215,7 +221,7 @@ fn rate_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
     [Vector3::zeros(), ramp(unit, t, 0.0015)]
 }
 
-fn truthful(_: f64, v: Vector3<f64>) -> Witness<f64> {
+fn truthful(_: f64, v: Vector3<f64>) -> Aiding<f64> {
     velocity(v)
 }
 
@@ -238,7 +244,7 @@ fn blamed(found: &[(f64, Found)]) -> Vec<(usize, Sensor)> {
 }
 
 #[test]
-fn a_witness_says_which_of_two_accelerometers_drifts() {
+fn an_aiding_says_which_of_two_accelerometers_drifts() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: force_drifts,
@@ -273,7 +279,7 @@ fn wheels_say_which_of_two_drifts() {
             fault: force_drifts,
             says: |t, v| {
                 let (attitude, ..) = motion(t);
-                Witness::BodyVelocity {
+                Aiding::BodyVelocity {
                     value: attitude.inverse() * v,
                     sigma: Vector3::repeat(SIGMA),
                 }
@@ -291,7 +297,7 @@ fn a_climb_rate_says_which_of_two_drifts_along_the_vertical() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: |unit, t| [Vector3::z() * ramp(unit, t, 0.02).norm(), Vector3::zeros()],
-            says: |_, v| Witness::Velocity {
+            says: |_, v| Aiding::Velocity {
                 value: Vector3::new(f64::NAN, f64::NAN, v.z),
                 sigma: Vector3::new(f64::INFINITY, f64::INFINITY, SIGMA),
             },
@@ -308,7 +314,7 @@ fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: force_drifts,
-            says: |t, _| Witness::Score {
+            says: |t, _| Aiding::Score {
                 unit: 1,
                 value: if t > 110.0 { 6.0 } else { 1.0 },
             },
@@ -323,10 +329,10 @@ fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
 const HEADING_SIGMA: f64 = 0.05;
 
 /// Heading of the primary, with noise as that of a velocity, and so much besides.
-fn heading(t: f64, v: Vector3<f64>, beyond: f64) -> Witness<f64> {
+fn heading(t: f64, v: Vector3<f64>, beyond: f64) -> Aiding<f64> {
     let ahead = motion(t).0 * Vector3::x();
     let noise = (v - motion(t).1).x / SIGMA * HEADING_SIGMA;
-    Witness::Heading {
+    Aiding::Heading {
         // Counted from a direction of its own.
         value: ahead.y.atan2(ahead.x) + 2.5 + noise + beyond,
         sigma: HEADING_SIGMA,
@@ -365,7 +371,7 @@ fn a_heading_says_which_of_two_gyroscopes_drifts_about_the_vertical() {
 }
 
 #[test]
-fn a_heading_that_is_disturbed_condemns_no_sound_unit() {
+fn a_heading_that_is_disturbed_excludes_no_sound_unit() {
     // Iron that passes by, that comes ever nearer, and a needle that sticks; alone and beside a fault that they do not resemble.
     let disturbances: [Says; 3] = [
         |t, v| heading(t, v, if t > 90.0 && t % 20.0 < 6.0 { 0.6 } else { 0.0 }),
@@ -418,7 +424,7 @@ const LIES: [(Says, bool); 6] = [
 ];
 
 #[test]
-fn a_witness_that_lies_condemns_no_sound_unit() {
+fn an_aiding_that_lies_excludes_no_sound_unit() {
     for seed in 0..2 {
         for (number, (says, contradicts_all)) in LIES.into_iter().enumerate() {
             let two = Flight::<2> { says, ..flight(seed) }.fly();
@@ -460,7 +466,7 @@ fn a_glitch_together_with_a_fault_names_no_sound_unit() {
 }
 
 #[test]
-fn a_witness_that_lied_is_believed_again_once_it_fits() {
+fn an_aiding_that_lied_is_believed_again_once_it_fits() {
     let found = Flight::<2> {
         says: |t, v| velocity(if (60.0..70.0).contains(&t) { v * -1.0 } else { v }),
         ..flight(1)
@@ -474,29 +480,29 @@ fn a_witness_that_lied_is_believed_again_once_it_fits() {
 }
 
 #[test]
-fn a_witness_that_comes_seconds_late_or_early_is_left_out() {
+fn an_aiding_that_comes_seconds_late_or_early_is_left_out() {
     let flown = |latency: f64| {
         let mut rejections = Vec::new();
-        let (mut judge, mut testimony) = (Judge::<f64, 2>::new(), None);
+        let (mut judge, mut aiding_evidence) = (Judge::<f64, 2>::new(), None);
         for k in 1..400 {
             let t = (k + 1) as f64 * H;
-            look(&mut judge, &mut testimony, k, &resting(), &mut |_, _| {});
+            look(&mut judge, &mut aiding_evidence, k, &resting(), &mut |_, _| {});
             let at = (t - latency).max(0.0);
-            if let Err(why) = listen(&mut testimony, at, &velocity(Vector3::zeros())) {
+            if let Err(why) = listen(&mut aiding_evidence, at, &velocity(Vector3::zeros())) {
                 rejections.push(why);
             }
         }
         rejections
     };
     assert_eq!(flown(0.9), []);
-    assert!(flown(3.0).len() > 300 && flown(3.0).iter().all(|why| *why == WitnessRejection::Late));
-    assert!(flown(-0.5).len() > 300 && flown(-0.5).iter().all(|why| *why == WitnessRejection::Early));
+    assert!(flown(3.0).len() > 300 && flown(3.0).iter().all(|why| *why == AidingRejection::Late));
+    assert!(flown(-0.5).len() > 300 && flown(-0.5).iter().all(|why| *why == AidingRejection::Early));
 }
 
 #[test]
-fn what_a_witness_cannot_mean_is_left_out() {
+fn what_an_aiding_cannot_mean_is_left_out() {
     let zero = Vector3::zeros();
-    let of = |value, sigma| Witness::Velocity { value, sigma }.check(2);
+    let of = |value, sigma| Aiding::Velocity { value, sigma }.check(2);
     let sigma = Vector3::repeat(SIGMA);
     assert_eq!(of(zero, sigma), Ok(()));
     for axis in 0..3 {
@@ -505,28 +511,28 @@ fn what_a_witness_cannot_mean_is_left_out() {
             v
         };
         for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(of(with(zero, x), sigma), Err(WitnessRejection::NotFinite));
+            assert_eq!(of(with(zero, x), sigma), Err(AidingRejection::NotFinite));
             assert_eq!(of(with(zero, x), with(sigma, f64::INFINITY)), Ok(()));
         }
-        assert_eq!(of(zero, with(sigma, f64::NAN)), Err(WitnessRejection::NotFinite));
+        assert_eq!(of(zero, with(sigma, f64::NAN)), Err(AidingRejection::NotFinite));
         for x in [0.0, -0.3] {
-            assert_eq!(of(zero, with(sigma, x)), Err(WitnessRejection::NoSigma));
+            assert_eq!(of(zero, with(sigma, x)), Err(AidingRejection::NoSigma));
         }
     }
     assert_eq!(
         of(zero, Vector3::repeat(f64::INFINITY)),
-        Err(WitnessRejection::NoSigma)
+        Err(AidingRejection::NoSigma)
     );
-    let heading = |value, sigma| Witness::Heading { value, sigma }.check(2);
+    let heading = |value, sigma| Aiding::Heading { value, sigma }.check(2);
     assert_eq!(heading(7.0, 0.1), Ok(()));
-    assert_eq!(heading(f64::NAN, 0.1), Err(WitnessRejection::NotFinite));
-    assert_eq!(heading(0.0, 0.0), Err(WitnessRejection::NoSigma));
-    assert_eq!(heading(0.0, f64::INFINITY), Err(WitnessRejection::NoSigma));
-    let score = |unit, value| Witness::Score { unit, value }.check(2);
+    assert_eq!(heading(f64::NAN, 0.1), Err(AidingRejection::NotFinite));
+    assert_eq!(heading(0.0, 0.0), Err(AidingRejection::NoSigma));
+    assert_eq!(heading(0.0, f64::INFINITY), Err(AidingRejection::NoSigma));
+    let score = |unit, value| Aiding::Score { unit, value }.check(2);
     assert_eq!(score(1, 0.0), Ok(()));
-    assert_eq!(score(2, 1.0), Err(WitnessRejection::NoSuchUnit));
-    assert_eq!(score(0, f64::NAN), Err(WitnessRejection::NotFinite));
-    assert_eq!(score(0, -0.1), Err(WitnessRejection::NegativeScore));
+    assert_eq!(score(2, 1.0), Err(AidingRejection::NoSuchUnit));
+    assert_eq!(score(0, f64::NAN), Err(AidingRejection::NotFinite));
+    assert_eq!(score(0, -0.1), Err(AidingRejection::NegativeScore));
 }
 
 #[test]
@@ -561,19 +567,19 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
             if k % 4 != 0 {
                 continue;
             }
-            let witnessed = Witnessed {
+            let aided = Aided {
                 value: motion(t - 0.5 * H).1,
                 sigma: Vector3::repeat(SIGMA),
                 windows: 0.0,
                 length: H,
             };
             for navigation in [&mut of_set, &mut of_unit] {
-                navigation.begin_along_level(&witnessed);
+                navigation.begin_along_level(&aided);
             }
             for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
                 let both = (
-                    of_set.along_level(&axis, &witnessed),
-                    of_unit.along_level(&axis, &witnessed),
+                    of_set.along_level(&axis, &aided),
+                    of_unit.along_level(&axis, &aided),
                 );
                 let (Some(set), Some(unit)) = both else { continue };
                 let expected = set.of_set - of_set.share(&set, sensor, 1);
@@ -592,17 +598,17 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
 }
 
 #[test]
-fn what_is_left_out_of_a_witness_is_counted_and_told_of_once() {
+fn what_is_left_out_of_an_aiding_is_counted_and_told_of_once() {
     let mut monitor = Monitor::<f64, 2, 1, 1>::new();
     let mut told = Vec::new();
     for time in 0..10 {
         for value in [Vector3::repeat(f64::NAN), Vector3::zeros()] {
-            monitor.witness(time * 200_000, &velocity(value), &mut |event| {
+            monitor.aiding(time * 200_000, &velocity(value), &mut |event| {
                 told.push(event.kind)
             });
         }
     }
-    let why = WitnessRejection::NotFinite;
-    assert_eq!(told, [EventKind::WitnessLeftOut { why }]);
-    assert_eq!(monitor.witnesses_left_out(), 10);
+    let why = AidingRejection::NotFinite;
+    assert_eq!(told, [EventKind::AidingLeftOut { why }]);
+    assert_eq!(monitor.aiding_measurements_left_out(), 10);
 }
