@@ -12,7 +12,7 @@ use crate::redundancy::settings::HealthSettings;
 pub enum Surroundings {
     /// Nothing.
     Unknown,
-    /// It may have come to rest: repetitions prove less.
+    /// It may have come to rest, or moves smoothly.
     Quiet,
     /// It rests: repetitions prove nothing.
     Rest,
@@ -464,11 +464,7 @@ impl<T: Real> SensorWatch<T> {
         let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
         let coarse = self.usual_change < self.resolution() * real(COARSE);
-        let needed = if coarse || reading.surroundings == Surroundings::Quiet {
-            limit.saturating_mul(2)
-        } else {
-            limit
-        };
+        let needed = if coarse { limit.saturating_mul(2) } else { limit };
         self.repeating.is_over(needed) && self.is_no_chance(reading.surroundings)
     }
 
