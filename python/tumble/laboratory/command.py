@@ -9,11 +9,11 @@ import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.exit_code import ExitCode
-from tumble.cli.json_option import JsonOption
 from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import print_json, print_summary
+from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import CommandError
 
 if TYPE_CHECKING:

@@ -376,7 +376,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Square of what calibrated units have drifted apart since, whichever of them is left out: a drift that all share in time is
-    /// the fault of none (docs/theory/judgement.md, eq. 27).
+    /// the fault of none (docs/theory/judgement.md, eq. 29).
     #[inline(never)]
     fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
         let drifted = |unit: usize| {
@@ -406,7 +406,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         smaller(
             most * most,
             shared.fold(most * most, smaller) * real(SHARED * SHARED),
-        ) // judgement.md, eq. 27
+        ) // judgement.md, eq. 29
     }
 
     /// How far all pairs are apart, on each scale that both have filled; of units that vote, which may share a drift of which the

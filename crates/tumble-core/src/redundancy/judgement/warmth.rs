@@ -61,7 +61,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
     }
 
     /// Variance of what two units may have drifted apart since they were calibrated, of a coefficient a kelvin and axis
-    /// (docs/theory/judgement.md, eq. 26).
+    /// (docs/theory/judgement.md, eq. 28).
     pub fn drifted(&self, i: usize, j: usize, coefficient: T) -> T {
         let change = |unit: usize| {
             let warmth = self.0.get(unit).filter(|_| unit != 0);
@@ -78,7 +78,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
         if together == T::zero() {
             return T::zero();
         }
-        coefficient * coefficient * together * real(AXES) // judgement.md, eq. 26
+        coefficient * coefficient * together * real(AXES) // judgement.md, eq. 28
     }
 }
 
