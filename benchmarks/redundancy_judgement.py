@@ -54,15 +54,15 @@ def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float)
     disagreed = [time for time, _, what, _ in told if what == "disagree"]
     sources = [event for event in told if event[2] == "selected" and event[3]["reason"] != "start"]
     early = [each for each in named if each[0] < onset]
-    faulty = min((time for time, unit in named if time >= onset and unit == faulty), default=None)
+    isolated_at = min((time for time, unit in named if time >= onset and unit == faulty), default=None)
     others = [time for time, unit in named if time >= onset and unit != faulty]
-    seen = min((time for time in (*others, *disagreed, *_known(faulty)) if time >= onset), default=None)
-    outcome = None if faulty is None else _outcome(bool(early), faulty, min(others, default=None), seen)
+    seen = min((time for time in (*others, *disagreed, *_known(isolated_at)) if time >= onset), default=None)
+    outcome = None if faulty is None else _outcome(bool(early), isolated_at, min(others, default=None), seen)
     return Judgement(
         outcome=outcome,
-        isolated=faulty - onset if outcome == "right" and faulty is not None else None,
+        isolated=isolated_at - onset if outcome == "right" and isolated_at is not None else None,
         seen=None if seen is None else seen - onset,
-        also=sum(faulty is not None and time > faulty for time in others),
+        also=sum(isolated_at is not None and time > isolated_at for time in others),
         faulty_in_health=len(early),
         disagree_in_health=sum(time < onset for time in disagreed),
         health=onset,
@@ -81,12 +81,12 @@ def _known(time: float | None) -> tuple[float, ...]:
     return () if time is None else (time,)
 
 
-def _outcome(early: bool, faulty: float | None, other: float | None, seen: float | None) -> Outcome:
+def _outcome(early: bool, isolated_at: float | None, other: float | None, seen: float | None) -> Outcome:
     if early:
         return "too early"
-    if other is not None and (faulty is None or other <= faulty):
+    if other is not None and (isolated_at is None or other <= isolated_at):
         return "wrong"
-    if faulty is not None:
+    if isolated_at is not None:
         return "right"
     return "missed" if seen is None else "unknown"
 

@@ -44,10 +44,10 @@ def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
     judgement = judged(mission, events)
     first = mission.faults[0] if mission.faults else None
     health = judgement.health
-    faulty = judgement.faulty_in_health
+    named = judgement.faulty_in_health
     if replay.before is not None:
         earlier = judge(events_of(replay.before[1]), None, 0.0, float(replay.before[0].body.time[-1]))
-        health, faulty = health + earlier.health, faulty + earlier.faulty_in_health
+        health, named = health + earlier.health, named + earlier.faulty_in_health
     owed, recalibrated = _recalibrated(mission, replay, events)
     early = events_before(mission, replay, events)
     return {
@@ -65,7 +65,7 @@ def scored(mission: Mission, replay: Replayed) -> dict[str, Any]:
         "angle": None,
         **asdict(judgement),
         "health": health,
-        "faulty_in_health": faulty,
+        "faulty_in_health": named,
         "reasons_in_health": dict(Counter(e[3]["reason"] for e in early if e[2] == "unhealthy")),
         "misled": _misled(mission, replay),
         "missing": missing_output(

@@ -237,10 +237,12 @@ def test_table_on_a_serial_line_excludes_other_programs():
 @pytest.mark.parametrize("name", shipped())
 def test_a_profile_that_nobody_tried_says_so_wherever_it_is_used(name):
     assert load_profile(name).tried is None
-    assert "nobody has tried" in " ".join(open_table(f"text:TCPIP::x::1::SOCKET?profile={name}").remarks)
+    assert "untested on hardware" in " ".join(open_table(f"text:TCPIP::x::1::SOCKET?profile={name}").remarks)
     done = typed("table", "list")
     assert done.code == 0
-    assert "nobody has tried" in next(line for line in done.out.splitlines() if f"profile {name}:" in line)
+    assert "untested on hardware" in next(
+        line for line in done.out.splitlines() if f"profile {name}:" in line
+    )
 
 
 @given(st.floats(-1e4, 1e4), st.integers(0, 6), st.sampled_from(["rate", "acceleration"]))

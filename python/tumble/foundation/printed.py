@@ -48,6 +48,16 @@ class PrintedParameter(Printed):
     """Why it could not be observed."""
 
 
+class PrintedGravity(Printed):
+    """Local gravity."""
+
+    value: float
+    """m/s^2."""
+    source: str
+    sigma: float | None
+    """m/s^2; null where it is not stated."""
+
+
 class PrintedSchema(GenerateJsonSchema):
     """Makes schemas of what is printed: the keys are titles enough, arrays are nested lists."""
 

@@ -64,6 +64,12 @@ _RESULTS = tuple(
     )
     for each in PROCEDURES
 )
+_REGISTRY = DocumentSchema(
+    "registry",
+    "what tumble registry --json prints",
+    "tumble.laboratory.summary_document",
+    "RegistryDocument",
+)
 _SETTINGS = DocumentSchema(
     "settings",
     "settings that tumble redundancy --explain --json lists",
@@ -90,6 +96,7 @@ PRINTED = {
         ),
         _printed("tables", "table", "TablesDocument", "tables that tumble table list --json lists"),
         _printed("table-position", "table", "PositionDocument", "where tumble table --json says a table is"),
+        _REGISTRY,
         _SETTINGS,
         _ERROR,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
@@ -12,7 +13,7 @@ from tumble.cli.exit_code import ExitCode
 from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
-from tumble.cli.screen import print_json, print_summary
+from tumble.cli.screen import LISTED, print_document, print_summary
 from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import CommandError
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from tumble.calibration.limits import Limits
     from tumble.laboratory.history import Fleet
     from tumble.laboratory.registry import Registry
+
+SCHEMA = "tumble-registry/1"
 
 registry_app = typer.Typer(
     no_args_is_help=True,
@@ -132,7 +135,7 @@ def add_command(
             {"result": each.identity, "name": each.name, "serial": each.serial, "new": each.is_new}
             for each in added
         ]
-        print_json({"added": rows})
+        _print("added", {"added": rows})
         return
     for each in added:
         state = "added" if each.is_new else "there already"
@@ -162,7 +165,7 @@ def list_command(
         serial=serial, model=model or None, lot=lot or None, procedure=procedure or None
     )
     if as_json:
-        print_json({"results": list(found)})
+        _print(LISTED, {"results": list(found)})
         return
     columns = ("date", "name", "serial", "model", "procedure", "verdict", "condition")
     rows = [(_short(row["calibration"]), *(str(row[name]) for name in columns)) for row in found]
@@ -190,7 +193,7 @@ def show_command(
 
     found = opened.show(result)
     if as_json:
-        print_json(shown_content(found))
+        _print(LISTED, shown_content(found))
     else:
         for line in shown_lines(found):
             print(line)
@@ -229,13 +232,14 @@ def history_command(
     if not unit:
         found = opened.lot(lot=lot, model=model, limits=held)
         if as_json:
-            print_json({"units": found.units, "parameters": list(found.rows())})
+            _print(LISTED, {"units": found.units, "parameters": list(found.rows())})
         else:
             print_summary(_table(LOT_COLUMNS, lot_rows(found)))
         return
     history = opened.history(unit, held)
     if as_json:
-        print_json({"unit": history.unit, "values": list(history.rows()), "due": list(history.due_rows())})
+        content = {"unit": history.unit, "values": list(history.rows()), "due": list(history.due_rows())}
+        _print(LISTED, content)
     else:
         print_summary(_table(DRIFT_COLUMNS, drift_rows(history)))
         for sentence in signal_sentences(history):
@@ -280,13 +284,14 @@ def due_command(
     names = [each if isinstance(each, str) else str(each["unit"]) for each in wanted]
     fleets: dict[str, Fleet] = {}
     found = [history_of(opened, name, held, fleets) for name in names]
+    is_due = any(each.due and each.due <= date_now()[:10] for each in found)
     if as_json:
         rows = [{"unit": each.unit, "due": each.due, "parameters": list(each.due_rows())} for each in found]
-        print_json({"units": rows})
+        _print("due" if is_due else "not due", {"units": rows})
     else:
         for each in found:
             print(f"{each.unit['serial'] or each.unit['name']}: {due_sentence(each)}")
-    if any(each.due and each.due <= date_now()[:10] for each in found):
+    if is_due:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
@@ -311,7 +316,7 @@ def verify_command(
 
     found = _open(registry).verify(head=head)
     if as_json:
-        print_json(found.content())
+        _print("intact" if found.intact else "damaged", {"verification": found.content()})
     else:
         for fault in found.faults:
             print(f"fault: {fault}")
@@ -406,7 +411,7 @@ def equipment_command(
         return
     found = equipment.listed(opened)
     if as_json:
-        print_json({"equipment": list(found)})
+        _print(LISTED, {"equipment": list(found)})
     else:
         columns = ("kind", "name", "model", "serial", "certificate", "due", "state")
         print_summary(_table(columns, [tuple(str(row[column]) for column in columns) for row in found]))
@@ -415,6 +420,10 @@ def equipment_command(
         print(f"tumble: warning: {each} is past its date", file=sys.stderr)
     if late:
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
+
+
+def _print(verdict: str, content: Mapping[str, Any]) -> None:
+    print_document(SCHEMA, verdict, content)
 
 
 def _open(address: str) -> Registry:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from tumble.foundation.printed import Printed, PrintedResult
+from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult
 from tumble.procedures.multipose.result import (
     Faces,
     NextOrientation,
@@ -16,14 +16,6 @@ from tumble.procedures.multipose.result import (
     TurnFit,
 )
 from tumble.procedures.multipose.summary import SCHEMA
-
-
-class Gravity(Printed):
-    """Local gravity."""
-
-    value: float
-    """m/s^2."""
-    source: str
 
 
 class NormErrors(Printed):
@@ -58,7 +50,7 @@ class MultiposeDocument(PrintedResult):
     verdict: Literal["calibrated", "partly calibrated", "model not met"]
     name: str
     source: str
-    gravity: Gravity
+    gravity: PrintedGravity
     options: dict[str, Any]
     norm: NormErrors
     angle: AngleErrors

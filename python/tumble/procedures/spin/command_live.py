@@ -142,7 +142,7 @@ def run_live(
     from tumble.foundation.files import no_empty_folder
     from tumble.live import open_source
     from tumble.live.outputs import parse_output
-    from tumble.live.resumable_source import ContinuedSource
+    from tumble.live.resumable_source import ResumableSource
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
     from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.tools.record.recorded_source import recorded_source
@@ -172,7 +172,7 @@ def run_live(
     serial = read_options.serial or getattr(stream, "serial", "")
     kept = not (asked.no_record or source.startswith(REPLAY))
     session = asked.record or (session_folder(folder) if kept else None)
-    recorded = recorded_source(ContinuedSource(stream), session, typed=source, serial=serial)
+    recorded = recorded_source(ResumableSource(stream), session, typed=source, serial=serial)
     with no_empty_folder(folder), recorded as samples, samples:
         prepare_unit_files(folder, stream.name, "live")
         live = LiveSpin(samples, options, typed=source, serial=serial, calibration=calibration)

@@ -6,18 +6,10 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from tumble.foundation.printed import Printed, PrintedParameter, PrintedResult
+from tumble.foundation.printed import Printed, PrintedGravity, PrintedParameter, PrintedResult
 from tumble.foundation.recording import FloatArray
 from tumble.procedures.spin.result import BiasEstimate
 from tumble.procedures.spin.summary import SCHEMA
-
-
-class Gravity(Printed):
-    """Local gravity."""
-
-    value: float
-    """m/s^2."""
-    source: str
 
 
 class Span(Printed):
@@ -71,7 +63,7 @@ class SpinDocument(PrintedResult):
     verdict: Literal["calibrated", "partly calibrated", "model not met", "not calibrated"]
     name: str
     source: str
-    gravity: Gravity
+    gravity: PrintedGravity
     options: dict[str, Any]
     calibration_hash: str
     """sha256 of the calibration that was applied first; empty if there was none."""

@@ -6,19 +6,11 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from tumble.foundation.printed import Printed, PrintedResult
+from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import LimitCheck
 from tumble.procedures.turntable.result import UncertaintySources
 from tumble.procedures.turntable.summary import SCHEMA
-
-
-class Gravity(Printed):
-    """Local gravity."""
-
-    value: float
-    """m/s^2."""
-    source: str
 
 
 class Mounting(Printed):
@@ -89,7 +81,7 @@ class TurntableDocument(PrintedResult):
     verdict: Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
     """That of the worst target of the run."""
     truth: str
-    gravity: Gravity
+    gravity: PrintedGravity
     options: dict[str, Any]
     limits: dict[str, Any]
     reference: PrintedReference

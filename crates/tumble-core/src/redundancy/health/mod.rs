@@ -67,6 +67,9 @@ enum Presence {
     Seen,
 }
 
+/// Windows of a rest until it shows as one.
+const WINDOWS_OF_REST: u32 = 4;
+
 /// Health of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health<T: Real> {
@@ -85,6 +88,8 @@ pub struct Health<T: Real> {
     refuted: [[bool; 2]; 2],
     presence: Presence,
     surroundings: Surroundings,
+    /// Time by which a rest shows later than over windows of the settings, microseconds.
+    shown_late: u32,
     /// Readings given once, up to [`SHOWN_ONCE`]; then it is known that each is.
     once: u8,
     /// Of a unit of which that is known, readings given twice.
@@ -114,6 +119,7 @@ impl<T: Real> Health<T> {
             refuted: [[false; 2]; 2],
             presence: Presence::Unknown,
             surroundings: Surroundings::Unknown,
+            shown_late: 0,
             once: 0,
             twice: 0,
             copied: 0,
@@ -190,9 +196,11 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Takes in what the latest window showed of the platform.
-    pub fn set_surroundings(&mut self, surroundings: Surroundings) {
+    /// Takes in what the latest window showed of the platform, and by how much windows are longer than those of the settings,
+    /// microseconds: a rest shows as much later, over each window that it takes.
+    pub fn set_surroundings(&mut self, surroundings: Surroundings, longer: u32) {
         self.surroundings = surroundings;
+        self.shown_late = longer.saturating_mul(WINDOWS_OF_REST);
     }
 
     /// Longest time without a sample, microseconds. One that was never heard may be a slow one.
@@ -244,6 +252,7 @@ impl<T: Real> Health<T> {
                 end: watch.end(stated),
                 lapse,
                 surroundings,
+                shown_late: self.shown_late,
                 settings,
             });
             *sensor.of_mut(&mut followed) = judgement.followed;

@@ -206,10 +206,10 @@ fn a_unit_whose_noise_is_below_a_count_is_not_frozen_at_rest() {
             coarse(sample, counts);
         };
         for _ in 0..4 {
-            bench.health.set_surroundings(Surroundings::Motion);
+            bench.health.set_surroundings(Surroundings::Motion, 0);
             bench.run(377, moves);
             // As another unit shows, or this one itself.
-            bench.health.set_surroundings(Surroundings::Rest);
+            bench.health.set_surroundings(Surroundings::Rest, 0);
             bench.run(8_000, |_, sample| coarse(sample, counts));
         }
         assert_eq!(bench.health.fault(), None, "{counts}");
@@ -233,7 +233,7 @@ fn a_unit_of_which_nothing_ever_changed_is_frozen_unless_others_rest() {
         sample.angular_rate = Vector3::new(0.001, 0.002, 0.003);
     };
     let mut bench = Bench::new();
-    bench.health.set_surroundings(Surroundings::Rest);
+    bench.health.set_surroundings(Surroundings::Rest, 0);
     bench.run(1_000, freeze);
     assert_eq!(bench.health.fault(), None);
     let mut bench = Bench::new();
@@ -249,10 +249,10 @@ fn a_unit_that_freezes_at_rest_is_found_once_others_move() {
         sample.specific_force = Vector3::new(0.01, 0.02, 9.8);
         sample.angular_rate = Vector3::new(0.001, 0.002, 0.003);
     };
-    bench.health.set_surroundings(Surroundings::Rest);
+    bench.health.set_surroundings(Surroundings::Rest, 0);
     bench.run(400, freeze);
     assert_eq!(bench.health.fault(), None);
-    bench.health.set_surroundings(Surroundings::Motion);
+    bench.health.set_surroundings(Surroundings::Motion, 0);
     let found = bench.time_to_fault(freeze);
     assert!(left_at_once(found, 0.1), "{found}");
     assert!(matches!(bench.health.fault(), Some(HealthFault::Frozen { .. })));

@@ -30,6 +30,8 @@ pub(super) struct Reading<'a, T: Real> {
     /// Time since the reading before.
     pub lapse: Lapse,
     pub surroundings: Surroundings,
+    /// Time by which a rest shows later than over windows of the settings, microseconds.
+    pub shown_late: u32,
     pub settings: &'a HealthSettings<T>,
 }
 
@@ -461,7 +463,8 @@ impl<T: Real> SensorWatch<T> {
             self.repeating.empty();
             return false;
         }
-        let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
+        let allowed = reading.settings.frozen.saturating_add(reading.shown_late.into());
+        let limit = ticks(allowed).saturating_mul(3) / present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
         let coarse = self.usual_change < self.resolution() * real(COARSE);
         let needed = if coarse { limit.saturating_mul(2) } else { limit };

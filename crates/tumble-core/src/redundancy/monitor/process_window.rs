@@ -112,8 +112,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             true if self.rest.is_still_for(QUIET) => Surroundings::Rest,
             true => Surroundings::Quiet,
         };
+        let longer = self
+            .window_length(platform)
+            .saturating_sub(platform.settings().window);
+        let longer = u32::try_from(longer).unwrap_or(u32::MAX);
         for health in &mut self.health {
-            health.set_surroundings(surroundings);
+            health.set_surroundings(surroundings, longer);
         }
         voters > 0 && 2 * still >= voters
     }
