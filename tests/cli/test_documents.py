@@ -39,7 +39,7 @@ PRINTS = {
     "compare-result": "compare {0}/multipose/multipose.yaml {0}/turntable/target_1.yaml -o {0}/out",
     "export": "export {0}/turntable/target_1.yaml --format imucal -o {0}/target_1.json",
     "import": "import {0}/target_1.json -o {0}/imported",
-    "registry": "registry add {0}/out/none {0}/turntable/target_1.yaml --registry {0}/lab.db",
+    "registry": "registry add {0}/turntable/target_1.yaml --registry {0}/lab.db",
     "error": "spin {0}/nothing.csv",
 }
 """A command for each document, in an order in which each finds what it needs."""
@@ -54,6 +54,7 @@ def printed(tmp_path_factory):
         done = typed("simulate", kind, *shlex.split(QUICK.get(kind, "")), "-o", folder / kind, "--json")
         assert done.code == 0, done.err
         found[f"simulation of {kind}"] = done
+    assert typed("registry", "init", folder / "lab.db").code == 0
     for name, command in PRINTS.items():
         found[name] = typed(*shlex.split(command.format(folder)), "--json")
     return found

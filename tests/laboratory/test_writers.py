@@ -8,6 +8,7 @@ from made_up_calibrations import made_up, save
 from registry_writers import compete
 from repetitions import SOAK
 from tumble.foundation.errors import TumbleError
+from tumble.laboratory import documents
 from tumble.laboratory.registry import Registry
 
 
@@ -27,7 +28,7 @@ def test_a_document_that_cannot_be_written_leaves_no_entry(tmp_path, monkeypatch
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("tumble.laboratory.documents.replacing", full)
+        patched.setattr(documents, "replacing", full)
         with pytest.raises(TumbleError, match="No space left on device"):
             registry.add(results)
     assert len(registry.list()) == 0

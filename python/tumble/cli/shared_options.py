@@ -28,7 +28,10 @@ JobsOption: TypeAlias = Annotated[
     int | None, typer.Option(min=1, help="Targets calibrated at a time; all cores if not given.")
 ]
 OperatorOption: TypeAlias = Annotated[
-    str, typer.Option(envvar="TUMBLE_OPERATOR", metavar="NAME", help="Who calibrates.", show_default=False)
+    str,
+    typer.Option(
+        envvar="TUMBLE_OPERATOR", metavar="NAME", help="Operator, for the record.", show_default=False
+    ),
 ]
 StationOption: TypeAlias = Annotated[
     str, typer.Option(envvar="TUMBLE_STATION", metavar="NAME", help="Where that is done.", show_default=False)

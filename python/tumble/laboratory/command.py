@@ -14,7 +14,7 @@ from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import LISTED, print_document, print_summary
-from tumble.cli.shared_options import JsonOption
+from tumble.cli.shared_options import JsonOption, OperatorOption
 from tumble.foundation.errors import CommandError
 
 if TYPE_CHECKING:
@@ -46,12 +46,6 @@ ManufacturerOption: TypeAlias = Annotated[
 ]
 LimitsOption: TypeAlias = Annotated[
     str | None, typer.Option("--limits", metavar="FILE", help="Limits file.", show_default=False)
-]
-OperatorOption: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        "--operator", envvar="TUMBLE_OPERATOR", metavar="NAME", help="Who adds it.", show_default=False
-    ),
 ]
 
 

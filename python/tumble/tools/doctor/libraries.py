@@ -15,7 +15,7 @@ PACKAGE = "tumble-imu"
 _REQUIREMENT = re.compile(
     r"(?P<name>[\w.-]+)(?:\[[^\]]*\])?\s*(?P<versions>[^;]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?"
 )
-_EARLIER_PYTHON = re.compile(r"python_version\s*<\s*['\"](?P<version>[\d.]+)['\"]")
+_EARLIER_PYTHON = re.compile(r"python(?:_full)?_version\s*<\s*['\"](?P<version>[\d.]+)['\"]")
 _VERSION = re.compile(r"(>=|<)\s*([\d.]+)")
 
 
