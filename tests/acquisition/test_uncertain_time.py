@@ -123,7 +123,7 @@ def test_undecided_stamps_widen_the_scale_of_a_spin():
     assert np.sqrt(after**2 - before**2) == pytest.approx(angle / (6.0 * np.pi), rel=0.02)
 
 
-def test_stamps_that_stay_late_for_long_are_widened_more_than_those_that_scatter():
+def test_lasting_lateness_widens_more_than_scatter():
     seconds = np.arange(24_000) * 0.01
     generator = np.random.default_rng(SEED)
     scattered = generator.uniform(0.0, 4e-3, len(seconds))

@@ -25,6 +25,14 @@ def test_an_interval_that_does_not_hold_misses_its_goal():
 
 def test_cases_are_printed_before_and_now():
     printed = "\n".join(cases(measured(["cases", "disturbed", "spin_disturbed"])))
-    befores = ("15 sigma", "± 110 %", "7.1 sigma", "8 sigma", "57 sigma", "25.4 ± 3.2 mm/s²", "19 % lost")
-    for before in befores:
+    before_values = (
+        "15 sigma",
+        "± 110 %",
+        "7.1 sigma",
+        "8 sigma",
+        "57 sigma",
+        "25.4 ± 3.2 mm/s²",
+        "19 % lost",
+    )
+    for before in before_values:
         assert f"| {before} |" in printed

@@ -56,6 +56,6 @@ def warming(told):
     return [each.event for each in happened]
 
 
-def test_units_that_tell_how_warm_they_are_may_drift_as_far_as_that_explains():
+def test_units_with_thermometers_may_drift_as_warmth_explains():
     assert "disagree" in warming(told=False)
     assert {"disagree", "unhealthy"}.isdisjoint(warming(told=True))

@@ -333,7 +333,7 @@ def test_the_order_of_the_imu_axes_does_not_matter(tmp_path):
     assert_near(parameter(found, "mounting roll"), 178.0)
 
 
-def test_a_lever_arm_of_turns_one_way_is_counted_from_where_the_robot_turned(tmp_path):
+def test_lever_arm_of_turns_one_way_begins_where_the_robot_turned(tmp_path):
     one_way = record((still(), turn(3), still()), 91)
     words = "turned one way only: the lever arm is counted from the point about which the robot turned"
     (line,) = [line for line in spun(one_way, tmp_path)["spins"][0]["warnings"] if words in line]

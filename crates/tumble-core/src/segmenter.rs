@@ -31,7 +31,7 @@ pub struct SegmenterSettings<T: Real> {
     pub gap_intervals: u64,
     /// Settings of the detection of rest.
     pub stillness: StillnessSettings<T>,
-    /// Whether means of blocks may scatter by more than white noise makes them, as behind a low-pass; not where hands hold it.
+    /// True if means of blocks may scatter by more than white noise makes them, as behind a low-pass; not where hands hold it.
     pub slow_noise: bool,
 }
 

@@ -95,7 +95,7 @@ def _server(text: str) -> URL:
     try:
         url = make_url(text).set(drivername="postgresql+psycopg")
     except (ArgumentError, ValueError):
-        # Whatever the parser says may hold the password, which may be what is not quoted in the URL.
+        # The parser's message may hold the password, which may be what is not quoted in the URL.
         raise TumbleError(
             f"registry {shown(text)}: is not the URL of a database; give "
             "postgresql://USER@HOST:PORT/DATABASE, signs such as @ or / in a password as %40 or %2F"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tumble.laboratory.history import Fleet
     from tumble.laboratory.registry import Registry
 
-SCHEMA = "tumble-registry/1"
+SCHEMA: Final = "tumble-registry/1"
 
 registry_app = typer.Typer(
     no_args_is_help=True,
@@ -260,7 +260,7 @@ def due_command(
     registry: RegistryOption = "",
     as_json: JsonOption = False,
 ) -> None:
-    """Say when units are due: when they may leave their limits with more than 5 %.
+    """Show when units are due: when they may leave their limits with more than 5 %.
 
     Example: tumble registry due 0042 --limits limits.yaml
 
@@ -389,7 +389,7 @@ def equipment_command(
 
     Example: tumble registry equipment "reference 1" --kind reference --due 2027-06-30
 
-    What is not given of a piece of equipment that is there stays as it was. The exit code of a list is 3 if
+    Facts of known equipment that are not given stay as they were. The exit code of a list is 3 if
     a piece that is in service is past its date.
     """
     opened = _open(registry)

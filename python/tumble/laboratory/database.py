@@ -164,7 +164,7 @@ def _sqlite(path: Path, patience: float) -> Engine:
 
 def _server(address: Address, patience: float) -> Engine:
     assert address.url is not None
-    # A lock that is waited for longer is said, as of SQLite.
+    # A longer wait for a lock is an error, as with SQLite.
     settings = f"-c lock_timeout={int(1000 * patience)} -c default_transaction_isolation=read\\ committed"
     options = {"connect_timeout": _CONNECTING, "options": settings, "application_name": "tumble"}
     stated = {name: value for name, value in options.items() if name not in address.url.query}

@@ -39,7 +39,7 @@ from tumble.laboratory.registry import Registry, current_units, units_called
 from tumble.laboratory.results import ideal, limit_of
 
 MOST_POOLED = 100
-"""Units of a model that the walk is estimated from: more tell little, and take long."""
+"""Units of a model that the walk is estimated from: more add little, and take long."""
 YEAR = 365.25 * 86400.0
 """s."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)

@@ -337,7 +337,7 @@ class Registry:
     def _unit_rows(
         self, connection: Connection, name: str, serial: str, facts: UnitFacts
     ) -> tuple[str, list[dict[str, Value]]]:
-        """Find the unit that a result is of; return its key, and its row where that is new or says more."""
+        """Find the unit that a result is of; return its key, and its row where that is new or knows more."""
         current = self._unit_named(connection, name, serial, facts)
         stated = _stated(facts)
         if current is None:
@@ -575,7 +575,7 @@ def _session_rows(result: Result, date: str) -> dict[str, list[dict[str, Value]]
     }
     recordings: dict[tuple[str, str], dict[str, Value]] = {}
     for role, log in result.recordings():
-        # A log without a hash was never a file: it is told apart by its name.
+        # A log without a hash was never a file: its name distinguishes it.
         digest = log.get("sha256") or f"name {log['file']}"
         recordings[digest, role] = {
             "session": result.session,

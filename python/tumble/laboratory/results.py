@@ -29,7 +29,7 @@ LARGEST_PAGE = 64 << 20
 SIMPLE = "simple"
 """Decision rule: within the limit, whatever the uncertainty."""
 _DECIMALS = 9
-"""Decimals of M and b that tell two results apart whose options do not; beyond them computers differ."""
+"""Decimals of M and b that distinguish two results whose options do not; beyond them computers differ."""
 _WORDS = frozenset(procedure.word for procedure in PROCEDURES)
 _NOISE_UNITS = {"noise_density": "/sqrt(Hz)", "bias_instability": "", "random_walk": "/s/sqrt(Hz)"}
 
@@ -49,7 +49,7 @@ class Run:
 
     @property
     def origin(self) -> str:
-        """Hash that tells runs apart: a part that a later calibration took over was measured once."""
+        """Hash that distinguishes runs: a part that a later calibration took over was measured once."""
         logs = sorted(log.get("sha256", "") for log in self.logs)
         return sha256_of_json([self.procedure, finite(self.options), self.date, logs])
 
@@ -201,7 +201,7 @@ def latest_run(content: Mapping[str, Any]) -> Run:
     """Return the run that a calibration file was written by, from its content."""
     runs = [_own_run(content), *map(_contributed, content.get("contributions", ()))]
     known = [run for run in runs if run is not None]
-    # Of one second the contribution is later: it was added to what stood there.
+    # The contribution is the later of one second: it was added to what stood there.
     return max(enumerate(known), key=lambda each: (each[1].date, each[0]))[1] if known else _NOTHING
 
 
@@ -317,7 +317,7 @@ def _numbers(
 
 
 def limit_of(limits: Limits | None, parameter: str) -> float | None:
-    """Return the largest magnitude that limits allow of a parameter; None where they say nothing of it."""
+    """Return the largest magnitude that limits allow of a parameter; None where they do not limit it."""
     triad, _, rest = parameter.partition(" ")
     group, _, axis = rest.rpartition(" ")
     section = getattr(limits, triad, None)

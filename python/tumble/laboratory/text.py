@@ -96,7 +96,7 @@ LOT_COLUMNS = ("parameter", "units", "Cp", "Cpk", "repeatability", "reproducibil
 
 
 def due_sentence(history: UnitHistory) -> str:
-    """Say when a unit is due, and by which parameter."""
+    """Describe when a unit is due, and by which parameter."""
     first = min((each for each in history.parameters if each.due), key=lambda each: each.due, default=None)
     if first is not None:
         return f"Due on {first.due}, by {first.measured.name}."
@@ -145,7 +145,7 @@ def drift_rows(history: UnitHistory) -> Iterator[tuple[str, ...]]:
 
 
 def signal_sentences(history: UnitHistory) -> Iterator[str]:
-    """Say where a control chart shows that something changed."""
+    """Describe where a control chart shows that something changed."""
     for each in history.parameters:
         if each.chart is not None:
             for place, rule in each.chart.signals:

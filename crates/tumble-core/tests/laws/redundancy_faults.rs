@@ -145,7 +145,7 @@ fn pairs_are_dropped_when_either_unit_fails_while_they_collect() {
 }
 
 #[test]
-fn pairs_are_kept_where_samples_of_one_of_the_two_do_not_come_for_a_while() {
+fn pairs_are_kept_where_a_unit_pauses_for_a_while() {
     for unit in [0, 1] {
         let parts = aged_beside(Part::exact());
         let mission = Mission::new(SEED, &parts)

@@ -1,4 +1,4 @@
-//! What meets all units at once is the platform's, and what a sound unit shows of its resolution is no fault: nobody is named.
+//! An effect on all units at once is the platform's, and the resolution of a sound unit is no fault: nobody is named.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -64,8 +64,8 @@ fn rounded(v: &Vector3<f64>, step: f64) -> Vector3<f64> {
     v.map(|x| (x / step).round() * step)
 }
 
-/// A set at rest, in motion and at rest, of units of these resolutions: beside a primary that shows whether it rests. Of units of which
-/// a window holds a reading or none, single readings do not.
+/// A set at rest, in motion and at rest, of units of these resolutions: beside a primary that shows whether it rests. Single
+/// readings of units that fill no window do not.
 fn is_left_alone<const N: usize>(
     periods: [u64; N],
     steps: [[f64; 2]; N],
@@ -149,7 +149,7 @@ proptest! {
     }
 
     #[test]
-    fn all_clocks_that_go_back_at_once_are_an_event_and_nobody_is_named(
+    fn all_clocks_that_go_back_are_an_event_of_no_unit(
         back in 100_000..5 * SECOND, period in prop_oneof![Just(1_000_u64), Just(5_000), Just(20_000)], seed in any::<u64>()
     ) {
         let parts = parts([period; 3]);
@@ -233,7 +233,7 @@ fn three_units_that_warm_up_together_are_sound() {
     }
 }
 
-/// Secondaries 1 and 2 of which the second says what the first does, at the time of its own samples.
+/// Secondaries 1 and 2 of which the second repeats the first, at the time of its own samples.
 fn with_a_copy(seed: u64) -> Flight<f32, 3> {
     let parts = parts([5_000; 3]);
     let mission = Mission::new(seed, &parts);

@@ -132,7 +132,7 @@ impl Candidates<'_> {
 
     /// The lag on which axes agree that have no loop beside it, whatever the loops of the others; none where fewer than two do.
     ///
-    /// A loop of any shape takes up all of a lag on a steady ramp but what shows where it turns, so that an axis with a loop says
+    /// A loop of any shape takes up all of a lag on a steady ramp but what shows where it turns, so that an axis with a loop shows
     /// next to nothing of a lag.
     fn beside_loops(&self, without: &[f64]) -> Lagging {
         let at_zero = self.simplest(0.0, without);
@@ -160,7 +160,7 @@ impl Candidates<'_> {
             .sum()
     }
 
-    /// Of each channel its simplest loop beside a lag, and the likelihood less what the loop costs; `without` lag or loop.
+    /// Simplest loop of each channel beside a lag, and the likelihood less what the loop costs; `without` lag or loop.
     fn simplest(&self, lag: f64, without: &[f64]) -> Vec<Choice> {
         let plain = self.likelihoods(lag, 0);
         let loops = [1, KNOTS].map(|terms| (terms, self.likelihoods(lag, terms)));

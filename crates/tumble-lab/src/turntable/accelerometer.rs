@@ -119,7 +119,7 @@ impl TargetSession<'_> {
 const FALSE_ALARM: f64 = 1e-3;
 const FALSE_ALARM_BY_RESIDUALS: f64 = 1e-2;
 
-/// Whether a straight line explains more than chance does, under the noise that rests show: bias instability that is found in the
+/// True if a straight line explains more than chance does, under the noise that rests show: bias instability that is found in the
 /// residuals would take a drift for its own (docs/theory/turntable.md, eq. 45).
 fn asks_for_drift(
     plain: &[Observation<f64, 4, 3>],
@@ -141,7 +141,7 @@ fn asks_for_drift(
 /// Sigmas by which the drift of an axis is no chance.
 const CLEAR: f64 = 4.0;
 
-/// Whether biases that drift on a straight line leave what noise explains, and are shown.
+/// True if biases that drift on a straight line leave what noise explains, and are shown.
 fn explains(drifting: &TriadCalibration) -> bool {
     let is_clear = |(value, sigma): &(Vector3<f64>, Vector3<f64>)| {
         value.iter().zip(sigma).any(|(v, s)| v.abs() > CLEAR * s)

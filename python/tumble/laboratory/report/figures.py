@@ -95,6 +95,6 @@ def _predicted(each: ParameterHistory, end: float) -> tuple[FloatArray, ...]:
 
 
 def _axis(name: str) -> int:
-    """Tell which of three a parameter is: x, y and z, or xy, yz and zx."""
+    """Return which of three a parameter is: x, y and z, or xy, yz and zx."""
     axis = name.rpartition(" ")[2]
     return PAIRS.index(axis) if axis in PAIRS else AXIS_NAMES.index(axis)
