@@ -369,7 +369,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             self.stalled(now, pause, report);
             return Some(());
         }
-        for (unit, health) in self.health.iter_mut().enumerate() {
+        // The sample of this unit itself is still to be pushed: the time since the one before it counts.
+        let others = self
+            .health
+            .iter_mut()
+            .enumerate()
+            .filter(|(unit, _)| *unit != number);
+        for (unit, health) in others {
             if let Some(time) = self.clock.latest(unit) {
                 health.held_back(time);
             }
