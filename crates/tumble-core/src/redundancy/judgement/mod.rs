@@ -337,7 +337,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
     }
 
-    /// Looks at the next window, beside what aiding measurements from outside say, once there were any, and tells what it finds.
+    /// Examines the next window, beside aiding measurements once there were any, and reports what it finds.
     pub(crate) fn look(
         &mut self,
         window: &SetWindow<'_, T, UNITS>,

@@ -1,4 +1,4 @@
-//! What aiding measurements from outside say of the motion of the set.
+//! Aiding measurements of the motion of the set.
 
 use crate::real::Real;
 use crate::redundancy::aiding::{Aiding, AidingEvidence, AidingRejection, Trust};

@@ -60,7 +60,7 @@ const SHORTEST_PAUSE: u64 = 4;
 
 /// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `AIDED` is 1 where
-/// aiding measurements from outside are heard, 0 where there are none, which takes 800 bytes less of a set of three.
+/// aiding measurements are received, 0 where there are none, which takes 800 bytes less of a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0> {
     clock: CommonClock<UNITS>,
