@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test test-rust test-python test-commands bench foreign flights soak package lint site format requirements clean
+.PHONY: help build demo demo-live firmware test test-rust test-python test-commands bench foreign flights soak package lint generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -132,6 +132,15 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python scripts/write_formats.py --check
 	$(SITE)
 	$(RUSTDOC)
+
+generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made from one table: settings, schemas, grades, formats, tumble.h, tables of docs
+	$(BIN)/python scripts/write_settings.py
+	TUMBLE_WRITE_HEADER=1 cargo test --quiet --package tumble-capi --test header --locked
+	$(MAKE) --no-print-directory $(VENV)/.native
+	$(BIN)/python scripts/write_schemas.py
+	$(BIN)/python scripts/write_grades.py
+	$(BIN)/python scripts/write_formats.py
+	$(BIN)/python -m benchmarks.report
 
 site: $(VENV)/.native $(VENV)/.requirements-test  ## Build the documentation as a site, with that of the Rust crates: out/site/index.html
 	$(SITE)
