@@ -267,9 +267,9 @@ def main() -> int:
     counts = json.loads((ROOT / COUNTS).read_text(encoding="utf-8"))
     findings = all_findings()
     if arguments.show:
-        folder = arguments.show.rstrip("/")
+        shown = Path(arguments.show)
         for finding in findings:
-            if finding.path == folder or finding.path.startswith(f"{folder}/"):
+            if shown in (path := Path(finding.path), *path.parents):
                 print(finding)
         return 0
     found = Counter(folder_of(finding.path, counts["findings"]) for finding in findings)
