@@ -7,11 +7,11 @@ and constructors that raise whatever they like. JSON is read as the YAML that it
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import yaml
-from yaml.composer import Composer
 from yaml.constructor import SafeConstructor
 from yaml.resolver import Resolver
 
@@ -25,11 +25,11 @@ LONGEST_NUMBER = 64
 """Characters of a number."""
 
 if yaml.__with_libyaml__:
-    from yaml._yaml import CParser
+    from yaml._yaml import CParser as _Parser
 
-    class _Parser(CParser):
-        """Gives events, fast."""
+    _Composer = _Parser
 else:
+    from yaml.composer import Composer
     from yaml.parser import Parser
     from yaml.reader import Reader
     from yaml.scanner import Scanner
@@ -41,6 +41,13 @@ else:
             Reader.__init__(self, text)
             Scanner.__init__(self)
             Parser.__init__(self)
+
+    class _Composer(_Parser, Composer):  # type: ignore[no-redef]
+        """Gives nodes."""
+
+        def __init__(self, text: str) -> None:
+            _Parser.__init__(self, text)
+            Composer.__init__(self)
 
 
 _Mark: TypeAlias = Any
@@ -54,6 +61,7 @@ def parse(text: str) -> tuple[yaml.Node | None, Any]:
     what cannot be read as what it says it is.
     """
     try:
+        _check_extent(text)
         loader = _Loader(text)
         try:
             node = loader.get_single_node()
@@ -79,58 +87,72 @@ def _refusal(problem: str, mark: _Mark) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Extent:
     """Size of a node together with all nodes that it refers to."""
 
-    nodes: int
-    levels: int
+    nodes: int = 1
+    levels: int = 0
+
+    def add(self, part: _Extent) -> None:
+        """Counts a node among the parts of this one."""
+        self.nodes += part.nodes
+        self.levels = max(self.levels, 1 + part.levels)
 
 
-class _Loader(Composer, SafeConstructor, Resolver, _Parser):
+def _check_extent(text: str) -> None:
+    """Raises `yaml.YAMLError` where the nodes of a text, aliases unfolded, are too many or too deep.
+
+    Events come before nodes: nothing has been built yet of a text that is refused.
+    """
+    parser = _Parser(text)
+    document = _Extent()
+    opened = [document]
+    anchors: dict[str, _Extent] = {}
+    unfolded = 0
+    try:
+        while parser.check_event():
+            event: Any = parser.get_event()
+            if isinstance(event, yaml.CollectionEndEvent):
+                opened[-1].add(opened.pop())
+                continue
+            if not isinstance(event, yaml.NodeEvent):
+                continue
+            extent = _extent_of(event, anchors, opened)
+            unfolded += extent.nodes
+            if len(opened) + extent.levels > DEEPEST:
+                raise _refusal(f"is nested more than {DEEPEST} levels deep", event.start_mark)
+            if unfolded > MOST_NODES:
+                raise _refusal(f"holds more than {MOST_NODES} keys and values", event.start_mark)
+            if event.anchor is not None and not isinstance(event, yaml.AliasEvent):
+                anchors[event.anchor] = extent
+            if isinstance(event, yaml.CollectionStartEvent):
+                opened.append(extent)
+            else:
+                opened[-1].add(extent)
+    finally:
+        parser.dispose()
+
+
+def _extent_of(event: Any, anchors: Mapping[str, _Extent], opened: Sequence[_Extent]) -> _Extent:  # noqa: ANN401
+    """Returns the extent of a node as far as it is known when it begins; an alias has that of its anchor."""
+    if not isinstance(event, yaml.AliasEvent):
+        return _Extent()
+    found = anchors.get(event.anchor or "")
+    if found is None:
+        raise _refusal(f"found undefined alias {short(event.anchor)}", event.start_mark)
+    if any(found is each for each in opened):
+        raise _refusal(f"{short(event.anchor)} refers to itself", event.start_mark)
+    return _Extent(found.nodes + 1, found.levels)
+
+
+class _Loader(_Composer, SafeConstructor, Resolver):
     """Safe YAML that reads `1e-3` as a number, dates as text, and refuses a key given twice."""
 
     def __init__(self, text: str) -> None:
-        _Parser.__init__(self, text)
-        Composer.__init__(self)
+        _Composer.__init__(self, text)
         SafeConstructor.__init__(self)
         Resolver.__init__(self)
-        self._nodes = 0
-        self._level = 0
-        self._extents: dict[int, _Extent] = {}
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Composes a node, within the bounds."""
-        event: Any = self.peek_event()
-        self._level += 1
-        self._count(1, 0, event.start_mark)
-        node = super().compose_node(parent, index)
-        if isinstance(event, yaml.AliasEvent):
-            if id(node) not in self._extents:
-                raise _refusal(f"{short(event.anchor)} refers to itself", event.start_mark)
-            extent = self._extents[id(node)]
-            self._count(extent.nodes, extent.levels, event.start_mark)
-        elif node is not None:
-            self._extents[id(node)] = self._extent(node)
-        self._level -= 1
-        return node
-
-    def _count(self, nodes: int, levels: int, mark: _Mark) -> None:
-        self._nodes += nodes
-        if self._level + levels > DEEPEST:
-            raise _refusal(f"is nested more than {DEEPEST} levels deep", mark)
-        if self._nodes > MOST_NODES:
-            raise _refusal(f"holds more than {MOST_NODES} keys and values", mark)
-
-    def _extent(self, node: yaml.Node) -> _Extent:
-        if isinstance(node, yaml.ScalarNode):
-            return _Extent(1, 0)
-        pairs = isinstance(node, yaml.MappingNode)
-        parts = [part for pair in node.value for part in pair] if pairs else node.value
-        extents = [self._extents[id(part)] for part in parts]
-        return _Extent(
-            1 + sum(each.nodes for each in extents), 1 + max((each.levels for each in extents), default=0)
-        )
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:  # noqa: ANN401
         """Constructs the value of a node; a value of another type than it states is an error in the text."""
