@@ -60,7 +60,7 @@ HOSTILE = {
 def work(monkeypatch):
     """Events and nodes that are read are counted, and held against the bound in the end."""
     count = [0]
-    compose, construct = bounded_yaml._Loader.compose_node, bounded_yaml._Loader.construct_object
+    extent, construct = bounded_yaml._extent_of, bounded_yaml._Loader.construct_object
 
     def counted(step):
         def take(*arguments, **options):
@@ -69,7 +69,7 @@ def work(monkeypatch):
 
         return take
 
-    monkeypatch.setattr(bounded_yaml._Loader, "compose_node", counted(compose))
+    monkeypatch.setattr(bounded_yaml, "_extent_of", counted(extent))
     monkeypatch.setattr(bounded_yaml._Loader, "construct_object", counted(construct))
     return count
 
