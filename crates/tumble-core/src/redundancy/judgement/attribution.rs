@@ -1,8 +1,8 @@
-//! Two units that disagree: what each says against itself.
+//! Isolation of the faulty one of two units that disagree, by evidence from each unit alone.
 //!
-//! Nobody can vote here. What decides is that a unit stepped by itself, that it no longer says at rest what it said in
-//! health, or that its own gyroscope and accelerometer no longer fit each other. Where none of it decides, nobody knows
-//! (docs/theory/judgement.md, section 5).
+//! Two units cannot outvote each other. The decision rests on a step of one unit alone, on a reading at rest
+//! that differs from the one in health, or on a gyroscope and an accelerometer of one unit that contradict each
+//! other. Without such evidence the faulty unit is not isolated (docs/theory/judgement.md, section 5).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,33 +12,34 @@ use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
 
 crate::vocabulary! {
-    /// What names the wrong one of two units.
+    /// Kind of evidence that isolates the faulty one of two units.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Ground {
-        /// It stepped from one sample to the next by what the two are apart, and the other did not.
+        /// The unit stepped from one sample to the next by the difference of the two, and the other did not.
         Step = "own step",
-        /// At rest it left what it said in health, and the other did not.
+        /// The reading of the unit at rest left its value in health, and that of the other did not.
         Rest = "rest",
-        /// Gravity as its own gyroscope carries it is not where its accelerometer finds it.
+        /// Gravity carried by the gyroscope of the unit differs from the reading of its accelerometer.
         Gravity = "own gyroscope",
-        /// An aiding measurement contradicts it.
+        /// An aiding measurement contradicts the unit.
         Aiding = "aiding",
     }
 }
 
-/// Why one of two units is the wrong one.
+/// Evidence against one of two units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof<T: Real> {
-    /// On this ground.
+    /// Kind of evidence.
     pub ground: Ground,
-    /// Its figure: a share of how far the two are apart, m/s^2 or rad/s, or the logarithm of a ratio of likelihoods.
+    /// Figure of the evidence: a share of the difference of the two, m/s^2 or rad/s, or the logarithm of a
+    /// likelihood ratio.
     pub value: T,
-    /// What it had to exceed.
+    /// Threshold that the figure exceeded.
     pub limit: T,
 }
 
 impl<T: Real> Proof<T> {
-    /// What a unit that is calibrated well is off by at rest, m/s^2 or rad/s, beside one that is not.
+    /// Evidence from the error of a well calibrated unit at rest, m/s^2 or rad/s, beside a unit that is not.
     pub(crate) fn at_rest(sensor: Sensor, off: T) -> Self {
         let least = tabulated::<T>(*sensor.of(&RESTS_WITHIN));
         Self {
@@ -49,22 +50,23 @@ impl<T: Real> Proof<T> {
     }
 }
 
-/// Shares of the disagreement that an own step may be; times the other's, and times what is usual, that it has to be.
+/// Limits of an own step: shares of the disagreement, multiple of the step of the other unit, multiple of the
+/// usual step.
 const STEP_LEAST: f64 = 0.5;
 const STEP_MOST: f64 = 2.5;
 const STEP_TIMES_OTHER: f64 = 2.5;
 const STEP_TIMES_USUAL: f64 = 2.5;
 
-/// Changes of a sensor from sample to sample, and how its unit is mounted.
+/// Changes of a sensor from sample to sample, and the mounting of its unit.
 pub(super) struct MountedSteps<'a, T: Real> {
-    /// In its own axes.
+    /// Changes in the axes of the sensor.
     pub steps: &'a LargestSteps<T>,
-    /// To these from the primary's case frame.
+    /// Rotation from the case frame of the primary to these axes.
     pub sensor_from_primary: &'a Matrix3<T>,
 }
 
 impl<T: Real> MountedSteps<'_, T> {
-    /// The largest along a direction in the primary's case frame, and against it.
+    /// Largest change along a direction in the case frame of the primary, and against it.
     fn along(&self, direction: &Vector3<T>) -> (T, T) {
         self.steps.along(&product(self.sensor_from_primary, direction))
     }
@@ -75,7 +77,8 @@ impl<T: Real> MountedSteps<'_, T> {
     }
 }
 
-/// Whether a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other did not: docs/theory/judgement.md, eq. 12.
+/// Returns the evidence if a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other
+/// did not: docs/theory/judgement.md, eq. 12.
 pub(super) fn by_step<T: Real>(
     apart: &Vector3<T>,
     own: &MountedSteps<'_, T>,
@@ -87,11 +90,11 @@ pub(super) fn by_step<T: Real>(
     }
     let direction = apart / size;
     let (step, _) = own.along(&direction);
-    // Beside a unit that is stuck along that direction, motion is a step.
+    // Beside a unit that is stuck along that direction, motion would count as a step.
     if !other.moves_along(&direction) {
         return None;
     }
-    // What both felt was motion.
+    // A change that both units measured is motion.
     let (along, against) = other.along(&direction);
     let limit = (size * real(STEP_LEAST))
         .max(along.max(against) * real(STEP_TIMES_OTHER))
@@ -104,46 +107,49 @@ pub(super) fn by_step<T: Real>(
     })
 }
 
-/// Standard deviation of what a sound unit says at rest beyond what it said in health, at least: m/s^2 and rad/s.
+/// Least standard deviation of the reading of a healthy unit at rest from its usual value: m/s^2 and rad/s.
 const RESTS_WITHIN: [f32; 2] = [0.025, 0.0025];
 
-/// How well what two have left at rest has to fit what they are apart along gravity: m/s^2, and a share of it.
+/// Largest mismatch between the deviations of two units at rest and their difference along gravity: m/s^2, and
+/// a share of the deviation.
 const FITS: [f32; 2] = [0.04, 0.5];
 
-/// What a unit says at rest beyond what it said in health: of `|f|`, m/s^2, or `|w|`, rad/s.
+/// Deviation of a reading at rest from its value in health: of `|f|`, m/s^2, or `|w|`, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LeftAtRest<T: Real> {
     pub left: T,
-    /// Square of how far it strays from one rest to the next in health: an uncalibrated unit says something else in every
-    /// attitude.
+    /// Square of the largest deviation between rests in health: the error of an uncalibrated unit differs in
+    /// every attitude.
     pub strays_squared: T,
 }
 
-/// The most that independent evidence of carried gravity may say at once, and after how many more it is forgotten.
+/// Largest evidence of carried gravity from one independent window, and the number of such windows after which
+/// it is forgotten.
 const MOST: f64 = 2.0;
 const REMEMBERED: f64 = 12.0;
 
-/// Logarithm of the ratio of likelihoods that decides: one in a hundred and fifty is wrong.
+/// Logarithm of the likelihood ratio that decides: one decision in 150 is wrong.
 pub(crate) const DECIDES: f64 = 5.0;
 
-/// Times that square by which the variance of what is left is taken: attitudes come again, and errors with them.
+/// Factor on the square of that deviation: attitudes recur, and their errors with them.
 const REST_DOUBTED: f64 = 2.0;
 
-/// Cosine of a turn after which an accelerometer errs in another way.
+/// Cosine of the turn beyond which the error of an accelerometer is independent.
 const SAME_ATTITUDE: f64 = 0.9;
 
-/// Evidence that the first of two units is wrong, less that the second is: logarithms of a ratio of likelihoods.
+/// Evidence against the first of two units, minus evidence against the second: logarithms of a likelihood
+/// ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Evidence<T: Real> {
     gathered: T,
-    /// Of rests in the latest attitude, which are not independent of each other.
+    /// Evidence of rests in the latest attitude, which are not independent of each other.
     at_rest: T,
-    /// Where gravity pointed there, m/s^2.
+    /// Direction of gravity in that attitude, m/s^2.
     gravity: Vector3<T>,
 }
 
 impl<T: Real> Evidence<T> {
-    /// None.
+    /// Creates evidence of zero.
     pub fn none() -> Self {
         Self {
             gathered: T::zero(),
@@ -152,9 +158,10 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Takes in what two units say at a rest where gravity is `gravity`, m/s^2 (docs/theory/judgement.md, eq. 13).
+    /// Adds the readings of two units at a rest where gravity is `gravity`, m/s^2 (docs/theory/judgement.md,
+    /// eq. 13).
     ///
-    /// `along_gravity` is how far they have come apart along gravity, m/s^2; `None` for gyroscopes.
+    /// `along_gravity` is the growth of their difference along gravity, m/s^2; `None` for gyroscopes.
     pub fn push_rest(
         &mut self,
         sensor: Sensor,
@@ -178,8 +185,8 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Takes in what the two units' accelerometers say beyond carried gravity, and its usual variance, `(m/s^2)^2`
-    /// (docs/theory/judgement.md, eq. 15). `news` is how much of it is independent.
+    /// Adds the differences of two accelerometers from carried gravity, with their usual variance, `(m/s^2)^2`
+    /// (docs/theory/judgement.md, eq. 15). `news` is the independent share of the window.
     pub fn push(&mut self, first: &Vector3<T>, second: &Vector3<T>, variance: T, news: T) {
         if variance <= T::zero() {
             return;
@@ -191,14 +198,14 @@ impl<T: Real> Evidence<T> {
         self.fade(news);
     }
 
-    /// Forgets, while nothing is taken in.
+    /// Forgets evidence over a window that adds none.
     pub fn fade(&mut self, news: T) {
         let left = T::one() - news / real(REMEMBERED);
         self.gathered *= left; // eq. 15
         self.at_rest *= left;
     }
 
-    /// The wrong one of two, 0 or 1, where it is decided, on the ground that came last.
+    /// Returns the faulty one of two units, 0 or 1, with the latest kind of evidence, if the evidence decides.
     pub fn decides(&self, ground: Ground) -> Option<(usize, Proof<T>)> {
         let (said, limit) = (self.gathered + self.at_rest, real::<T>(DECIDES));
         let proof = Proof {
@@ -244,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn one_rest_decides_nothing_between_two_that_err_by_their_attitude() {
+    fn one_rest_does_not_decide_between_units_that_err_by_attitude() {
         assert_eq!(after_rests(&[(0.38, -0.02, 0.3, UP)]), None);
     }
 
@@ -301,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn carried_gravity_is_doubted_after_a_turn_by_as_much_as_turns_made_of_it() {
+    fn carried_gravity_has_the_usual_error_of_turns_after_a_turn() {
         let (mut turned, mut usual) = (Turned::not(), UsualError::unknown());
         assert_eq!(usual.variance(&turned), None);
         for _ in 0..10_000 {

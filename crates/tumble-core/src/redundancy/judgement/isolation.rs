@@ -1,31 +1,31 @@
-//! Three units and more: the one without which the others agree.
+//! Isolation among three or more units: the faulty one is that without which the others agree.
 
 use crate::real::{Real, real};
 use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
-/// The rest agrees without the faulty one if no pair of it is beyond this share of its threshold.
+/// Largest ratio of difference to threshold at which the remaining units agree.
 const REST_AGREES: f64 = 0.8;
 
-/// And by so much better than without any other.
+/// Largest ratio of the remaining difference to that without any other unit.
 const BETTER: f64 = 0.6;
 
-/// Successive windows, over each scale, that name the same unit before it is believed.
+/// Successive windows, over each scale, that must isolate the same unit before it is excluded.
 pub const DWELL: [u8; 4] = [3, 3, 8, 20];
 
-/// What all pairs together say.
+/// Result of comparing all pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
     /// No pair disagrees.
     Agreement,
     /// Without this unit, all agree.
     Odd(u8),
-    /// Pairs disagree, and more than one unit may be the reason; these two the most.
+    /// Pairs disagree, and several units may be the reason; these two disagree most.
     Ambiguous(u8, u8),
 }
 
-/// Finds the odd one among voters. `squared` gives the square of how far a pair of two different voters is apart, over what it may be
-/// (docs/theory/judgement.md, eq. 9 and 10).
+/// Finds the odd one among voters. `squared` returns the squared ratio of difference to threshold of a pair of
+/// voters (docs/theory/judgement.md, eq. 9 and 10).
 #[inline(never)]
 pub fn isolate<T: Real, const UNITS: usize>(
     voters: UnitSet,
@@ -74,7 +74,7 @@ pub fn isolate<T: Real, const UNITS: usize>(
     }
 }
 
-/// Units are fewer than fit a byte.
+/// Converts the number of a unit, which always fits a byte.
 fn number(unit: usize) -> u8 {
     u8::try_from(unit).unwrap_or(u8::MAX)
 }

@@ -1,9 +1,10 @@
-//! Who is wrong: one sequential test on all pairs of units, over four scales of time, at rest and in motion.
+//! Fault isolation: one sequential test on all pairs of units, over four scales of time, at rest and in motion.
 //!
-//! Every window, all units are compared as the primary would read, at its place. A pair disagrees when it is farther apart
-//! than drift within specification, noise, motion and the uncertainty of its calibrations explain together. Of three
-//! units and more, the one is at fault without which the others agree; of two, what each says against itself decides, or
-//! nobody can know.
+//! In every window all units are compared, each converted to the place and axes of the primary. A pair
+//! disagrees when its difference exceeds what drift within specification, noise, motion and the uncertainty of
+//! its calibrations explain together. Among three or more units, the faulty one is that without which the
+//! others agree. Between two, evidence from each unit alone decides; without such evidence the faulty unit
+//! cannot be isolated.
 //!
 //! Derivation: docs/theory/judgement.md.
 
@@ -41,41 +42,42 @@ use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::unit_set::UnitSet;
 
-/// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
+/// Reading of a unit over a window, at the place and in the axes of the primary, with all known errors
+/// corrected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitReading<T: Real> {
     /// Specific force, m/s^2, and angular rate, rad/s.
     pub reading: [Vector3<T>; 2],
     /// Standard deviation of white noise and vibration from sample to sample, m/s^2 and rad/s.
     pub scatter: [T; 2],
-    /// Whether each sensor may be compared.
+    /// True if the sensor may be compared.
     pub votes: [bool; 2],
-    /// Whether enough is known of each to expect what it says. An uncalibrated unit is compared for what no calibration explains, and
-    /// nothing is learnt from it.
+    /// True if the errors of the sensor are known well enough to predict its readings. An uncalibrated unit is
+    /// compared only for differences that no calibration explains, and nothing is learnt from it.
     pub known: [bool; 2],
-    /// Whether each was calibrated: what it is known by.
+    /// True if the sensor was calibrated.
     pub calibrated: [bool; 2],
-    /// Whether motion showed all directions of each calibration.
+    /// True if motion showed all directions of the calibration.
     pub matrix_shown: [bool; 2],
     /// Sigma of its lever arm, m; infinite where it is not known.
     pub place: T,
     /// Residual of a channel that its calibration leaves on pairs, squared, `(m/s^2)^2` and `(rad/s)^2`.
     pub residual: [T; 2],
-    /// Of an uncalibrated unit, square of all that a calibration could find; zero of others.
+    /// Square of the largest error that a calibration could find in an uncalibrated unit; zero for other units.
     pub unfound: [T; 2],
-    /// From sample to sample, s.
+    /// Sample interval, s.
     pub interval: T,
     /// `|f| - g`, m/s^2, and `|w|`, rad/s, over this rest; `None` in motion, and until the rest has lasted.
     pub at_rest: Option<[T; 2]>,
 }
 
 impl<T: Real> UnitReading<T> {
-    /// Whether a sensor may be compared.
+    /// Returns whether a sensor may be compared.
     pub fn votes(&self, sensor: Sensor) -> bool {
         *sensor.of(&self.votes)
     }
 
-    /// Whether a sensor may be compared, and more is known of it than of an uncalibrated unit.
+    /// Returns whether a sensor may be compared and is better known than that of an uncalibrated unit.
     pub fn is_known(&self, sensor: Sensor) -> bool {
         self.votes(sensor) && *sensor.of(&self.known)
     }
@@ -83,17 +85,17 @@ impl<T: Real> UnitReading<T> {
 
 /// A window of the whole set.
 pub struct SetWindow<'a, T: Real, const UNITS: usize> {
-    /// `None` for a unit that said nothing.
+    /// Readings; `None` for a unit without a reading in this window.
     pub units: &'a [Option<UnitReading<T>>; UNITS],
     /// Changes from sample to sample of each unit, in its own axes.
     pub steps: &'a [UnitSteps<T>; UNITS],
-    /// How each is built in.
+    /// Mounting of each unit.
     pub mounted: &'a [MountedUnit<T>; UNITS],
-    /// Its number on the common clock, and the length of one, microseconds.
+    /// Number of the window on the common clock.
     pub number: u64,
-    /// Microseconds.
+    /// Length of the window, microseconds.
     pub span: u64,
-    /// The same, s.
+    /// Length of the window, s.
     pub length: T,
     /// Magnitude of gravity, m/s^2.
     pub gravity: T,
@@ -101,13 +103,14 @@ pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     pub tolerated: ForceAndRate<T>,
     /// Drift of the bias of an axis, m/s^2 and rad/s a kelvin.
     pub per_kelvin: ForceAndRate<T>,
-    /// Scatter of a unit over what the others make one expect that excludes it.
+    /// Ratio of the scatter of a unit to the scatter expected from the other units above which the unit is
+    /// excluded.
     pub noise_ratio: T,
-    /// Whether means are taken only: physics has the first word, at rest.
+    /// True if only means are updated, because checks against physics come first at rest.
     pub means_only: bool,
 }
 
-/// What the judge finds.
+/// Finding of the judge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Judgement<T: Real> {
     /// This unit is wrong: the others agree without it.
@@ -116,77 +119,77 @@ pub enum Judgement<T: Real> {
         unit: usize,
         /// Its worst pair.
         figures: Disagreement<T>,
-        /// Time over which it shows, s.
+        /// Time scale on which the deviation shows, s.
         scale: T,
-        /// Units that agree with each other, a bit each.
+        /// Units that agree with each other, one bit each.
         agreeing: u8,
     },
-    /// This unit is noisier than it was beside the others.
+    /// This unit is noisier than before, compared with the others.
     Noisy {
         /// Number of the unit.
         unit: usize,
         /// Scatter, m/s^2 or rad/s.
         scatter: T,
-        /// What it may be.
+        /// Largest scatter that is accepted.
         limit: T,
     },
-    /// Of two units that disagree, this one is wrong.
+    /// This unit is the faulty one of two that disagree.
     Blamed {
         /// Number of the unit.
         unit: usize,
-        /// What proves it.
+        /// Evidence that decided.
         proof: Proof<T>,
     },
-    /// Two units disagree, and nobody knows yet which is wrong.
+    /// Two units disagree, and no evidence yet isolates the faulty one.
     Disagree {
         /// Their numbers.
         units: [usize; 2],
-        /// How far apart.
+        /// Difference and threshold.
         figures: Disagreement<T>,
-        /// Time over which it shows, s.
+        /// Time scale on which the disagreement shows, s.
         scale: T,
     },
-    /// They agree again.
+    /// Two units agree again.
     Agree {
         /// Their numbers.
         units: [usize; 2],
     },
-    /// A unit that was wrong has agreed with all others for long enough.
+    /// A unit that was excluded has agreed with all others for long enough.
     Reinstated {
         /// Number of the unit.
         unit: usize,
     },
 }
 
-/// What is kept of a unit to hold against itself.
+/// Evidence kept of each unit that is compared with the unit itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct UnitEvidence<T: Real> {
     gravity: CarriedGravity<T>,
-    /// What its gyroscope says at rest, rad/s: no turning.
+    /// Mean output of the gyroscope at rest, rad/s: its zero rate.
     resting_rate: Vector3<T>,
     at_rest: [RestInHealth<T>; 2],
-    /// Whether it was at rest in the window before.
+    /// True if the unit was at rest in the previous window.
     rests: bool,
 }
 
-/// What a sensor of a unit says at rest in health: `|f| - g`, m/s^2, or `|w|`, rad/s.
+/// Usual reading of a sensor at rest while it is healthy: `|f| - g`, m/s^2, or `|w|`, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RestInHealth<T: Real> {
-    /// Over the latest rests; zero before any: physics alone.
+    /// Mean over the latest rests; zero before the first, where physics alone predicts the reading.
     usual: T,
-    /// How far it strays from that, in other attitudes.
+    /// Largest deviation from that mean in other attitudes.
     strays: T,
     rests: u8,
 }
 
-/// Rests over which it is taken.
+/// Rests over which the mean is taken.
 const USUAL_RESTS: u8 = 8;
 
-/// Share of how far it strays that is left after another rest; many are in the same attitude.
+/// Share of the largest deviation that remains after another rest; many rests are in the same attitude.
 const STRAYED_BEFORE: f64 = 0.99;
 
 impl<T: Real> RestInHealth<T> {
-    /// Physics alone.
+    /// Prediction from physics alone.
     fn unknown() -> Self {
         Self {
             usual: T::zero(),
@@ -195,7 +198,7 @@ impl<T: Real> RestInHealth<T> {
         }
     }
 
-    /// Takes in what it says at another rest.
+    /// Updates mean and deviation with the reading of another rest.
     fn learn(&mut self, said: T) {
         self.strays = (said - self.usual).abs().max(self.strays * real(STRAYED_BEFORE));
         self.rests = self.rests.saturating_add(1).min(USUAL_RESTS);
@@ -210,15 +213,15 @@ pub struct Judge<T: Real, const UNITS: usize> {
     shown: ShownByPairs<T, UNITS>,
     sensors: [SensorJudge<T, UNITS>; 2],
     evidence: [UnitEvidence<T>; UNITS],
-    /// Angular rate of the set at the last rest in health, rad/s: what is no turning.
+    /// Mean angular rate of the set over rests in health, rad/s: its zero rate.
     resting_rate: Vector3<T>,
-    /// How far the set has turned lately, rad, and what that makes accelerometers say beyond carried gravity.
+    /// Angle by which the set turned recently, rad, and the error of carried gravity that such turns cause.
     turned: Turned<T>,
     usual_error: UsualError<T>,
     temperatures: Temperatures<T, UNITS>,
 }
 
-/// Share of what a pair may be apart from which on nobody follows either of the two.
+/// Ratio of a difference to its threshold above which neither unit of a pair is trusted.
 const DOUBTED: f64 = 0.9;
 
 impl<T: Real, const UNITS: usize> Default for Judge<T, UNITS> {
@@ -228,7 +231,7 @@ impl<T: Real, const UNITS: usize> Default for Judge<T, UNITS> {
 }
 
 impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
-    /// Nothing seen.
+    /// Creates a judge that has received no window.
     pub fn new() -> Self {
         let unit = UnitEvidence {
             gravity: CarriedGravity::new(),
@@ -248,12 +251,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// Takes in how warm a unit is, degC; not a number where nobody knows.
+    /// Stores the temperature of a unit, degC; NaN where it is unknown.
     pub(crate) fn set_temperature(&mut self, unit: usize, value: T) {
         self.temperatures.set(unit, value);
     }
 
-    /// What a unit says has another meaning from now on: it was calibrated.
+    /// Resets the statistics of a sensor whose calibration was replaced.
     pub fn recalibrated(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).recalibrated(unit);
         self.temperatures.calibrated(unit);
@@ -263,18 +266,18 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// What a unit says counts for nothing until it is calibrated: physics found it off.
+    /// Withdraws the vote of a sensor until it is calibrated: a check against physics found it faulty.
     pub(crate) fn disown(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).disown(unit);
     }
 
-    /// Physics spoke for a unit: what others found of it does not hold.
+    /// Resets the evidence on a sensor that a check against physics has cleared.
     pub(crate) fn begin_anew(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).begin_anew(unit);
     }
 
-    /// So much more is taken off what a calibrated unit says from now on, m/s^2 or rad/s, beside a primary that physics found
-    /// right.
+    /// Adjusts the means of a calibrated sensor whose correction changes by `change`, m/s^2 or rad/s, beside a
+    /// primary that agrees with physics.
     pub(crate) fn trimmed(&mut self, sensor: Sensor, unit: usize, change: &Vector3<T>, anew: bool) {
         sensor
             .of_mut(&mut self.sensors)
@@ -284,24 +287,23 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// How far a unit is from another over ten seconds, m/s^2 or rad/s; `None` until it has said something for as long.
+    /// Difference of two units over ten seconds, m/s^2 or rad/s; `None` until both have readings for that long.
     pub(crate) fn apart_for_long(&self, sensor: Sensor, [i, j]: [usize; 2]) -> Option<T> {
         sensor.of(&self.sensors).apart_for_long(i, j)
     }
 
-    /// A unit that was never calibrated was found to agree with the primary: it has a vote from now on, and what it is off
-    /// by is no fault.
+    /// Gives a vote to an uncalibrated unit that agrees with the primary; its remaining error is no fault.
     pub fn accept(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).accept(sensor, unit);
         self.temperatures.calibrated(unit);
     }
 
-    /// Units that have that vote.
+    /// Uncalibrated units that have a vote.
     pub(crate) fn accepted(&self, sensor: Sensor) -> UnitSet {
         sensor.of(&self.sensors).accepted()
     }
 
-    /// Median over units of angular rates as the primary would read them, rad/s; of those that are not at fault.
+    /// Median of the angular rates of units that are not faulty, in the axes of the primary, rad/s.
     pub fn set_rate<'a>(
         &self,
         units: UnitSet,
@@ -311,33 +313,35 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         judge.median_of(units, rate)
     }
 
-    /// The time of the set jumped: means begin anew, verdicts stay.
+    /// Resets all means after a jump of the time of the set; decisions stay.
     pub fn restart_time(&mut self) {
         self.motion = SetMotion::new();
         self.sensors.iter_mut().for_each(SensorJudge::restart_time);
     }
 
-    /// Whether a sensor of a unit was found wrong and has not been reinstated.
+    /// Returns whether a sensor of a unit was found faulty and has not been reinstated.
     pub fn is_faulty(&self, sensor: Sensor, unit: usize) -> bool {
         sensor.of(&self.sensors).is_faulty(unit)
     }
 
-    /// Whether units disagree of which nobody knows yet who is wrong.
+    /// Returns whether units disagree without evidence that isolates the faulty one.
     pub fn is_disputed(&self, sensor: Sensor) -> bool {
         sensor.of(&self.sensors).is_disputed()
     }
 
-    /// Whether a unit is one of two that disagree.
+    /// Returns whether a unit is one of two that disagree.
     pub fn is_disputed_with(&self, sensor: Sensor, unit: usize) -> bool {
         sensor.of(&self.sensors).is_disputed_with(unit)
     }
 
-    /// Whether others contradict a unit, or nearly so, though nobody was found wrong.
+    /// Returns whether the difference of a unit from another is near or above its threshold while no unit is
+    /// faulty.
     pub fn is_doubted(&self, sensor: Sensor, unit: usize) -> bool {
         sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
     }
 
-    /// Examines the next window, beside aiding measurements once there were any, and reports what it finds.
+    /// Compares the units over the next window, and with aiding measurements once there are any; reports each
+    /// finding.
     pub(crate) fn look(
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
@@ -403,7 +407,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// What the aiding measurement makes of the window.
+    /// Updates the aiding evidence with the window.
     fn hear(
         &self,
         aiding_evidence: &mut AidingEvidence<T, UNITS>,
@@ -429,7 +433,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         aiding_evidence.advance(&surroundings);
     }
 
-    /// Each unit's own gyroscope carries its gravity.
+    /// Carries the gravity of each unit by its own gyroscope.
     fn carry_gravity(&mut self, window: &SetWindow<'_, T, UNITS>) {
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
             let Some(unit) = unit else { continue };
@@ -442,7 +446,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// What health looks like, while nobody disagrees.
+    /// Learns the usual statistics of healthy units, while none disagree.
     fn learn(&mut self, window: &SetWindow<'_, T, UNITS>, rate: &Vector3<T>) {
         if window.means_only || self.sensors.iter().any(|judge| !judge.is_calm(window.length)) {
             return;
@@ -471,7 +475,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         }
     }
 
-    /// The second smallest variance, or of two units the smaller: one that shakes alone is no vibration of the set.
+    /// Second smallest variance of scatter, or the smaller one of two units: a unit that shakes alone shows no
+    /// vibration of the set.
     fn vibration(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> T {
         let mut least = [real::<T>(f64::INFINITY); 2];
         let mut voters = 0_u8;

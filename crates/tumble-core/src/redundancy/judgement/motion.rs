@@ -1,4 +1,4 @@
-//! What the set does, and the difference that this makes between two sound units before anything is known of them.
+//! Motion of the set, and the difference that it predicts between two healthy units.
 
 use nalgebra::Vector3;
 
@@ -14,18 +14,20 @@ const CLOCKS: f64 = 1e-3;
 /// Share of the variance of vibration that is left in the mean of a window.
 const VIBRATION_LEFT: f64 = 0.3;
 
-/// Strengths of what tells two sound units apart in motion, each a square (docs/theory/judgement.md, eq. 3 and 4).
+/// Strengths of the effects by which two healthy units differ in motion, each a square
+/// (docs/theory/judgement.md, eq. 3 and 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain<T: Real> {
-    /// What clocks make of any pair: a variance.
+    /// Variance that clock errors cause in any pair.
     pub any_pair: T,
-    /// The most that vibration leaves in the mean of a window: a variance.
+    /// Largest variance that vibration leaves in the mean of a window.
     pub vibration: T,
-    /// Squared angular acceleration and fourth power of the rate: weighs with the square of a distance.
+    /// Squared angular acceleration plus fourth power of the rate: its weight is the square of a distance.
     pub place: T,
-    /// Squared reading, of an accelerometer beyond what it usually is: weighs with the square of an error of a matrix.
+    /// Squared reading, for an accelerometer minus its usual reading: its weight is the square of a matrix
+    /// error.
     pub reading: T,
-    /// Squared second derivative: weighs with the square of the error of straight lines between samples.
+    /// Squared second derivative: its weight is the square of the error of straight lines between samples.
     pub curvature: T,
 }
 
@@ -40,7 +42,7 @@ impl<T: Real> Strain<T> {
         }
     }
 
-    /// Square of how fast what the set reads changes.
+    /// Squared rate of change of the readings of the set.
     pub fn change(&self) -> T {
         self.any_pair * real(1.0 / (CLOCKS * CLOCKS))
     }
@@ -59,42 +61,42 @@ impl<T: Real> Strain<T> {
 pub struct StrainMeans<T: Real>([Strain<T>; SCALES]);
 
 impl<T: Real> StrainMeans<T> {
-    /// At rest.
+    /// Creates the means of a set at rest.
     pub fn new() -> Self {
         Self([Strain::none(); SCALES])
     }
 
-    /// Takes in that of a window.
+    /// Updates the means with the strain of a window.
     pub fn push(&mut self, strain: &Strain<T>, shares: &[T; SCALES]) {
         for (mean, share) in self.0.iter_mut().zip(shares) {
             mean.follow(strain, *share); // judgement.md, eq. 5
         }
     }
 
-    /// Over each scale.
+    /// Mean strain over each scale.
     pub fn scales(&self) -> &[Strain<T>; SCALES] {
         &self.0
     }
 }
 
-/// How far two units may be apart in what makes them differ in motion.
+/// Uncertainties of two units that turn motion into a difference, squared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance<T: Real> {
-    /// Of the lever arm, m, squared.
+    /// Squared uncertainty of the lever arm, m^2.
     pub place: T,
-    /// Of a matrix, squared.
+    /// Squared uncertainty of the matrix.
     pub matrix: T,
-    /// Of straight lines between samples, s^2, squared.
+    /// Squared error of straight lines between samples, s^4.
     pub interpolation: T,
 }
 
 impl<T: Real> Tolerance<T> {
-    /// What straight lines between samples leave: no pair shows less of it.
+    /// Variance that straight lines between samples leave: every pair shows all of it.
     pub fn straight_lines(&self, strain: &Strain<T>) -> T {
         self.interpolation * strain.curvature
     }
 
-    /// Variance of their difference that motion explains (eq. 3 and 4).
+    /// Variance of the difference that motion explains (eq. 3 and 4).
     pub fn variance(&self, strain: &Strain<T>) -> T {
         strain.any_pair
             + self.place * strain.place
@@ -103,27 +105,27 @@ impl<T: Real> Tolerance<T> {
     }
 }
 
-/// What clocks make of any pair, of the squared rate of change.
+/// Variance that clock errors cause in any pair, from the squared rate of change.
 fn any_pair<T: Real>(change: T) -> T {
     change * real(CLOCKS * CLOCKS) // judgement.md, eq. 3, 4
 }
 
-/// What the set reads, over the latest windows.
+/// Readings of the set over the latest windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetMotion<T: Real> {
-    /// Windows taken in, as far as derivatives need them.
+    /// Windows received, counted as far as derivatives need them.
     windows: u8,
-    /// Of each sensor the window before, and the one before that.
+    /// Readings of each sensor in the last window and the one before.
     before: [[Vector3<T>; 2]; 2],
-    /// Specific force as it usually is.
+    /// Usual specific force, m/s^2.
     usual: Vector3<T>,
 }
 
-/// Time over which the usual specific force is taken, s.
+/// Time constant of the usual specific force, s.
 const USUAL: f64 = 60.0;
 
 impl<T: Real> SetMotion<T> {
-    /// Nothing seen.
+    /// Creates a motion without any window.
     pub fn new() -> Self {
         Self {
             windows: 0,
@@ -132,8 +134,8 @@ impl<T: Real> SetMotion<T> {
         }
     }
 
-    /// Takes in what the set reads over the next window, specific force and angular rate, and the variance of vibration
-    /// in both; gives the strain on each sensor. `window` is its length, s.
+    /// Updates the motion with the readings of the set over the next window, specific force and angular rate,
+    /// and the variance of vibration in both; returns the strain on each sensor. `window` is its length, s.
     pub fn push(&mut self, readings: &[Vector3<T>; 2], vibration: [T; 2], window: T) -> [Strain<T>; 2] {
         let inverse = T::one() / window;
         let derivatives = SENSORS.map(|sensor| self.derivatives(sensor, sensor.of(readings), inverse));
@@ -168,7 +170,7 @@ impl<T: Real> SetMotion<T> {
         ]
     }
 
-    /// Squared first and second derivative, `inverse` being that of the length of a window, 1/s.
+    /// Squared first and second derivative; `inverse` is the inverse of the length of a window, 1/s.
     fn derivatives(&self, sensor: Sensor, now: &Vector3<T>, inverse: T) -> (T, T) {
         let [latest, earlier] = sensor.of(&self.before);
         if self.windows == 0 {

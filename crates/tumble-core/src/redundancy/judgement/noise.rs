@@ -1,29 +1,29 @@
-//! Who is noisier than it used to be beside the others.
+//! Detection of a unit that is noisier than before, compared with the others.
 
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::larger;
 use crate::redundancy::sensor::Sensor;
 
-/// Scatter of a sample below which nobody is noisy, whatever that of the others: m/s^2 and rad/s.
+/// Scatter below which a unit is never noisy, whatever the scatter of the others: m/s^2 and rad/s.
 const QUIET: [f32; 2] = [0.15, 0.015];
 
-/// Time over which the usual scatter is taken, s.
+/// Time constant of the usual scatter, s.
 const USUAL_OVER: f64 = 30.0;
 
-/// Windows in succession that exclude.
+/// Successive noisy windows after which a unit is excluded.
 const WINDOWS: u8 = 4;
 
-/// Scatter of the samples of one sensor of a unit, from sample to sample.
+/// Usual scatter of one sensor of a unit, from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UsualScatter<T: Real> {
-    /// m/s^2 or rad/s.
+    /// Usual scatter, m/s^2 or rad/s.
     usual: T,
     learnt: u16,
     noisy: u8,
 }
 
 impl<T: Real> UsualScatter<T> {
-    /// Nothing seen.
+    /// Creates a scatter without any window.
     pub fn new() -> Self {
         Self {
             usual: T::zero(),
@@ -42,22 +42,22 @@ impl<T: Real> UsualScatter<T> {
         self.usual += (scatter - self.usual) * share;
     }
 
-    /// What it usually is, once it is known, m/s^2 or rad/s.
+    /// Usual scatter, m/s^2 or rad/s, once it is known.
     pub fn usual(&self) -> Option<T> {
         (self.learnt > 0).then_some(self.usual)
     }
 
-    /// Whether the latest window was beyond the limit.
+    /// Returns whether the latest window exceeded the limit.
     pub fn was_noisy(&self) -> bool {
         self.noisy > 0
     }
 
-    /// The latest window cannot have been beyond any limit.
+    /// Marks the latest window as within any limit.
     pub fn was_quiet(&mut self) {
         self.noisy = 0;
     }
 
-    /// Whether a scatter has been beyond a limit, m/s^2 or rad/s, for long enough.
+    /// Returns whether a scatter has exceeded a limit, m/s^2 or rad/s, for long enough.
     pub fn is_noisy(&mut self, scatter: T, limit: T) -> bool {
         self.noisy = if scatter > limit {
             self.noisy.saturating_add(1)
@@ -68,16 +68,17 @@ impl<T: Real> UsualScatter<T> {
     }
 }
 
-/// Whether a scatter, m/s^2 or rad/s, is so small that it does not matter, whatever that of the others.
+/// Returns whether a scatter, m/s^2 or rad/s, is too small to matter, whatever the scatter of the others.
 pub fn is_quiet<T: Real>(sensor: Sensor, scatter: T) -> bool {
     scatter <= tabulated(*sensor.of(&QUIET))
 }
 
-/// The scatter a unit may have: `times` what the others, each by its usual ratio to it, make one expect, and no less than
-/// what does not matter; a unit may be as loud as the others where all shake (docs/theory/judgement.md, eq. 11).
+/// Largest scatter that a unit may have: `times` the scatter expected from the others, each scaled by its usual
+/// ratio to the unit, and at least the scatter that does not matter. Where all units shake, a unit may be as
+/// noisy as the others (docs/theory/judgement.md, eq. 11).
 pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T, T)>, times: T) -> Option<T> {
     let expected = others
-        // One that repeats itself is no standard of noise.
+        // A unit that repeats its readings gives no standard of noise.
         .filter(|(scatter, usual)| *scatter > T::zero() && *usual > T::zero())
         .map(|(scatter, usual_of_other)| scatter * larger(T::one(), usual / usual_of_other))
         .reduce(larger)?;

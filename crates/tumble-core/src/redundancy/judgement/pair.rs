@@ -1,4 +1,5 @@
-//! How far two units may be apart: what is allowed, what motion explains, and what they have shown in health.
+//! Threshold of the difference of two units: tolerated drift, explained motion, and the share of it shown in
+//! health.
 
 use nalgebra::Vector3;
 
@@ -11,19 +12,21 @@ use crate::redundancy::sensor::Sensor;
 
 /// Constants of one scale (docs/theory/judgement.md, table 1).
 struct ScaleConstants {
-    /// What is left of the noise of samples, of accelerometers, m/s^2, and of gyroscopes, rad/s.
+    /// Noise of samples that remains in the mean, of accelerometers, m/s^2, and of gyroscopes, rad/s.
     noise: [f32; 2],
-    /// Multiple of drift within specification that is let pass.
+    /// Factor on drift within specification that is tolerated.
     tolerated: f32,
-    /// Standard deviations of what motion explains that a sound pair stays within: its tail is heavier than a normal one.
+    /// Standard deviations of explained motion within which a healthy pair stays: the tail is heavier than a
+    /// normal one.
     tail: f32,
-    /// Share of what motion could make that a pair is taken to show before it has shown any.
+    /// Share of the predicted strain of motion that a pair is assumed to show before it has shown any.
     shown_at_first: f32,
-    /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
+    /// Least and largest share that is learnt. The largest prevents a fault from being learnt.
     shown: [f32; 2],
     /// Share of the variance of vibration in a window that is left in the mean.
     shaken: f32,
-    /// Independent pairs whose mean the residual of a calibration counts in: beyond a second it goes with the attitude.
+    /// Number of independent pairs that average the residual of a calibration: beyond one second it depends on
+    /// the attitude.
     averaged: f32,
 }
 
@@ -73,19 +76,20 @@ impl ScaleConstants {
     }
 }
 
-/// Residuals of a channel that three channels stay within together.
+/// Number of residuals of a channel within which three channels together stay.
 const RESIDUALS: f64 = 3.0;
 
-/// Times what straight lines between samples are off by that two units may be apart: slow ones say little of a quick motion.
+/// Factor on the error of straight lines between samples that is tolerated: slow units resolve quick motion
+/// poorly.
 const STRAIGHT: f64 = 2.0;
 
-/// Shortest time over which it is learnt, s, beyond two of the scale.
+/// Shortest time constant of learning, s, unless two of the scale are longer.
 const LEARNT_OVER: f64 = 30.0;
 
-/// Head start, s: the first windows are not all of what is known.
+/// Assumed age before the first window, s: the first windows shall not dominate.
 const HEAD_START: f64 = 5.0;
 
-/// What a pair of sensors has shown of the strain of motion over one scale: a ratio of sums.
+/// Share of the strain of motion that a pair of sensors has shown over one scale: a ratio of sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ShownOverScale<T: Real> {
     square: T,
@@ -120,15 +124,15 @@ impl<T: Real> ShownOverScale<T> {
     }
 }
 
-/// What a pair of sensors has shown, over each scale (docs/theory/judgement.md, eq. 6).
+/// Shares of the strain that a pair of sensors has shown, over each scale (docs/theory/judgement.md, eq. 6).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown<T: Real>([ShownOverScale<T>; SCALES]);
 
-/// By how much what pairs have shown moves in a window, over each scale.
+/// Gains with which the shown shares follow a window, over each scale.
 pub struct Gains<T: Real>([T; SCALES]);
 
 impl<T: Real> Gains<T> {
-    /// After so long a time of learning, s; `window` is the length of one, s.
+    /// Gains after a time of learning, s; `window` is the length of a window, s.
     pub fn after(age: T, window: T) -> Self {
         Self(SECONDS.map(|seconds| {
             let longest = larger(real(LEARNT_OVER), tabulated::<T>(seconds) * real(2.0));
@@ -138,7 +142,7 @@ impl<T: Real> Gains<T> {
 }
 
 impl<T: Real> Shown<T> {
-    /// Nothing.
+    /// Creates shares of pairs that have shown nothing.
     pub fn new() -> Self {
         let nothing = ShownOverScale {
             square: T::zero(),
@@ -156,29 +160,30 @@ impl<T: Real> Shown<T> {
     }
 }
 
-/// What all pairs of a set have shown: of pair `(i, j)`, `i < j`, accelerometers at row `i`, gyroscopes at row `j`.
+/// Shares that all pairs of a set have shown: pair `(i, j)`, `i < j`, has accelerometers at row `i`, gyroscopes
+/// at row `j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownByPairs<T: Real, const UNITS: usize>([[Shown<T>; UNITS]; UNITS]);
 
 impl<T: Real, const UNITS: usize> ShownByPairs<T, UNITS> {
-    /// Nothing.
+    /// Creates shares of pairs that have shown nothing.
     pub fn new() -> Self {
         Self([[Shown::new(); UNITS]; UNITS])
     }
 
-    /// That of a pair.
+    /// Returns the shares of a pair.
     pub fn of(&self, sensor: Sensor, i: usize, j: usize) -> Option<&Shown<T>> {
         let (row, column) = place(sensor, i, j);
         self.0.get(row)?.get(column)
     }
 
-    /// That of a pair, to be changed.
+    /// Returns the shares of a pair, mutable.
     pub fn of_mut(&mut self, sensor: Sensor, i: usize, j: usize) -> Option<&mut Shown<T>> {
         let (row, column) = place(sensor, i, j);
         self.0.get_mut(row)?.get_mut(column)
     }
 
-    /// Forgets what pairs of a unit have shown, whose calibration is another now.
+    /// Resets the shares of all pairs of a unit whose calibration was replaced.
     pub fn forget(&mut self, unit: usize) {
         for (i, row) in self.0.iter_mut().enumerate() {
             for (j, shown) in row.iter_mut().enumerate() {
@@ -197,31 +202,32 @@ fn place(sensor: Sensor, i: usize, j: usize) -> (usize, usize) {
     }
 }
 
-/// How far two sensors that disagree are apart over one scale.
+/// Difference of two disagreeing sensors over one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement<T: Real> {
-    /// How far apart, m/s^2 or rad/s.
+    /// Difference, m/s^2 or rad/s.
     pub apart: T,
-    /// How far they may be.
+    /// Largest difference that is accepted.
     pub threshold: T,
 }
 
-/// How two sensors compare over one scale, in squares: a device takes no roots in hardware that can be had here.
+/// Comparison of two sensors over one scale, in squares, which saves square roots on devices that compute them
+/// in software.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Squares<T: Real> {
-    /// Of how far they are apart, (m/s^2)^2 or (rad/s)^2.
+    /// Squared difference, (m/s^2)^2 or (rad/s)^2.
     apart: T,
-    /// Of that over how far they may be: beyond one they disagree.
+    /// Squared difference over squared threshold: above one the sensors disagree.
     ratio: T,
-    /// What motion could have made of it.
+    /// Variance that motion predicts.
     strain: T,
-    /// Share of that which the pair shows.
+    /// Share of that variance that the pair shows.
     share: T,
-    /// What vibration leaves in it.
+    /// Variance that vibration leaves.
     shaken: T,
 }
 
-/// How two sensors compare over the scales that both have filled, the shortest first.
+/// Comparison of two sensors over the scales that both have filled, the shortest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison<T: Real> {
     scales: usize,
@@ -230,7 +236,7 @@ pub struct Comparison<T: Real> {
 }
 
 impl<T: Real> Comparison<T> {
-    /// Nothing to compare.
+    /// Creates an empty comparison.
     pub fn none() -> Self {
         let nothing = Squares {
             apart: T::zero(),
@@ -250,22 +256,22 @@ impl<T: Real> Comparison<T> {
         self.squares.get(..self.scales).unwrap_or(&self.squares)
     }
 
-    /// Whether there is anything to compare.
+    /// Returns whether any scale was compared.
     pub fn is_some(&self) -> bool {
         self.scales > 0
     }
 
-    /// Square of how far they are apart, over how far they may be.
+    /// Squared difference over squared threshold on one scale.
     pub fn ratio_squared(&self, scale: usize) -> Option<T> {
         self.filled().get(scale).map(|squares| squares.ratio)
     }
 
-    /// The largest over all scales; zero where there is nothing to compare.
+    /// Largest such ratio over all scales; zero if no scale was compared.
     pub fn worst_squared(&self) -> T {
         self.worst
     }
 
-    /// The figures over one scale.
+    /// Difference and threshold over one scale.
     pub fn figures(&self, scale: usize) -> Option<Disagreement<T>> {
         let squares = self.filled().get(scale)?;
         Some(Disagreement {
@@ -279,35 +285,36 @@ impl<T: Real> Comparison<T> {
 pub struct Comparisons<T: Real, const UNITS: usize>([[Comparison<T>; UNITS]; UNITS]);
 
 impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
-    /// None.
+    /// Creates empty comparisons.
     pub fn none() -> Self {
         Self(core::array::from_fn(|_| {
             core::array::from_fn(|_| Comparison::none())
         }))
     }
 
-    /// Of a pair, in either order.
+    /// Returns the comparison of a pair, in either order.
     pub fn of(&self, i: usize, j: usize) -> Option<&Comparison<T>> {
         self.0.get(i.min(j))?.get(i.max(j))
     }
 
-    /// Of a pair, the lower number first, to be filled.
+    /// Returns the comparison of a pair, the lower number first, mutable.
     pub fn of_mut(&mut self, [i, j]: [usize; 2]) -> Option<&mut Comparison<T>> {
         self.0.get_mut(i)?.get_mut(j)
     }
 }
 
-/// What is known of two units before they are compared.
+/// Prior knowledge about two units that are compared.
 pub struct Knowledge<'a, T: Real> {
-    /// How far apart they may be in what makes them differ in motion.
+    /// Uncertainties that turn motion into a difference.
     pub tolerance: Tolerance<T>,
     /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
     pub residual: T,
-    /// Square of what a calibration could find of an uncalibrated unit among them.
+    /// Square of the largest error that a calibration could find in an uncalibrated unit among them.
     pub unfound: T,
-    /// Square of how far they may have drifted apart since they were calibrated, by temperature or as all did.
+    /// Square of the difference that drift since the calibrations may have caused, by temperature or common to
+    /// all units.
     pub drifted: T,
-    /// What vibration leaves in a window of the two together, of the most that it may.
+    /// Variance that vibration leaves in a window of the two together, given the largest possible one.
     pub shaken: &'a dyn Fn(T) -> T,
 }
 

@@ -3,18 +3,18 @@
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::larger;
 
-/// How many there are.
+/// Number of scales.
 pub const SCALES: usize = 4;
 
-/// What each forgets over, s: a jump shows on the first, a drift on the last.
+/// Time constants of the scales, s: a jump shows on the first, a drift on the last.
 pub const SECONDS: [f32; SCALES] = [0.1, 1.0, 10.0, 60.0];
 
-/// Shares by which means move towards a new window (docs/theory/judgement.md, eq. 2).
+/// Shares by which means follow a new window (docs/theory/judgement.md, eq. 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shares<T: Real>([T; SCALES]);
 
 impl<T: Real> Shares<T> {
-    /// Of windows of a length, s.
+    /// Returns the shares for windows of a length, s.
     pub fn of(window: T) -> Self {
         Self(SECONDS.map(|scale| {
             let x = window / tabulated(scale);
@@ -23,14 +23,15 @@ impl<T: Real> Shares<T> {
         }))
     }
 
-    /// With so many windows taken in, the new one among them: those of the first windows are of a plain mean.
+    /// Shares after a number of windows, the new one included: the first windows enter a plain mean.
     pub fn after(&self, windows: u16) -> [T; SCALES] {
         let plain = T::one() / count::<T>(u32::from(windows.max(1)));
         self.0.map(|forgetting| larger(forgetting, plain)) // judgement.md, eq. 2
     }
 }
 
-/// How many scales, the shortest first, have been filled by so many windows, where `before` were by fewer.
+/// Returns the number of scales, the shortest first, that so many windows fill; fewer windows filled `before`
+/// of them.
 pub fn filled<T: Real>(before: u8, window: T, windows: u16) -> u8 {
     let seen = window * count::<T>(windows.into());
     let mut filled = before;
@@ -43,7 +44,7 @@ pub fn filled<T: Real>(before: u8, window: T, windows: u16) -> u8 {
     filled
 }
 
-/// Shares after so many windows, kept for the next unit: most have taken in as many.
+/// Shares after a number of windows, cached because most units have received as many.
 pub struct LatestShares<T: Real> {
     window: T,
     shares: Shares<T>,
@@ -52,7 +53,7 @@ pub struct LatestShares<T: Real> {
 }
 
 impl<T: Real> LatestShares<T> {
-    /// Of windows of a length, s.
+    /// Returns the shares for windows of a length, s.
     pub fn of(window: T) -> Self {
         let shares = Shares::of(window);
         Self {
@@ -68,7 +69,7 @@ impl<T: Real> LatestShares<T> {
         self.window
     }
 
-    /// With so many windows taken in, the new one among them.
+    /// Shares after a number of windows, the new one included.
     pub fn after(&mut self, windows: u16) -> &[T; SCALES] {
         if windows != self.windows {
             (self.windows, self.after) = (windows, self.shares.after(windows));

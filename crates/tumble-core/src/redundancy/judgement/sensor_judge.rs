@@ -1,4 +1,4 @@
-//! One kind of sensor over all units: means, verdicts, disputes, and what is learnt in health.
+//! Judgement of one kind of sensor over all units: means, decisions, disputes, and statistics learnt in health.
 
 use nalgebra::Vector3;
 
@@ -19,51 +19,56 @@ use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReadi
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
-/// Tolerances, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
+/// Uncertainties of the lever arm, m, and of the matrix, if unknown and if known for both units
+/// (docs/theory/judgement.md, table 1).
 const PLACE: [f32; 2] = [0.15, 0.005];
 const MATRIX: [f32; 2] = [0.02, 0.002];
 
-/// Scales over which units are compared of which one was never calibrated: what a matrix is off by stays as long as the
-/// attitude does.
+/// Scales over which pairs with an uncalibrated unit are compared: the error of a matrix persists as long as
+/// the attitude.
 const SCALES_UNCALIBRATED: usize = 2;
 
-/// A pair learns while it is within this share of its thresholds, has been so for a time and no disagreement was lately, s.
+/// A pair learns while it is within this share of its thresholds and no disagreement occurred for these times,
+/// s.
 const LEARNS_WITHIN: f64 = 0.7;
 const QUIET: f64 = 1.0;
 const AFTER_DISAGREEMENT: f64 = 60.0;
 
-/// A faulty unit is believed again after so long within so much, s.
+/// Share of the thresholds within which a faulty unit must agree, and the time after which it is reinstated, s.
 const REINSTATED_WITHIN: f64 = 0.5;
 const REINSTATED_AFTER: f64 = 10.0;
 
-/// A dispute is over when the two have agreed for so long, s: what shows in some motions only comes and goes.
+/// Time of agreement after which a dispute ends, s: some faults show only in some motions.
 const SETTLED_AFTER: f64 = 10.0;
 
-/// An own step has to show within so long of the disagreement, s.
+/// Time after the beginning of a disagreement within which an own step must show, s.
 const STEP_WITHIN: f64 = 0.6;
 
-/// What the accelerometer of a unit that was never calibrated may say beyond gravity carried by its own gyroscope, m/s^2.
+/// Largest difference of the accelerometer of an uncalibrated unit from gravity carried by its own gyroscope,
+/// m/s^2.
 const STRANGE: f64 = 1.0;
 
-/// Times what is left of a drift without any unit that units may be apart.
+/// Factor on the drift that remains without any one unit, up to which units may differ.
 const SHARED: f64 = 2.0;
 
-/// The scale over which units that begin in motion have to agree.
+/// Scale over which units that begin in motion must agree.
 const LONG: usize = 2;
 
-/// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
+/// Time without an odd one among three or more units after which two of them are examined alone, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
 
-/// Share of what a pair may be apart beyond which an aiding measurement is asked about it, once it is farther apart than drift within
-/// specification, from the second scale on: an aiding measurement says nothing of single windows.
+/// Share of its threshold above which a pair is checked against aiding measurements, if its difference exceeds
+/// drift within specification. The second scale is the first one used: single windows are too short for aiding
+/// measurements.
 const AIDED_APART: f64 = 0.5;
-/// Share of drift within specification from which on an aiding measurement's evidence gathers; and half of it, of what a pair may be apart.
+/// Share of drift within specification, and twice the share of the threshold, above which aiding evidence
+/// accumulates.
 const DEPARTS: f64 = 0.6;
-/// Whoever is odd then is so by what the worst pair is apart, not by what it may be.
+/// Factor on the worst ratio, which replaces the threshold in the isolation by aiding evidence.
 const AIDED_SHARE: f64 = 0.75;
 const AIDED_FROM: usize = 1;
 
-/// Windows that name the same finding in succession, over one scale.
+/// Successive windows with the same finding, over one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Streak {
     finding: Finding,
@@ -76,7 +81,7 @@ impl Streak {
         windows: 0,
     };
 
-    /// Whether a finding has lasted as long as it has to.
+    /// Adds a finding and returns whether it has lasted long enough.
     fn push(&mut self, finding: Finding, dwell: u8) -> bool {
         let same = match (self.finding, finding) {
             (Finding::Ambiguous(..), Finding::Ambiguous(..)) => true,
@@ -103,7 +108,7 @@ impl Dispute {
     }
 }
 
-/// Judges one kind of sensor.
+/// Judge of one kind of sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     deviations: [SensorDeviation<T>; UNITS],
@@ -112,26 +117,26 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     streaks: [Streak; SCALES],
     faulty: UnitSet,
     accepted: UnitSet,
-    /// Windows that a faulty unit has agreed with all others.
+    /// Windows in which a faulty unit has agreed with all others.
     reinstated: [u16; UNITS],
-    /// Square of the worst ratio of each unit with those that are not faulty.
+    /// Squared worst ratio of each unit with units that are not faulty.
     worst_squared: [T; UNITS],
     dispute: Option<Dispute>,
     evidence: Evidence<T>,
-    /// Whose evidence it is.
+    /// Pair that the evidence concerns.
     evidence_of: [u8; 2],
-    /// Windows since any pair disagreed, and whether any ever did.
+    /// Windows since the last disagreement of any pair, and whether there was one.
     calm: u16,
     disagreed: bool,
     learnt: u16,
     windows: u16,
 }
 
-/// What smooth motion adds to the variance of samples, an axis, of its squared change from one to the next: a sixth, twice, as
-/// windows show less of it than there is.
+/// Factor on the squared change from sample to sample that gives the variance added by smooth motion, per axis:
+/// a sixth, doubled because windows show only part of it.
 const MOVED: f64 = 1.0 / 3.0;
 
-/// What a sensor is judged on.
+/// Inputs of the judgement of one kind of sensor.
 pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
     pub window: &'a SetWindow<'a, T, UNITS>,
@@ -139,15 +144,16 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub aiding_evidence: Option<&'a AidingEvidence<T, UNITS>>,
     /// [`SensorJudge::find_aided`], once there was an aiding measurement.
     pub find_aided: Option<FindAided<T, UNITS>>,
-    /// Variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`, after such turns as the latest.
+    /// Variance of the difference between accelerometers and carried gravity, `(m/s^2)^2`, after turns like the
+    /// latest.
     pub usual_error: Option<T>,
     pub temperatures: &'a Temperatures<T, UNITS>,
     pub turned: &'a Turned<T>,
-    /// What the set feels, m/s^2: at rest, gravity, upwards.
+    /// Specific force of the set, m/s^2: at rest, gravity, upwards.
     pub force: Vector3<T>,
-    /// Square of how fast it changes what it says, (m/s^3)^2 or (rad/s^2)^2.
+    /// Squared rate of change of the readings of the set, (m/s^3)^2 or (rad/s^2)^2.
     pub change: T,
-    /// Units that may be compared, and those of them of which more is known than of an uncalibrated unit.
+    /// Units that may be compared, and those of them that are better known than uncalibrated ones.
     pub voters: UnitSet,
     pub known: UnitSet,
 }
@@ -157,8 +163,8 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
         self.window.units.get(number)?.as_ref()
     }
 
-    /// Scatter of a unit from sample to sample, m/s^2 or rad/s, without what it moves meanwhile: of one that is slow, that is
-    /// the most of it.
+    /// Scatter of a unit from sample to sample, m/s^2 or rad/s, minus the share of motion, which dominates in a
+    /// slow unit.
     fn scatter(&self, reading: &UnitReading<T>) -> T {
         let scatter = *self.sensor.of(&reading.scatter);
         let moved = self.change * reading.interval * reading.interval * real(MOVED);
@@ -175,7 +181,7 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
 
 type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
 
-/// [`SensorJudge::find_aided`], by a way that a program without aiding measurements does not take.
+/// Type of [`SensorJudge::find_aided`]; a pointer keeps its code out of programs without aiding measurements.
 pub(super) type FindAided<T, const UNITS: usize> =
     fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Tell<'_, T>);
 
@@ -213,12 +219,13 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.dispute.as_ref().is_some_and(concerns)
     }
 
-    /// Square of its worst ratio with those that are not faulty.
+    /// Squared worst ratio of a unit with units that are not faulty.
     pub fn worst_squared(&self, unit: usize) -> T {
         self.worst_squared.get(unit).copied().unwrap_or(T::zero())
     }
 
-    /// Whether a unit is on its way away from another: by a share of drift within specification, or of what it may be apart.
+    /// Returns whether a unit departs from another by a share of drift within specification, or of their
+    /// threshold.
     pub fn departs(&self, unit: usize, tolerated: T) -> bool {
         let mean = |unit: usize| self.deviations.get(unit)?.mean(AIDED_FROM);
         let others = (0..UNITS).filter(|other| *other != unit && !self.is_faulty(*other));
@@ -227,7 +234,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             || self.worst_squared(unit) > real(DEPARTS * DEPARTS * 0.25)
     }
 
-    /// Whether all pairs have agreed for long enough to learn from them.
+    /// Returns whether all pairs have agreed for long enough to learn from them.
     pub fn is_calm(&self, window: T) -> bool {
         let after = if self.disagreed { AFTER_DISAGREEMENT } else { QUIET };
         self.dispute.is_none() && window * count::<T>(self.calm.into()) >= real(after)
@@ -260,7 +267,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     pub fn begin_anew(&mut self, unit: usize) {
         self.clear(unit);
-        // What the set says is what others say from now on.
+        // The median of the set now comes from other units.
         for deviation in &mut self.deviations {
             deviation.restart();
         }
@@ -279,7 +286,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// How far two units are apart over the third scale.
+    /// Difference of two units over the third scale.
     pub fn apart_for_long(&self, i: usize, j: usize) -> Option<T> {
         let mean = |unit: usize| self.deviations.get(unit)?.mean(LONG);
         Some(difference(mean(i)?, mean(j)?).length())
@@ -304,7 +311,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.calm = 0;
     }
 
-    /// Median of each axis of what those units say that are not at fault.
+    /// Median of each axis over units that are not faulty.
     #[inline(never)]
     pub fn median_of<'a>(
         &self,
@@ -326,7 +333,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         ))
     }
 
-    /// Takes in how far each unit is from what the set says. One copy for both kinds of sensor.
+    /// Updates the deviation of each unit from the median of the set. One copy of the code serves both kinds of
+    /// sensor.
     #[inline(never)]
     pub fn take(
         &mut self,
@@ -348,7 +356,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// Compares all pairs, names who is wrong, and learns where nobody is. One copy for both kinds of sensor.
+    /// Compares all pairs, isolates faulty units, and learns from healthy ones. One copy of the code serves
+    /// both kinds of sensor.
     #[inline(never)]
     pub fn judge(
         &mut self,
@@ -375,8 +384,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.learn(case, &comparisons, shown, disagrees);
     }
 
-    /// Square of what calibrated units have drifted apart since, whichever of them is left out: a drift that all share in time is
-    /// the fault of none (docs/theory/judgement.md, eq. 29).
+    /// Square of the drift since their calibrations by which calibrated units differ, whichever unit is left
+    /// out: a drift of all units is no fault (docs/theory/judgement.md, eq. 29).
     #[inline(never)]
     fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
         let drifted = |unit: usize| {
@@ -409,9 +418,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         ) // judgement.md, eq. 29
     }
 
-    /// How far all pairs are apart, on each scale that both have filled; of units that vote, which may share a drift of which the
-    /// square is given. Keeps the worst of each unit with
-    /// those that are known and not faulty; gives whether any two disagree that are not faulty.
+    /// Compares all pairs of voting units on each scale that both have filled; `shared` is the squared drift
+    /// that all units share. Updates the worst ratio of each unit with known, healthy ones; returns whether any
+    /// healthy pair disagrees.
     fn compare(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -475,7 +484,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// Who scatters more than the others make one expect.
+    /// Excludes units whose scatter exceeds the limit that the other units set.
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
         for unit in case.known.units() {
@@ -508,7 +517,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// The unit without which the others agree, where any two disagree.
+    /// Isolates the unit without which the others agree, if any two disagree.
     fn find_odd(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -543,8 +552,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// The one that an aiding measurement contradicts, and no other, among units that are apart, though not yet by as much as motion and
-    /// calibrations may explain: of three and more the one without which the others agree.
+    /// Isolates the one unit that an aiding measurement contradicts, among units that differ by less than
+    /// motion and calibrations may explain: among three or more, the one without which the others agree.
     pub fn find_aided(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -627,7 +636,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         });
     }
 
-    /// How far the first came away from the second lately, beyond what they were apart before: docs/theory/judgement.md, eq. 12.
+    /// Recent growth of the difference of two units: docs/theory/judgement.md, eq. 12.
     fn came_apart(&self, i: usize, j: usize) -> Option<Vector3<T>> {
         let (a, b) = (self.deviations.get(i)?, self.deviations.get(j)?);
         let now = difference(a.mean(0)?, b.mean(0)?);
@@ -635,7 +644,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         Some(before.map_or(now, |(a, b)| difference(&now, &difference(a, b))))
     }
 
-    /// Looks for what names one of two, and ends the dispute where that is found or where they agree again.
+    /// Searches evidence on a dispute; ends it when one unit is isolated or when both agree again.
     fn settle_dispute(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -669,7 +678,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// The first ground that decides, of two units that disagree.
+    /// Returns the unit isolated by the first kind of evidence that decides.
     fn attribute(
         &mut self,
         dispute: &Dispute,
@@ -679,7 +688,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let [i, j] = dispute.units.map(usize::from);
         let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
         let sensor = case.sensor;
-        // What an uncalibrated unit is off by moves with the platform, and each start of a motion is a step of it.
+        // The error of an uncalibrated unit moves with the platform, so each start of a motion looks like its
+        // step.
         if lasting < real(STEP_WITHIN)
             && case.known.contain_both([i, j])
             && let Some(found) = self.by_step([i, j], case)
@@ -720,7 +730,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         found.or_else(|| by_step(&-apart, &second, &first).map(|proof| (j, proof)))
     }
 
-    /// Whom what both say at this rest blames, together with what was known before.
+    /// Adds the readings of both at this rest to the evidence and returns the unit that it isolates.
     fn by_rest(&mut self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
         let sensor = case.sensor;
         let left = |unit: usize| {
@@ -739,7 +749,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.decided([i, j], Ground::Rest)
     }
 
-    /// The wrong one of two by the evidence, where that decides.
+    /// Returns the faulty unit of two, if the evidence decides.
     fn decided(&self, [i, j]: [usize; 2], ground: Ground) -> Option<(usize, Proof<T>)> {
         let (wrong, proof) = self.evidence.decides(ground)?;
         Some((if wrong == 0 { i } else { j }, proof))
@@ -749,7 +759,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.dispute = None;
     }
 
-    /// Whether a unit was not at fault before.
+    /// Excludes a unit; returns whether it was not faulty before.
     fn exclude(&mut self, unit: usize) -> bool {
         let before = self.is_faulty(unit);
         self.faulty.insert(unit);
@@ -761,7 +771,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         !before
     }
 
-    /// Units at fault that have agreed with all others for long enough are so no more.
+    /// Reinstates faulty units that have agreed with all others for long enough.
     fn reinstate(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -769,7 +779,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         tell: Tell<'_, T>,
     ) {
         let faulty = self.faulty;
-        // What an uncalibrated unit is off by may hide for a while; only what makes it known speaks for it.
+        // An uncalibrated unit may agree by chance for a while; only a calibrated one is reinstated.
         for unit in faulty.and(case.known).units() {
             let Some(reinstated) = self.reinstated.get_mut(unit) else {
                 continue;
@@ -830,7 +840,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 }
 
-/// Whom an aiding measurement contradicts over one scale (docs/theory/judgement.md, section 12).
+/// Isolates the unit that an aiding measurement contradicts over one scale (docs/theory/judgement.md, section
+/// 12).
 fn aided<T: Real, const UNITS: usize>(
     aiding_evidence: &AidingEvidence<T, UNITS>,
     case: &Case<'_, T, UNITS>,
@@ -873,7 +884,7 @@ fn seconds_of<T: Real>(scale: usize) -> T {
     tabulated(SECONDS.get(scale).copied().unwrap_or(0.0))
 }
 
-/// What is known of two units (docs/theory/judgement.md, table 1).
+/// Prior knowledge about two units (docs/theory/judgement.md, table 1).
 fn known<'a, T: Real>(
     sensor: Sensor,
     [a, b]: [&UnitReading<T>; 2],
@@ -900,7 +911,7 @@ fn known<'a, T: Real>(
     }
 }
 
-/// Puts a value among as many sorted ones as were found.
+/// Inserts a value into the sorted first `found` values.
 fn insert<T: Real, const UNITS: usize>(sorted: &mut [T; UNITS], found: usize, value: T) {
     let mut carried = value;
     for slot in sorted.iter_mut().take(found) {
@@ -913,7 +924,7 @@ fn insert<T: Real, const UNITS: usize>(sorted: &mut [T; UNITS], found: usize, va
     }
 }
 
-/// The middle one of as many as were found, or the mean of the middle two; `None` of nothing.
+/// Median of the first `found` values; `None` if there are none.
 fn middle<T: Real, const UNITS: usize>(sorted: &[T; UNITS], found: usize) -> Option<T> {
     let (lower, upper) = (sorted.get(found.checked_sub(1)? / 2)?, sorted.get(found / 2)?);
     Some(*lower * real(0.5) + *upper * real(0.5))

@@ -1,4 +1,4 @@
-//! What vibration leaves in the means of a unit's windows, as its windows show it.
+//! Vibration that remains in the window means of a unit, estimated from their scatter.
 
 use nalgebra::Vector3;
 
@@ -7,24 +7,24 @@ use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, larger};
 use crate::redundancy::sensor::Sensor;
 
-/// Times over which the scatter of windows, and its share of what vibration may leave, are taken, s.
+/// Time constants of the scatter of windows, and of its share of the largest possible vibration, s.
 const SCATTER_OVER: f64 = 2.0;
 const SHARE_OVER: f64 = 4.0;
 
-/// Variance that vibration may leave from which on its share is learnt, `(m/s^2)^2` and `(rad/s)^2`.
+/// Variance of possible vibration above which its share is learnt, `(m/s^2)^2` and `(rad/s)^2`.
 const SHAKES: [f32; 2] = [4e-4, 2e-6];
 
 /// Variance of the second difference of white noise.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// Scatter of what a unit says beyond the set from window to window: docs/theory/judgement.md, eq. 23.
+/// Scatter of the deviation of a unit from the set, window to window: docs/theory/judgement.md, eq. 23.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shaking<T: Real> {
-    /// How far it was from the set over the latest two windows.
+    /// Deviations from the set in the latest two windows.
     before: [Vector3<T>; 2],
-    /// How many of them there are.
+    /// Number of deviations stored.
     windows: u8,
-    /// Of late.
+    /// Recent scatter.
     scatter: T,
     /// The same, and the most that vibration could leave, where there was any.
     left: T,
@@ -42,7 +42,8 @@ impl<T: Real> Shaking<T> {
         }
     }
 
-    /// Takes in how far it is from the set over the next window of a length, s, and the most that vibration leaves in it.
+    /// Updates the scatter with the deviation over the next window of a length, s; `most` is the largest
+    /// variance of vibration.
     pub fn push(&mut self, sensor: Sensor, deviation: &Vector3<T>, most: T, window: T) {
         let [latest, earlier] = self.before;
         self.before = [*deviation, latest];
@@ -50,7 +51,7 @@ impl<T: Real> Shaking<T> {
             self.windows += 1;
             return;
         }
-        // Of a ramp, and of what goes with smooth motion, nothing is left.
+        // The second difference removes ramps and smooth motion.
         let bent = difference(&difference(deviation, &latest), &difference(&latest, &earlier));
         let variance = squared(&bent) * real(1.0 / SECOND_DIFFERENCE); // judgement.md, eq. 23
         self.scatter += (variance - self.scatter) * (window / real(SCATTER_OVER));
@@ -65,12 +66,12 @@ impl<T: Real> Shaking<T> {
         self.most += (most - self.most) * gain;
     }
 
-    /// The next window does not follow the latest.
+    /// Marks that the next window does not follow the latest.
     pub fn interrupt(&mut self) {
         self.windows = 0;
     }
 
-    /// What vibration leaves in a window where it leaves so much at most.
+    /// Variance that vibration leaves in a window, given the largest possible one.
     pub fn variance(&self, most: T) -> T {
         let share = if self.most > T::zero() {
             self.left / self.most

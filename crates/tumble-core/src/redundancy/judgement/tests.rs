@@ -17,7 +17,7 @@ fn flight(t: f64) -> [Vector3<f64>; 2] {
     [f, w]
 }
 
-/// Seconds from a fault until somebody is found faulty, and who; none for ten minutes without.
+/// Seconds from a fault until a unit is found faulty, with that unit; `None` for ten minutes without.
 fn fly<const N: usize>(
     seed: u64,
     fault: impl Fn(usize, f64) -> [Vector3<f64>; 2],

@@ -1,4 +1,5 @@
-//! How far the set has turned lately: what gravity carried by a gyroscope can say that is new, and how well.
+//! Recent turning of the set, which determines how much new evidence carried gravity gives and how accurate it
+//! is.
 
 use nalgebra::Vector3;
 
@@ -7,24 +8,24 @@ use crate::real::{Real, real};
 use crate::redundancy::components::smaller;
 use crate::redundancy::judgement::unit::CARRIED_OVER;
 
-/// Turn after which an accelerometer has its errors elsewhere against gravity, rad.
+/// Turn beyond which the errors of an accelerometer along gravity are independent, rad.
 const FAR: f64 = 1.0;
 
-/// Rate from which on the set turns, rad/s, and the time after which evidence is independent then, s.
+/// Rate at which turning counts in full, rad/s, and the time after which evidence is independent then, s.
 const TURNS: f64 = 0.2;
 const INDEPENDENT: f64 = 5.0;
 
-/// How far the set has turned, as long as carried gravity remembers it.
+/// Angle turned by the set, as long as carried gravity remembers it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Turned<T: Real> {
-    /// Rad, forgotten as carried gravity forgets.
+    /// Angle turned, rad, forgotten with the time constant of carried gravity.
     angle: T,
-    /// Rad/s, of the window at hand.
+    /// Angular rate in this window, rad/s.
     rate: T,
 }
 
 impl<T: Real> Turned<T> {
-    /// It has not.
+    /// Creates the state of a set that has not turned.
     pub fn not() -> Self {
         Self {
             angle: T::zero(),
@@ -32,20 +33,20 @@ impl<T: Real> Turned<T> {
         }
     }
 
-    /// Takes in an angular rate, rad/s, over a window, s.
+    /// Adds an angular rate, rad/s, over a window, s.
     pub fn push(&mut self, rate: &Vector3<T>, window: T) {
         self.rate = squared(rate).square_root();
         self.angle += (self.rate - self.angle / real(CARRIED_OVER)) * window;
     }
 
-    /// Square of the share of a turn far enough.
+    /// Squared share of a turn that makes errors independent.
     fn share_squared(&self) -> T {
         let share = smaller(T::one(), self.angle / real(FAR));
         share * share
     }
 
-    /// How much independent evidence there is in a window, s: in one attitude an accelerometer errs in one way, for as long as carried
-    /// gravity remembers another.
+    /// Amount of independent evidence in a window, s: in one attitude the error of an accelerometer stays the
+    /// same for as long as carried gravity remembers another.
     pub fn news(&self, window: T) -> T {
         let (still, turning) = (real::<T>(1.0 / CARRIED_OVER), real::<T>(1.0 / INDEPENDENT));
         let turns = smaller(T::one(), self.rate / real(TURNS));
@@ -53,25 +54,25 @@ impl<T: Real> Turned<T> {
     }
 }
 
-/// What accelerometers say beyond carried gravity in health: it goes with how far the set has turned.
+/// Usual difference between accelerometer and carried gravity in health, which grows with the angle turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct UsualError<T: Real> {
-    /// Usual square, `(m/s^2)^2`, and usual share of a turn, squared.
+    /// Mean square, `(m/s^2)^2`, and mean squared share of a turn.
     square: T,
     turned: T,
 }
 
-/// Time over which it is learnt, s.
+/// Time constant of learning, s.
 const LEARNT_OVER: f64 = 60.0;
 
-/// Least square of a share of a turn from which anything is learnt.
+/// Least squared share of a turn that is learnt from.
 const LEAST_LEARNT: f64 = 0.25;
 
-/// Standard deviation that gravity carried without any turn is granted, m/s^2.
+/// Standard deviation of carried gravity without any turn, m/s^2.
 const UNTURNED: f64 = 0.05;
 
 impl<T: Real> UsualError<T> {
-    /// Not known.
+    /// Creates an unknown error.
     pub fn unknown() -> Self {
         Self {
             square: T::zero(),
@@ -79,7 +80,8 @@ impl<T: Real> UsualError<T> {
         }
     }
 
-    /// Takes in a square of health, `(m/s^2)^2`, over a window, s; without a turn in it, it says nothing of turns.
+    /// Learns from a squared difference in health, `(m/s^2)^2`, over a window, s; windows without a turn are
+    /// skipped.
     pub fn learn(&mut self, square: T, turned: &Turned<T>, window: T) {
         let share = turned.share_squared();
         if share < real(LEAST_LEARNT) {
@@ -94,7 +96,7 @@ impl<T: Real> UsualError<T> {
         self.turned += (share - self.turned) * gain; // judgement.md, eq. 15
     }
 
-    /// Variance of it after such turns, `(m/s^2)^2`; `None` while it is not known.
+    /// Variance after such turns, `(m/s^2)^2`; `None` while it is unknown.
     pub fn variance(&self, turned: &Turned<T>) -> Option<T> {
         let least = real::<T>(UNTURNED * UNTURNED);
         (self.turned > T::zero()).then(|| least + self.square / self.turned * turned.share_squared())

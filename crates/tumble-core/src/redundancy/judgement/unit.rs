@@ -1,4 +1,4 @@
-//! What is kept of each unit: how far it is from the set, and what it says against itself.
+//! Statistics of each unit: its deviation from the set, and evidence from the unit alone.
 
 use nalgebra::Vector3;
 
@@ -9,27 +9,28 @@ use crate::redundancy::judgement::scales::{LatestShares, SCALES, filled};
 use crate::redundancy::judgement::shaking::Shaking;
 use crate::redundancy::sensor::Sensor;
 
-/// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all. Consumer units
-/// warm no faster (docs/theory/judgement.md, table 1); what is left beyond it is held against them.
+/// Largest rate of change of a slow offset, m/s^2 and rad/s per second, and its largest magnitude, m/s^2 and
+/// rad/s. Consumer units warm up no faster (docs/theory/judgement.md, table 1); any deviation beyond counts as
+/// a fault.
 const SLEW: [f32; 2] = [2e-4, 7e-5];
 pub(crate) const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
 
-/// One sensor of a unit against the set.
+/// Deviation of one sensor of a unit from the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorDeviation<T: Real> {
-    /// Of what it says from what the set says, over each scale, less the slow offset, m/s^2 or rad/s.
+    /// Means of the deviation over each scale, minus the slow offset, m/s^2 or rad/s.
     means: [Vector3<T>; SCALES],
-    /// Slow offset: drift within specification, which is no calibration.
+    /// Slow offset: drift within specification, which needs no calibration.
     offset: Vector3<T>,
     shaking: Shaking<T>,
-    /// Windows taken in.
+    /// Windows received.
     windows: u16,
-    /// Scales that they fill, the shortest first.
+    /// Number of scales that these windows fill, the shortest first.
     filled: u8,
 }
 
 impl<T: Real> SensorDeviation<T> {
-    /// Nothing seen.
+    /// Creates statistics without any window.
     pub fn new() -> Self {
         Self {
             means: [zeros(); SCALES],
@@ -40,7 +41,8 @@ impl<T: Real> SensorDeviation<T> {
         }
     }
 
-    /// Takes in how far it is from the set over the next window, and the most that vibration leaves in it.
+    /// Updates the means with the deviation over the next window; `vibration` is the largest variance that
+    /// vibration may leave in it.
     pub fn push(
         &mut self,
         sensor: Sensor,
@@ -57,17 +59,17 @@ impl<T: Real> SensorDeviation<T> {
         }
     }
 
-    /// It says nothing over the next window.
+    /// Skips a window without a reading.
     pub fn skip(&mut self) {
         self.shaking.interrupt();
     }
 
-    /// What vibration leaves in a window where it leaves so much at most.
+    /// Variance that vibration leaves in a window, given the largest possible one.
     pub fn shaken(&self, most: T) -> T {
         self.shaking.variance(most)
     }
 
-    /// Lets the offset follow, as it may while nothing is wrong.
+    /// Lets the slow offset follow the mean, while no fault is suspected.
     pub fn follow(&mut self, sensor: Sensor, window: T) {
         let [_, _, mean, _] = &self.means;
         let (slew, square) = (tabulated::<T>(*sensor.of(&SLEW)) * window, squared(mean));
@@ -82,7 +84,7 @@ impl<T: Real> SensorDeviation<T> {
         }
     }
 
-    /// Forgets means; the slow offset stays.
+    /// Resets the means; the slow offset stays.
     pub fn restart(&mut self) {
         self.shaking.interrupt();
         *self = Self {
@@ -92,19 +94,19 @@ impl<T: Real> SensorDeviation<T> {
         };
     }
 
-    /// Begins anew, with what it is off by over a second for its slow offset: a unit that needs no calibration.
+    /// Restarts with the mean deviation over one second as slow offset: the unit needs no calibration.
     pub fn accept(&mut self, sensor: Sensor) {
         let [_, second, ..] = self.means;
         let offset = self.offset + second;
         self.begin_with(sensor, &offset);
     }
 
-    /// So much more is taken off what it says from now on: of the slow offset no more is left.
+    /// Subtracts a change of the correction from the slow offset.
     pub fn trimmed(&mut self, change: &Vector3<T>) {
         self.offset = difference(&self.offset, change);
     }
 
-    /// Begins anew with a slow offset, or as much of it as there may be.
+    /// Restarts with a slow offset, limited to its largest magnitude.
     pub fn begin_with(&mut self, sensor: Sensor, offset: &Vector3<T>) {
         let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
         let size = offset.length();
@@ -119,36 +121,37 @@ impl<T: Real> SensorDeviation<T> {
         };
     }
 
-    /// How far it has drifted from the set since it was calibrated, over ten seconds; `None` until they have passed.
+    /// Drift from the set since the calibration, over ten seconds; `None` before they have passed.
     pub fn drifted(&self) -> Option<Vector3<T>> {
         Some(sum(&self.offset, self.mean(2)?))
     }
 
-    /// Over each scale that is filled, the shortest first.
+    /// Means over each filled scale, the shortest first.
     pub fn means(&self) -> &[Vector3<T>] {
         self.means.get(..self.filled.into()).unwrap_or(&self.means)
     }
 
-    /// Over one scale; `None` until it is filled.
+    /// Mean over one scale; `None` until it is filled.
     pub fn mean(&self, scale: usize) -> Option<&Vector3<T>> {
         self.means().get(scale)
     }
 }
 
-/// Gravity as a unit's own gyroscope carries it, against what its accelerometer says.
+/// Gravity carried by the gyroscope of a unit, compared with the reading of its accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarriedGravity<T: Real> {
-    /// Zero until it is known.
+    /// Carried gravity, m/s^2; zero until it is initialised.
     gravity: Vector3<T>,
     error: Vector3<T>,
 }
 
-/// Time over which gravity is brought back to what the accelerometer says, and its error is averaged, s.
+/// Time constants with which carried gravity returns to the reading of the accelerometer and its error is
+/// averaged, s.
 pub(super) const CARRIED_OVER: f64 = 20.0;
 const ERROR_OVER: f64 = 3.0;
 
 impl<T: Real> CarriedGravity<T> {
-    /// Not known.
+    /// Creates carried gravity that is not initialised.
     pub fn new() -> Self {
         Self {
             gravity: zeros(),
@@ -156,7 +159,8 @@ impl<T: Real> CarriedGravity<T> {
         }
     }
 
-    /// Takes in a window of compensated readings; `g` is the magnitude of gravity, m/s^2 (docs/theory/judgement.md, eq. 14).
+    /// Updates carried gravity with a window of compensated readings; `g` is the magnitude of gravity, m/s^2
+    /// (docs/theory/judgement.md, eq. 14).
     pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, g: T, window: T) {
         if squared(&self.gravity) == T::zero() {
             self.gravity = *f;
@@ -179,7 +183,7 @@ impl<T: Real> CarriedGravity<T> {
         follow(&mut self.error, &error, window / real::<T>(ERROR_OVER));
     }
 
-    /// What the accelerometer says beyond it, mean over the latest seconds, m/s^2.
+    /// Reading of the accelerometer minus carried gravity, mean over the latest seconds, m/s^2.
     pub fn error(&self) -> &Vector3<T> {
         &self.error
     }

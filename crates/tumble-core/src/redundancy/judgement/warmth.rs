@@ -1,21 +1,21 @@
-//! How warm units are, and how warm they were when they were calibrated: how far biases may have gone since.
+//! Temperatures of units now and at their calibration, from which the possible drift of biases follows.
 
 use crate::real::{Real, real};
 use crate::redundancy::components::{larger, smaller};
 
-/// Most that temperature is taken to have changed, K: a thermometer that is wrong hides no fault.
+/// Largest change of temperature that counts, K: a faulty thermometer must not hide a fault.
 const MOST: f64 = 60.0;
 
-/// Axes that drift, each by itself.
+/// Axes, whose drifts are independent.
 const AXES: f64 = 3.0;
 
-/// Temperatures of a unit, degC; not a number where nobody knows.
+/// Temperatures of a unit, degC; NaN where unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Warmth<T: Real> {
     now: T,
-    /// When it was calibrated, or first told.
+    /// Temperature at the calibration, or the first one measured.
     calibrated: T,
-    /// Of the primary then.
+    /// Temperature of the primary then.
     primary: T,
 }
 
@@ -24,7 +24,7 @@ struct Warmth<T: Real> {
 pub(super) struct Temperatures<T: Real, const UNITS: usize>([Warmth<T>; UNITS]);
 
 impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
-    /// Of none anything is known.
+    /// Creates temperatures that are all unknown.
     pub fn unknown() -> Self {
         let unknown = real(f64::NAN);
         let warmth = Warmth {
@@ -35,7 +35,8 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
         Self([warmth; UNITS])
     }
 
-    /// Takes in how warm a unit is, degC. Where nobody knew when it was calibrated, it is as warm as then.
+    /// Stores the temperature of a unit, degC. If its temperature at the calibration is unknown, this one is
+    /// taken.
     pub fn set(&mut self, unit: usize, value: T) {
         if let Some(warmth) = self.0.get_mut(unit) {
             warmth.now = value;
@@ -52,7 +53,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
         }
     }
 
-    /// A unit was calibrated against the primary, or found to agree with it.
+    /// Stores the temperatures at a calibration against the primary, or at an agreement with it.
     pub fn calibrated(&mut self, unit: usize) {
         let primary = self.0.first().map(|primary| primary.now);
         if let Some((warmth, primary)) = self.0.get_mut(unit).zip(primary) {
@@ -60,8 +61,8 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
         }
     }
 
-    /// Variance of what two units may have drifted apart since they were calibrated, of a coefficient a kelvin and axis
-    /// (docs/theory/judgement.md, eq. 28).
+    /// Variance of the difference that two units may have drifted since they were calibrated, for a coefficient
+    /// per kelvin and axis (docs/theory/judgement.md, eq. 28).
     pub fn drifted(&self, i: usize, j: usize, coefficient: T) -> T {
         let change = |unit: usize| {
             let warmth = self.0.get(unit).filter(|_| unit != 0);
@@ -82,7 +83,7 @@ impl<T: Real, const UNITS: usize> Temperatures<T, UNITS> {
     }
 }
 
-/// Difference of two temperatures, K; zero where one is not known.
+/// Difference of two temperatures, K; zero where one is unknown.
 fn apart<T: Real>(a: T, b: T) -> T {
     let apart = a - b;
     if apart.is_finite() {
@@ -96,7 +97,7 @@ fn apart<T: Real>(a: T, b: T) -> T {
 mod tests {
     use super::*;
 
-    /// What two units may have drifted apart, as a change of temperature of one of them, K.
+    /// Possible drift of two units, expressed as a change of temperature of one of them, K.
     fn kelvins(temperatures: &Temperatures<f64, 3>, i: usize, j: usize) -> f64 {
         (temperatures.drifted(i, j, 0.002) / AXES).sqrt() / 0.002
     }
