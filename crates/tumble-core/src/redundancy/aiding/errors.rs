@@ -4,22 +4,22 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
 
-/// Errors that are estimated.
+/// Number of estimated errors.
 const ERRORS: usize = 10;
 
-/// Elements of a symmetric matrix of them.
+/// Elements of the upper triangle of their covariance.
 const KEPT: usize = ERRORS * (ERRORS + 1) / 2;
 
-/// Errors of what the set makes of its readings; or how fast a measurement changes with each.
+/// Errors of the state of the set, or derivatives of a measurement by each of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Errors<T: Real> {
-    /// Of attitude, a rotation vector in the level frame, rad.
+    /// Attitude error, a rotation vector in the level frame, rad.
     pub attitude: Vector3<T>,
-    /// Of velocity, level frame, m/s.
+    /// Velocity error, level frame, m/s.
     pub velocity: Vector3<T>,
-    /// Of angular rate, primary's axes, rad/s.
+    /// Error of the angular rate, axes of the primary, rad/s.
     pub rate: Vector3<T>,
-    /// Of specific force along the vertical, m/s^2: a local gravity that is not the nominal one is in it.
+    /// Error of the specific force along the vertical, m/s^2, which includes that of the nominal gravity.
     pub vertical: T,
 }
 
@@ -33,7 +33,7 @@ impl<T: Real> Errors<T> {
         }
     }
 
-    /// These and so many times others.
+    /// Adds `times` other errors.
     pub fn plus(&self, other: &Self, times: T) -> Self {
         Self {
             attitude: self.attitude + other.attitude * times,
@@ -66,7 +66,7 @@ impl<T: Real> Errors<T> {
     }
 }
 
-/// How errors move over a window (docs/theory/judgement.md, eq. 17).
+/// Transition of errors over a window (docs/theory/judgement.md, eq. 17).
 pub(super) struct Moves<T: Real> {
     pub velocity_by_attitude: Matrix3<T>,
     pub attitude_by_rate: Matrix3<T>,
@@ -74,7 +74,7 @@ pub(super) struct Moves<T: Real> {
 }
 
 impl<T: Real> Moves<T> {
-    /// Errors after the window.
+    /// Propagates errors over the window.
     pub fn carry(&self, errors: &Errors<T>) -> Errors<T> {
         let turned = self.attitude_by_rate * errors.rate;
         let mut moved = self.velocity_by_attitude * (errors.attitude + turned * real::<T>(0.5));
@@ -94,28 +94,28 @@ pub(super) struct Covariance<T: Real>([T; KEPT]);
 type Square<T> = [[T; ERRORS]; ERRORS];
 
 impl<T: Real> Covariance<T> {
-    /// Of errors that have nothing to do with each other, given their variances.
+    /// Creates the covariance of independent errors from their variances.
     pub fn of_variances(variances: &Errors<T>) -> Self {
         let mut square = [[T::zero(); ERRORS]; ERRORS];
         add_to_diagonal(&mut square, variances);
         Self::packed(&square)
     }
 
-    /// Moves errors, and adds the variances of noise.
+    /// Propagates the covariance and adds variances of noise.
     pub fn spread(&mut self, moves: &Moves<T>, noise: &Errors<T>) {
         let carried = |square: &Square<T>| square.map(|row| moves.carry(&Errors::of(&row)).all());
-        // Rows and columns are the same, so that what moves rows moves columns once they are transposed.
+        // The matrix is symmetric, so the function for rows moves columns once they are transposed.
         let mut square = carried(&transposed(&carried(&self.square())));
         add_to_diagonal(&mut square, noise); // judgement.md, eq. 17
         *self = Self::packed(&square);
     }
 
-    /// Covariance of a measurement that changes so with each error, with the errors.
+    /// Covariance of the errors with a measurement whose derivatives are `row`.
     pub fn across(&self, row: &Errors<T>) -> Errors<T> {
         Errors::of(&self.square().map(|each| Errors::of(&each).dot(row)))
     }
 
-    /// Takes off what a measurement of a variance shows.
+    /// Reduces the covariance by a measurement of a variance.
     pub fn narrow(&mut self, across: &Errors<T>, variance: T) {
         let all = across.all();
         let mut square = self.square();
@@ -130,7 +130,7 @@ impl<T: Real> Covariance<T> {
         *self = Self::packed(&square);
     }
 
-    /// Adds variances of what has nothing to do with the errors so far.
+    /// Adds variances of independent errors.
     pub fn widen(&mut self, variances: &Errors<T>) {
         let mut square = self.square();
         add_to_diagonal(&mut square, variances);
@@ -147,7 +147,7 @@ impl<T: Real> Covariance<T> {
         Errors::of(&all)
     }
 
-    /// Replaces all errors that are marked: they have these variances now and nothing to do with the others.
+    /// Replaces all marked errors: they get these variances and no correlation with the others.
     pub fn replace(&mut self, marked: &Errors<T>, variances: &Errors<T>) {
         let (marked, variances) = (marked.all(), variances.all());
         let mut square = self.square();
@@ -194,7 +194,7 @@ impl<T: Real> Covariance<T> {
     }
 }
 
-/// Least variance, beyond what single precision could take off.
+/// Least variance, above the rounding of single precision.
 const LEAST: f64 = 1e-14;
 
 fn transposed<T: Real>(square: &Square<T>) -> Square<T> {

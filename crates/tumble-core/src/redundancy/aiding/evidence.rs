@@ -1,4 +1,4 @@
-//! What aiding measurements say against units, and whether they can be believed.
+//! Evidence of aiding measurements against units, and trust in the measurements.
 
 use nalgebra::Vector3;
 
@@ -11,68 +11,68 @@ use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 
-/// Time for which evidence is remembered, s: while a unit departs from others, and while it does not.
+/// Time constants with which evidence is forgotten, s: while a unit departs from others, and while it does not.
 const REMEMBERED: f32 = 60.0;
 const FORGOTTEN: f32 = 2.0;
 
-/// Most that is gathered: what is certain may be revised.
+/// Largest evidence that accumulates, so that later evidence can revise a decision.
 const MOST: f64 = 15.0;
 
-/// Sigmas beyond which a measurement fits nobody, and is left out.
+/// Misfit, sigmas, above which a measurement that fits no unit is rejected.
 const FITS_NOBODY: f64 = 4.0;
 
-/// Measurements over which misfits are averaged, and mean misfit, sigmas, of one who fits.
+/// Measurements over which misfits are averaged, and largest mean misfit, sigmas, of a unit that fits.
 const AVERAGED: f64 = 20.0;
 const FITS: f64 = 0.75;
 
-/// Mean square misfit of the best, sigmas squared, from which on an aiding measurement is not believed, and below which it is, once it has been
-/// so for a number of measurements.
+/// Mean square misfit of the best unit, sigmas squared, above which trust in aiding measurements is lost, and
+/// below which it is regained after a number of measurements.
 const DISTRUSTED: f32 = 5.0;
 const TRUSTED: f32 = 2.5;
 const TRUSTED_AFTER: u16 = 25;
 
-/// Measurements without trust after which all begins anew.
+/// Measurements without trust after which the estimation restarts.
 const ANEW_AFTER: u16 = 150;
 
-/// Usual mean square of misfits: learnt over so many measurements, at most so much.
+/// Usual mean square misfit: number of measurements of its average, and its largest value.
 const USUAL_OVER: f64 = 1000.0;
 const USUAL_MOST: f64 = 9.0;
 
-/// Silence after which what was integrated is worth nothing, s.
+/// Time without a measurement after which integration is no longer used, s.
 const SILENT: f64 = 10.0;
 
-/// A score counts for so long, s; a span of it that is one observation, s, and the most that this may say.
+/// Time for which a score is valid, s; time of one independent score, s; and the largest evidence of one.
 const SCORE_COUNTS: f64 = 1.5;
 const SCORE_SPAN: f64 = 5.0;
 const SCORE_MOST: f64 = 1.5;
 
-/// Numbers that aiding measurements measure: the axes of a velocity, and a heading.
+/// Number of measured quantities: the axes of a velocity, and a heading.
 const MEASURED: usize = 4;
 const HEADING: usize = 3;
 
-/// Whether an aiding measurement is believed.
+/// Change of the trust in aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Trust<T: Real> {
-    /// It contradicts all units: mean square misfit of the best of them, and what it had to exceed.
+    /// The measurement contradicts all units: mean square misfit of the best unit, and its limit.
     Lost { misfit: T, limit: T },
-    /// It fits again.
+    /// The measurement fits again.
     Regained,
 }
 
-/// A window of the set, as an aiding measurement needs it.
+/// State of the set in a window, for the comparison with aiding measurements.
 pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub units: &'a [Option<UnitReading<T>>; UNITS],
-    /// What the set says, m/s^2 and rad/s.
+    /// Median reading of the set, m/s^2 and rad/s.
     pub said: [&'a Vector3<T>; 2],
-    /// What the set turned by at its last rest, rad/s.
+    /// Zero rate of the set at its last rest, rad/s.
     pub resting_rate: &'a Vector3<T>,
-    /// Of each unit, accelerometer first: whether it is at fault.
+    /// True if a sensor of a unit is faulty, accelerometer first.
     pub faulty: [[bool; 2]; UNITS],
-    /// Whether it departs from any other.
+    /// True if it departs from any other unit.
     pub departs: [[bool; 2]; UNITS],
-    /// Whether nobody disagrees, so that what is usual may be learnt.
+    /// True if no units disagree, so that usual values may be learnt.
     pub calm: bool,
-    /// Number of the window, and the length of one, microseconds and s.
+    /// Number of the window, and its length, microseconds and s.
     pub number: u64,
     pub span: u64,
     pub length: T,
@@ -81,26 +81,27 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub tolerated: ForceAndRate<T>,
 }
 
-/// What is held against one sensor of a unit.
+/// Evidence of aiding measurements against one sensor of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Testified<T: Real> {
-    /// Logarithm of the ratio of likelihoods that it is wrong, against that the set is.
+    /// Logarithm of the likelihood ratio: fault of the sensor over fault of the set.
     evidence: T,
-    /// Mean misfit with it in place of the set's, of each number that is measured, sigmas.
+    /// Mean misfit with the sensor in place of that of the set, of each measured quantity, sigmas.
     misfit: [T; MEASURED],
 }
 
-/// Whether what aiding measurements of one kind say can be used.
+/// Trust in aiding measurements of one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Confidence<T: Real> {
-    /// Mean square misfit of the best, sigmas squared: usually, and lately in units of that.
+    /// Mean square misfit of the best unit, sigmas squared: the usual one, and the recent one in units of the
+    /// usual.
     usual: T,
     lately: T,
     trusted: bool,
-    /// Whether the latest measurement left it fit to be, and how many in succession did or did not.
+    /// True if the latest misfit allows trust, and the number of successive measurements that agree on it.
     fit: bool,
     streak: u16,
-    /// Whether it was said that there is none.
+    /// True if the loss of trust was reported.
     told: bool,
 }
 
@@ -116,14 +117,14 @@ impl<T: Real> Confidence<T> {
         }
     }
 
-    /// Learns what misfits usually are.
+    /// Learns the usual misfit.
     fn learn(&mut self, best: T) {
         let square = best * best * self.usual;
         self.usual += (square - self.usual) / real(USUAL_OVER);
         self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
     }
 
-    /// Whether aiding measurements are believed, after a misfit of the best, sigmas.
+    /// Updates the trust with a misfit of the best unit, sigmas, and returns a change of it.
     fn trust(&mut self, best: T) -> Option<Trust<T>> {
         let most = real::<T>(FITS_NOBODY + 1.0);
         let square = best.min(most) * best.min(most);
@@ -139,7 +140,7 @@ impl<T: Real> Confidence<T> {
         let misfit = self.lately;
         match (self.trusted, fits) {
             (true, true) => None,
-            // One that was never believed is told of as well.
+            // The absence of trust from the beginning is reported too.
             (false, false) if self.streak < ANEW_AFTER || self.told => None,
             (false, true) if self.streak < TRUSTED_AFTER => None,
             (_, false) => {
@@ -154,7 +155,7 @@ impl<T: Real> Confidence<T> {
         }
     }
 
-    /// Whether all begins anew, after so long without trust; it is then sought from the start.
+    /// Returns whether the estimation must restart after a long time without trust.
     fn begins_anew(&mut self) -> bool {
         let lost = !self.trusted && !self.fit && self.streak >= ANEW_AFTER;
         if lost {
@@ -164,20 +165,20 @@ impl<T: Real> Confidence<T> {
     }
 }
 
-/// What aiding measurements have said.
+/// Evidence of all aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AidingEvidence<T: Real, const UNITS: usize> {
     navigation: Option<Navigation<T, UNITS>>,
-    /// Number of the latest window, and the length of one, microseconds.
+    /// Number of the latest window, and length of a window, microseconds.
     number: u64,
     span: u64,
     against: [[Testified<T>; 2]; UNITS],
-    /// Score of each unit, and the time since it was given, s.
+    /// Score of each unit, and its age, s.
     scores: [Option<(T, T)>; UNITS],
-    /// Since the latest velocity, s.
+    /// Time since the latest velocity, s.
     silent: T,
     calm: bool,
-    /// Those of velocity, and of heading.
+    /// Trust in velocities, and in headings.
     of_velocity: Confidence<T>,
     of_heading: Confidence<T>,
 }
@@ -201,7 +202,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Goes on over a window.
+    /// Advances by a window.
     pub fn advance(&mut self, around: &Surroundings<'_, T, UNITS>) {
         let follows = around.number == self.number.saturating_add(1);
         (self.number, self.span, self.calm) = (around.number, around.span.max(1), around.calm);
@@ -245,7 +246,8 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         });
     }
 
-    /// Evidence fades, fast while a unit does not depart from the others: what sound units differ by is nothing to testify of.
+    /// Reduces the evidence, fast while a unit does not depart from the others: differences of healthy units
+    /// are no evidence.
     fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
         let units = self.against.iter_mut().zip(&around.faulty).zip(&around.departs);
         for ((against, faulty), gathers) in units {
@@ -260,7 +262,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Scores of units' own estimators, as long as they are new.
+    /// Adds the evidence of scores while they are valid.
     fn weigh_scores(&mut self, window: T) {
         for (score, against) in self.scores.iter_mut().zip(&mut self.against) {
             let Some((value, age)) = score else { continue };
@@ -277,7 +279,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Takes in what an aiding measurement says of a time, microseconds of the common clock.
+    /// Processes an aiding measurement of a time, microseconds of the common clock.
     pub fn take(&mut self, time: u64, aiding: &Aiding<T>) -> Result<Option<Trust<T>>, AidingRejection> {
         match aiding {
             Aiding::Score { unit, value } => {
@@ -309,7 +311,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Takes in a measurement of a time; the one that is heard first begins the integration.
+    /// Processes a measurement of a time; the first measurement starts the integration.
     fn measure(
         &mut self,
         time: u64,
@@ -359,7 +361,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         change
     }
 
-    /// How many windows ago a time was.
+    /// Returns the age of a time in windows.
     fn windows_ago(&self, time: u64) -> Result<T, AidingRejection> {
         let now = self
             .number
@@ -376,7 +378,8 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Holds a velocity against what each unit makes of it, axis by axis; gives the largest misfit of the best, sigmas.
+    /// Compares a velocity with the prediction of each unit, axis by axis; returns the largest misfit of the
+    /// best unit, sigmas.
     fn listen(&mut self, navigation: &mut Navigation<T, UNITS>, aided: &Aided<T>, level: bool) -> Option<T> {
         let mut worst = None;
         for (place, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
@@ -395,10 +398,10 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         worst
     }
 
-    /// Takes in one number that was measured, and gives the misfit of the best, sigmas.
+    /// Compares one measured quantity with all predictions and returns the misfit of the best unit, sigmas.
     fn weigh(&mut self, navigation: &Navigation<T, UNITS>, innovation: &Innovation<T>, place: usize) -> T {
-        // What gyroscopes of two units share, drift and the error of the filter's own bias, moves a velocity as much as what they
-        // differ by; what accelerometers say moves no heading.
+        // Common errors of the gyroscopes, drift and the bias error of the filter, change a velocity as much as
+        // their differences do; accelerometers do not affect a heading.
         let (confidence, speaks_of) = if place == HEADING {
             (&mut self.of_heading, Sensor::Gyroscope)
         } else {
@@ -438,7 +441,8 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         best
     }
 
-    /// What is known of the measurements that speak of a sensor: velocities of accelerometers, headings of gyroscopes.
+    /// Trust in the measurements that are evidence on a sensor: velocities for accelerometers, headings for
+    /// gyroscopes.
     fn confidence(&mut self, sensor: Sensor) -> &mut Confidence<T> {
         match sensor {
             Sensor::Accelerometer => &mut self.of_velocity,
@@ -446,8 +450,8 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         }
     }
 
-    /// Trusts measurements that speak of a sensor by the misfit of the best, sigmas; what they said is dropped where trust is
-    /// lost.
+    /// Updates the trust in the measurements that are evidence on a sensor by the misfit of the best unit,
+    /// sigmas; discards their evidence when trust is lost.
     fn trust(&mut self, sensor: Sensor, misfit: T) -> Option<Trust<T>> {
         let confidence = self.confidence(sensor);
         let before = confidence.trusted;
@@ -464,14 +468,15 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         self.against.get(unit).map(|against| sensor.of(against))
     }
 
-    /// Whether a unit's sensor fits what the aiding measurement says.
+    /// Returns whether a sensor of a unit fits the aiding measurements.
     fn fits(&self, sensor: Sensor, unit: usize) -> bool {
         let limit = real::<T>(FITS);
         self.against(sensor, unit)
             .is_some_and(|against| against.misfit.iter().all(|misfit| misfit.abs() < limit))
     }
 
-    /// The wrong one of two units, where it is decided; of two that are not in dispute, it takes twice as much.
+    /// Returns the faulty one of two units, if the evidence decides; without a dispute the threshold is
+    /// doubled.
     pub fn decides(
         &self,
         sensor: Sensor,
@@ -490,7 +495,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         Some((wrong, proof))
     }
 
-    /// Whether it speaks against a unit, and for all others.
+    /// Returns the evidence if it is against a unit and in favour of all others.
     pub fn speaks_against(
         &self,
         sensor: Sensor,

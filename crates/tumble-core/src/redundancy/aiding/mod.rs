@@ -1,7 +1,7 @@
-//! An aiding measurement: what something else on board says of the motion of the set, and what that says of its units.
+//! Aiding measurements: measurements of the motion of the set by other equipment on board.
 //!
-//! Two units that disagree may leave open which is wrong. A satellite receiver, wheels, a barometer or the innovations
-//! of an estimator know nothing of either, and settle it (docs/theory/judgement.md, section 12).
+//! Two units that disagree may leave open which one is faulty. A satellite receiver, wheels, a barometer or the
+//! innovations of an estimator are independent of both and decide (docs/theory/judgement.md, section 12).
 
 mod errors;
 mod evidence;
@@ -14,43 +14,44 @@ use nalgebra::Vector3;
 
 use crate::real::Real;
 
-/// What something else on board says of the motion of the set.
+/// Measurement of the motion of the set by other equipment on board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aiding<T: Real> {
-    /// Velocity of the primary's place in a level frame whose heading does not change and need not be known, m/s: x and y
-    /// horizontal, z up. The sigma of an axis that is not measured is infinite, as of x and y of a climb rate.
+    /// Velocity of the place of the primary in a level frame of constant, possibly unknown heading, m/s: x and
+    /// y horizontal, z up. An axis that is not measured has an infinite sigma; a climb rate has one in x and y.
     Velocity {
         /// m/s.
         value: Vector3<T>,
         /// Standard deviation of each axis, m/s.
         sigma: Vector3<T>,
     },
-    /// Velocity of the primary's place in the primary's axes, as of wheels, m/s; sigmas as of a velocity.
+    /// Velocity of the place of the primary in the axes of the primary, for example of wheels, m/s; sigmas like
+    /// those of a velocity.
     BodyVelocity {
         /// m/s.
         value: Vector3<T>,
         /// Standard deviation of each axis, m/s.
         sigma: Vector3<T>,
     },
-    /// Heading of the primary, as of a magnetometer or of two antennas: the angle about the vertical of its x axis, counter-clockwise
-    /// seen from above, from any direction that stays.
+    /// Heading of the primary, for example of a magnetometer or of two antennas: the angle about the vertical
+    /// of its x axis, counter-clockwise seen from above, from any constant direction.
     Heading {
         /// rad.
         value: T,
         /// Standard deviation, rad.
         sigma: T,
     },
-    /// How badly an estimator that runs on one unit fits its other sensors.
+    /// Consistency of an estimator that runs on one unit with its other sensors.
     Score {
         /// Number of the unit.
         unit: usize,
-        /// Innovation squared over its variance, a degree of freedom: 1 in health.
+        /// Normalised innovation squared per degree of freedom: 1 in health.
         value: T,
     },
 }
 
 crate::vocabulary! {
-    /// What an aiding measurement speaks of.
+    /// Kind of an aiding measurement.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum AidingKind {
         /// `Aiding::Velocity`.
@@ -65,20 +66,20 @@ crate::vocabulary! {
 }
 
 crate::vocabulary! {
-    /// Why what an aiding measurement said was left out.
+    /// Reason for rejecting an aiding measurement.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum AidingRejection {
-        /// Not all that it measures are numbers.
+        /// A value or a sigma is not a number.
         NotFinite = "not finite",
-        /// A sigma is not above zero, or no axis is measured.
+        /// A sigma is not positive, or no axis is measured.
         NoSigma = "no sigma",
-        /// A score below zero.
+        /// The score is negative.
         NegativeScore = "negative score",
-        /// There is no unit of that number.
+        /// The unit is unknown.
         NoSuchUnit = "no such unit",
-        /// It is of a time that is not kept any more.
+        /// The measurement is older than the stored windows.
         Late = "late",
-        /// It is of a time that has yet to come.
+        /// The time of the measurement is in the future.
         Early = "early",
     }
 }
@@ -87,8 +88,8 @@ crate::vocabulary! {
 mod tests;
 
 impl<T: Real> Aiding<T> {
-    /// What one of a kind says: of a velocity `value` and `sigma`, of a heading the first of both, of a score of `unit` the first of
-    /// `value`.
+    /// Creates an aiding measurement of a kind: a velocity takes `value` and `sigma`, a heading the first
+    /// elements of both, a score `unit` and the first element of `value`.
     pub fn of_kind(kind: AidingKind, unit: usize, value: Vector3<T>, sigma: Vector3<T>) -> Self {
         match kind {
             AidingKind::Velocity => Self::Velocity { value, sigma },
@@ -101,7 +102,7 @@ impl<T: Real> Aiding<T> {
         }
     }
 
-    /// Whether it can be listened to, of a set of so many units.
+    /// Checks that a set of so many units can use the measurement.
     pub(crate) fn check(&self, units: usize) -> Result<(), AidingRejection> {
         match self {
             Self::Velocity { value, sigma } | Self::BodyVelocity { value, sigma } => {
@@ -118,7 +119,7 @@ impl<T: Real> Aiding<T> {
     }
 }
 
-/// Whether values and their sigmas, infinite where one is not measured, can be used.
+/// Checks values and their sigmas, which are infinite for values that are not measured.
 fn check_measured<T: Real>(values: &[T], sigmas: &[T]) -> Result<(), AidingRejection> {
     let axes = || values.iter().zip(sigmas);
     let not_finite = |(value, sigma): (&T, &T)| {

@@ -1,7 +1,7 @@
-//! Attitude and velocity of the set between what an aiding measurement says, and what they would be by each unit alone.
+//! Attitude and velocity of the set between aiding measurements, and their change by each unit alone.
 //!
-//! One error-state filter runs on what the set says. What a sensor of a unit would make of it is linear in how far that is
-//! from the set, so that each needs ten numbers beside, and all share one covariance.
+//! One error-state filter runs on the median readings of the set. A sensor in place of the median changes the
+//! state linearly in its deviation, so each sensor needs ten numbers, and all share one covariance.
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
@@ -13,62 +13,64 @@ use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::rotation::{rotation_by_series as rotation_of, rotation_onto};
 
-/// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
-/// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
+/// Noise densities of the angular rate, rad/s/sqrt(Hz), and of the specific force of the set, m/s^2/sqrt(Hz):
+/// at rest, and as shares of the angular rate and of the acceleration (docs/theory/judgement.md, table 2).
 const RATE_NOISE: [f32; 2] = [2e-4, 5e-4];
 const FORCE_NOISE: [f32; 2] = [0.01, 0.005];
 
-/// How fast errors within specification change, rad/s and m/s^2 over the square root of a second.
+/// Random walk of the errors of angular rate and vertical specific force, rad/s and m/s^2 per square root of a
+/// second.
 const RATE_WANDERS: f32 = 5e-5;
 const FORCE_WANDERS: f32 = 5e-4;
 
-/// Sigma of the attitude at first, rad; of the rate's error where the set has just rested, rad/s.
+/// Initial sigma of the attitude, rad, and of the rate error after a rest, rad/s.
 const LEVELLED: f64 = 0.3;
 const RATE_AT_REST: f64 = 5e-4;
 
-/// Horizontal acceleration of a platform, m/s^2, over times of a second, in motion and at rest: levels the set while its
-/// horizontal velocity is not known.
+/// Horizontal acceleration of a platform, m/s^2, over one second, in motion and at rest: the filter levels by
+/// it while the horizontal velocity is unknown.
 const ACCELERATES: [f32; 2] = [3.0, 0.05];
 
-/// The heading is found once the horizontal velocity has changed by so many sigmas of it, within this time, s; and by
-/// integration and by the aiding measurement by as much, but for so many sigmas.
+/// Conditions for finding the heading: the horizontal velocity has changed by `CHANGED` sigmas within `WITHIN`
+/// seconds, and the integrated change agrees with the aided one to `ALIKE` sigmas.
 const CHANGED: f64 = 8.0;
 const WITHIN: f64 = 10.0;
 const ALIKE: f64 = 3.0;
 
-/// Headings whose mean tells the direction from which an aiding measurement counts them, and over how many it is followed later, s.
+/// Number of headings whose mean gives their reference direction, and the time constant with which it is
+/// followed later, s.
 const HEADINGS: u16 = 20;
 const NORTH_OVER: f64 = 600.0;
 
-/// Least horizontal part of the primary's x axis for a heading to be one.
+/// Least horizontal part of the x axis of the primary that defines a heading.
 const LEAST_HORIZONTAL: f64 = 0.5;
 
-/// Direction from which an aiding measurement counts headings, in the level frame.
+/// Reference direction of aiding headings, in the level frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct North<T: Real> {
-    /// rad, what headings of the level frame lack.
+    /// Angle from headings of the level frame to those of the aiding measurement, rad.
     offset: T,
-    /// Headings that it is the mean of, up to `HEADINGS`.
+    /// Number of headings averaged, up to `HEADINGS`.
     headings: u16,
 }
 
-/// Where the horizontal velocity of the aiding measurement points.
+/// Direction of the horizontal velocity of the aiding measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Heading<T: Real> {
-    /// Nobody knows.
+    /// The direction is unknown.
     Sought {
-        /// Horizontal velocity as integrated and as aided at a time, m/s.
+        /// Horizontal velocity, integrated and aided, at the start of the search, m/s.
         integrated: Vector2<T>,
         aided: Vector2<T>,
         /// Time since then, s.
         since: T,
     },
-    /// As the level frame has it.
+    /// The direction is known in the level frame.
     Known,
 }
 
 impl<T: Real> Heading<T> {
-    /// Sought from now on.
+    /// Starts the search for the heading.
     fn sought_from(integrated: Vector2<T>, aided: Vector2<T>) -> Self {
         Self::Sought {
             integrated,
@@ -78,52 +80,52 @@ impl<T: Real> Heading<T> {
     }
 }
 
-/// A window of the set, and of each sensor of each unit.
+/// Readings of the set over a window, and deviations of each sensor of each unit.
 pub(super) struct Step<'a, T: Real, const UNITS: usize> {
-    /// What the set says, m/s^2 and rad/s.
+    /// Median reading of the set, m/s^2 and rad/s.
     pub said: [&'a Vector3<T>; 2],
-    /// How far each unit is from it; zero where it says nothing, or is at fault.
+    /// Deviation of each unit from it; zero for a unit that is faulty or has no reading.
     pub deviations: &'a [[Vector3<T>; 2]; UNITS],
     /// Length of the window, s.
     pub length: T,
     /// m/s^2.
     pub gravity: T,
-    /// Whether the set rests.
+    /// True if the set rests.
     pub rests: bool,
 }
 
-/// A measurement of one number.
+/// Measurement of one quantity.
 pub(super) struct Innovation<T: Real> {
-    /// What was measured, less what the set makes one expect.
+    /// Measured value minus the prediction of the set.
     pub of_set: T,
     /// Its variance.
     pub variance: T,
-    /// How it changes with each error.
+    /// Derivatives by each error.
     row: Errors<T>,
     across: Errors<T>,
 }
 
-/// A velocity as aided.
+/// Velocity of an aiding measurement.
 #[derive(Clone, Copy)]
 pub(super) struct Aided<T: Real> {
     /// m/s.
     pub value: Vector3<T>,
-    /// m/s; infinite where it was not measured.
+    /// Sigma, m/s; infinite where the axis was not measured.
     pub sigma: Vector3<T>,
-    /// How many windows ago, below zero if yet to come.
+    /// Age in windows, negative if in the future.
     pub windows: T,
     /// Length of a window, s.
     pub length: T,
 }
 
-/// A heading as aided.
+/// Heading of an aiding measurement.
 #[derive(Clone, Copy)]
 pub(super) struct AidedHeading<T: Real> {
     /// rad.
     pub value: T,
     /// rad.
     pub sigma: T,
-    /// How many windows ago, below zero if yet to come.
+    /// Age in windows, negative if in the future.
     pub windows: T,
 }
 
@@ -133,31 +135,32 @@ impl<T: Real> Aided<T> {
     }
 }
 
-/// The state of the set, by what all of it says and what its aiding measurements do.
+/// Attitude and velocity of the set, estimated from its readings and from aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Navigation<T: Real, const UNITS: usize> {
     level_from_primary: UnitQuaternion<T>,
-    /// Level frame, m/s.
+    /// Velocity in the level frame, m/s.
     velocity: Vector3<T>,
     /// Errors of the set: of angular rate, rad/s, and of vertical specific force, m/s^2.
     rate_error: Vector3<T>,
     vertical_error: T,
     covariance: Covariance<T>,
-    /// By how much the state would be another with one sensor of one unit in place of the set's.
+    /// Change of the state if one sensor of one unit replaced that of the set.
     deviations: [[Errors<T>; 2]; UNITS],
     /// Rotation vector of the latest window, rad.
     turn: Vector3<T>,
     track: Track<T>,
     heading: Heading<T>,
-    /// Once a heading was taken in.
+    /// Reference direction, once a heading was processed.
     north: Option<North<T>>,
-    /// Whether any velocity was taken in, and whether any along the primary's axes.
+    /// True if any velocity was processed, and if any was in the axes of the primary.
     begun: bool,
     along_primary: bool,
 }
 
 impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
-    /// Level by what the set feels, at a heading of its own; `rate_error` is what it turns by at rest, rad/s.
+    /// Starts level by the specific force of the set, at an arbitrary heading; `rate_error` is the zero rate,
+    /// rad/s.
     pub fn start(
         force: &Vector3<T>,
         rate_error: &Vector3<T>,
@@ -194,7 +197,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// Carries all on over a window.
+    /// Advances the state by a window.
     pub fn advance(&mut self, step: &Step<'_, T, UNITS>) {
         let ([f, w], h) = (step.said, step.length);
         let turn: Vector3<T> = (w - self.rate_error) * h;
@@ -231,7 +234,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// Levels the set by what it feels over a window of `length` s.
+    /// Levels the set by its specific force over a window of `length` s.
     fn level(&mut self, force: &Vector3<T>, rests: bool, length: T) {
         let [moving, resting] = ACCELERATES.map(tabulated::<T>);
         let sigma = if rests { resting } else { moving };
@@ -245,7 +248,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// A sensor of a unit is at fault: the set goes on as without it, by the mean of the others.
+    /// Removes a faulty sensor of a unit: the state continues with the mean of the others.
     pub fn leave_out(&mut self, sensor: Sensor, unit: usize, innocent: impl Fn(usize) -> bool) {
         let own = self.deviations.get(unit).map(|deviations| sensor.of(deviations));
         if own.is_none_or(|own| *own == Errors::none()) {
@@ -273,13 +276,13 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// What a measurement would have been off by less, with a unit's sensor in place of the set's.
+    /// Change of an innovation if the sensor of a unit replaced that of the set.
     pub fn share(&self, innovation: &Innovation<T>, sensor: Sensor, unit: usize) -> T {
         let deviations = self.deviations.get(unit);
         deviations.map_or(T::zero(), |deviations| innovation.row.dot(sensor.of(deviations)))
     }
 
-    /// Takes in a measurement.
+    /// Updates the state with a measurement.
     pub fn update(&mut self, innovation: &Innovation<T>) {
         let Innovation {
             of_set,
@@ -303,7 +306,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.vertical_error += errors.vertical;
     }
 
-    /// Whether all of it are numbers.
+    /// Returns whether all elements are finite.
     pub fn is_finite(&self) -> bool {
         let state = self.velocity.iter().chain(self.rate_error.iter());
         state
@@ -321,12 +324,12 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// At the time of which an aiding measurement speaks, level frame, m/s.
+    /// Velocity at the time of an aiding measurement, level frame, m/s.
     fn velocity_at(&self, aided: &Aided<T>) -> Option<Vector3<T>> {
         self.track.at(aided.windows, &self.velocity, aided.length)
     }
 
-    /// One axis of a velocity in the level frame: a unit vector along it, what was measured, m/s, and its sigma, m/s.
+    /// Innovation along one axis of a velocity in the level frame.
     pub fn along_level(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
         let usable = axis.z != T::zero() || matches!(self.heading, Heading::Known);
         let sigma = along(axis, &aided.sigma)?;
@@ -339,7 +342,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         usable.then(|| self.measured(row, value - velocity.dot(axis), sigma * sigma))
     }
 
-    /// The same of a velocity in the primary's axes.
+    /// Innovation along one axis of a velocity in the axes of the primary.
     pub fn along_primary(&self, axis: &Vector3<T>, aided: &Aided<T>) -> Option<Innovation<T>> {
         let sigma = along(axis, &aided.sigma)?;
         let velocity = self.velocity_at(aided)?;
@@ -355,7 +358,8 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         Some(self.measured(row, value - level.dot(&velocity), sigma * sigma))
     }
 
-    /// A heading, once it is known from which direction it counts; `calm` where that may be followed.
+    /// Innovation of a heading, once its reference direction is known; if `calm`, that direction follows
+    /// slowly.
     pub fn along_heading(&mut self, aided: &AidedHeading<T>, calm: bool) -> Option<Innovation<T>> {
         let turned = self.level_from_primary * rotation_of(&(self.turn * -aided.windows));
         let ahead: Vector3<T> = turned * Vector3::x();
@@ -392,12 +396,12 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         Some(self.measured(row, beyond, aided.sigma * aided.sigma))
     }
 
-    /// Forgets from which direction headings count.
+    /// Resets the reference direction of headings.
     pub fn forget_north(&mut self) {
         self.north = None;
     }
 
-    /// Begins with a velocity in the primary's axes, and otherwise leaves it alone.
+    /// Starts with the first velocity in the axes of the primary; later ones change nothing here.
     pub fn begin_along_primary(&mut self, aided: &Aided<T>) {
         if !self.along_primary {
             self.along_primary = true;
@@ -408,7 +412,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// Begins with a velocity in the level frame, and looks for its heading.
+    /// Starts with a velocity in the level frame, and searches its heading.
     pub fn begin_along_level(&mut self, aided: &Aided<T>) {
         if !self.begun {
             self.begun = true;
@@ -451,7 +455,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
-    /// The heading is sought from this velocity on.
+    /// Starts the search for the heading at this velocity.
     fn seek_again(&mut self, aided: &Aided<T>) {
         if self.along_primary {
             return;
@@ -467,7 +471,8 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.covariance.replace(&horizontal, &Errors::none());
     }
 
-    /// The level frame is that of the aiding measurement, turned about the vertical by an angle, rad, of a variance, rad^2.
+    /// Aligns the level frame with that of the aiding measurement: a turn about the vertical by an angle, rad,
+    /// of a variance, rad^2.
     fn turn_to(&mut self, angle: T, variance: T) {
         let turn = rotation_of(&(Vector3::z() * angle));
         self.level_from_primary = turn * self.level_from_primary;
@@ -481,7 +486,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         if let Some(north) = &mut self.north {
             north.offset -= angle;
         }
-        // What is known of level directions turns along; both horizontal ones are known alike.
+        // The covariance of level directions turns too; both horizontal directions get the larger variance.
         let own = self.covariance.variances();
         let level = own.attitude.x.max(own.attitude.y);
         let attitude = Errors {
@@ -495,7 +500,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         self.covariance.replace(&attitude, &variances);
     }
 
-    /// The velocity is what was aided.
+    /// Sets the velocity to the aided one.
     fn begin(&mut self, value: Vector3<T>, sigma: &Vector3<T>, aided: &Aided<T>) {
         let change = value - self.velocity_at(aided).unwrap_or(self.velocity);
         self.velocity += change;
@@ -520,7 +525,8 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
     }
 }
 
-/// Variances that a window adds, given angular rate, rad/s, and acceleration, m/s^2, of the set (docs/theory/judgement.md, table 2).
+/// Variances that a window adds, for an angular rate, rad/s, and an acceleration, m/s^2, of the set
+/// (docs/theory/judgement.md, table 2).
 fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Errors<T> {
     let density = |[least, share]: [f32; 2], size: T| {
         let (least, more) = (tabulated::<T>(least), size * tabulated::<T>(share));
@@ -535,13 +541,13 @@ fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Er
     }
 }
 
-/// An angle, rad, less whole turns.
+/// Wraps an angle, rad, to half a turn to either side.
 fn within_half_a_turn<T: Real>(angle: T) -> T {
     let turn = real::<T>(core::f64::consts::TAU);
     angle - (angle / turn).round() * turn
 }
 
-/// The one of three numbers along an axis, if it is finite: others may be anything.
+/// Returns the element along an axis, if it is finite.
 fn along<T: Real>(axis: &Vector3<T>, values: &Vector3<T>) -> Option<T> {
     let mut found = axis
         .iter()
@@ -562,7 +568,7 @@ fn largest<T: Real>(sigma: &Vector3<T>) -> T {
     finite.fold(T::zero(), |largest, sigma| largest.max(*sigma))
 }
 
-/// The sensors whose deviations are kept, with the unit's number.
+/// Sensors whose deviations are stored, with the number of the unit.
 pub(super) fn candidates<const UNITS: usize>() -> impl Iterator<Item = (Sensor, usize)> {
     (0..UNITS).flat_map(|unit| SENSORS.into_iter().map(move |sensor| (sensor, unit)))
 }

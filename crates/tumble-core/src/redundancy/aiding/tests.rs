@@ -21,7 +21,7 @@ const H: f64 = 0.05;
 const GRAVITY: f64 = 9.80665;
 const SIGMA: f64 = 0.3;
 
-/// What a set that rests for 12 s and then moves does, in the level frame.
+/// Motion of a set that rests for 12 s and then moves, in the level frame.
 fn motion(t: f64) -> (Rotation3<f64>, Vector3<f64>, Vector3<f64>) {
     let swell = ((t - 12.0) / 8.0).clamp(0.0, 1.0);
     let ease = swell * swell * (3.0 - 2.0 * swell);
@@ -60,7 +60,7 @@ fn felt(t: f64) -> [Vector3<f64>; 2] {
     [f / sum, w / sum]
 }
 
-/// What is found of a set of N, and when.
+/// Finding on a set of N, with its time.
 #[derive(Debug, PartialEq)]
 enum Found {
     Blamed(usize, Sensor),
@@ -70,7 +70,7 @@ enum Found {
     Regained,
 }
 
-/// What an aiding measurement says at a time of a velocity.
+/// Velocity of an aiding measurement at a time.
 type Says = fn(f64, Vector3<f64>) -> Aiding<f64>;
 
 struct Flight<const N: usize> {
@@ -78,9 +78,9 @@ struct Flight<const N: usize> {
     until: f64,
     /// Errors of a unit at a time.
     fault: fn(usize, f64) -> [Vector3<f64>; 2],
-    /// What the aiding measurement says of a velocity at a time; not a number where it says nothing.
+    /// Velocity of the aiding measurement at a time; NaN where there is none.
     says: Says,
-    /// Time that it takes, s.
+    /// Time of the simulation, s.
     latency: f64,
 }
 
@@ -156,7 +156,7 @@ impl<const N: usize> Flight<N> {
         let (mut judge, mut aiding_evidence) = (Judge::<f64, N>::new(), None);
         let mut draw = Draw(self.seed);
         let mut found = Vec::new();
-        // Until an aiding measurement has spoken, nothing of one is kept.
+        // Without an aiding measurement no evidence is stored.
         for k in 1..(self.until / H) as u64 {
             let t = (k + 1) as f64 * H;
             let [f, w] = felt(t);
@@ -203,7 +203,7 @@ fn sound(_: usize, _: f64) -> [Vector3<f64>; 2] {
     [Vector3::zeros(); 2]
 }
 
-/// Unit 1 drifts from 100 s on, by so much a second.
+/// Drift of unit 1 from 100 s on, per second.
 fn ramp(unit: usize, t: f64, slope: f64) -> Vector3<f64> {
     let size = if unit == 1 {
         slope * (t - 100.0).max(0.0)
@@ -328,18 +328,18 @@ fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
 
 const HEADING_SIGMA: f64 = 0.05;
 
-/// Heading of the primary, with noise as that of a velocity, and so much besides.
+/// Heading of the primary, with noise like that of a velocity, plus an error.
 fn heading(t: f64, v: Vector3<f64>, beyond: f64) -> Aiding<f64> {
     let ahead = motion(t).0 * Vector3::x();
     let noise = (v - motion(t).1).x / SIGMA * HEADING_SIGMA;
     Aiding::Heading {
-        // Counted from a direction of its own.
+        // The reference direction is arbitrary.
         value: ahead.y.atan2(ahead.x) + 2.5 + noise + beyond,
         sigma: HEADING_SIGMA,
     }
 }
 
-/// A gyroscope drifts about the vertical, which neither rest nor gravity shows in motion.
+/// Drift of a gyroscope about the vertical, which neither rest nor gravity shows in motion.
 fn yaw_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
     let size = if unit == 1 {
         0.0015 * (t - 100.0).max(0.0)
@@ -350,7 +350,7 @@ fn yaw_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
 }
 
 #[test]
-fn a_heading_says_which_of_two_gyroscopes_drifts_about_the_vertical() {
+fn a_heading_isolates_the_gyroscope_drifting_about_the_vertical() {
     for seed in 0..8 {
         let flown = |says: Says| {
             Flight::<2> {
@@ -372,7 +372,8 @@ fn a_heading_says_which_of_two_gyroscopes_drifts_about_the_vertical() {
 
 #[test]
 fn a_heading_that_is_disturbed_excludes_no_sound_unit() {
-    // Iron that passes by, that comes ever nearer, and a needle that sticks; alone and beside a fault that they do not resemble.
+    // Iron that passes, iron that comes ever nearer, and a needle that sticks; alone and beside a different
+    // fault.
     let disturbances: [Says; 3] = [
         |t, v| heading(t, v, if t > 90.0 && t % 20.0 < 6.0 { 0.6 } else { 0.0 }),
         |t, v| heading(t, v, if t > 100.0 { -0.02 * (t - 100.0) } else { 0.0 }),
@@ -394,7 +395,7 @@ fn a_heading_that_is_disturbed_excludes_no_sound_unit() {
     }
 }
 
-/// Ways to lie, from 60 s on, and whether nobody fits them for long.
+/// Faults of an aiding measurement from 60 s on, and the expectation that no unit fits it for long.
 const LIES: [(Says, bool); 6] = [
     // The velocity drifts away, fast and slowly.
     (
@@ -405,12 +406,12 @@ const LIES: [(Says, bool); 6] = [
         |t, v| velocity(v + Vector3::new(0.7, 0.5, 0.2) * (0.02 * (t - 60.0).max(0.0))),
         false,
     ),
-    // It says the same for ever.
+    // The velocity repeats for ever.
     (
         |t, v| velocity(if t < 60.0 { v } else { Vector3::new(1.0, 2.0, 0.3) }),
         true,
     ),
-    // Reflections, single and lasting.
+    // Reflections are single and lasting.
     (
         |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from(t > 60.0 && t % 1.0 < 0.3)),
         false,
@@ -419,7 +420,7 @@ const LIES: [(Says, bool); 6] = [
         |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from(t > 60.0 && t % 20.0 < 8.0)),
         true,
     ),
-    // It is ten times as uncertain as it says.
+    // The error is ten times the stated sigma.
     (|t, v| velocity(v + (v - motion(t).1) * 9.0), false),
 ];
 
@@ -438,7 +439,7 @@ fn an_aiding_that_lies_excludes_no_sound_unit() {
     }
 }
 
-/// What an aiding measurement says wrongly just as a unit begins to drift, or a while after.
+/// Fault of an aiding measurement that begins with the drift of a unit, or later.
 const GLITCHES: [Says; 2] = [
     |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from((100.0..103.0).contains(&t))),
     |t, v| velocity(v - Vector3::new(1.2, -1.3, 1.0) * f64::from((103.0..108.0).contains(&t))),
@@ -536,7 +537,7 @@ fn what_an_aiding_cannot_mean_is_left_out() {
 }
 
 #[test]
-fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
+fn the_share_of_a_unit_equals_that_of_a_filter_of_its_own() {
     let tolerated = ForceAndRate {
         specific_force: 0.05,
         angular_rate: 0.0075,
@@ -583,7 +584,7 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
                 );
                 let (Some(set), Some(unit)) = both else { continue };
                 let expected = set.of_set - of_set.share(&set, sensor, 1);
-                // Beyond the first order, and where the heading was found, the two differ by little.
+                // The two differ only beyond the first order, and where the heading was found.
                 let apart = (unit.of_set - expected).abs();
                 assert!(
                     apart < 0.03,

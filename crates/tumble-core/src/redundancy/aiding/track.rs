@@ -1,14 +1,15 @@
-//! Velocity over the latest second: aiding measurements come late.
+//! Velocity over the latest second, for aiding measurements that arrive late.
 
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real};
 
-/// Velocities that are kept, and windows from one to the next.
+/// Number of stored velocities, and windows between them.
 const KEPT: usize = 6;
 const EVERY: u8 = 4;
 
-/// Windows that an aiding measurement may be late, and early by what is carried on from the latest one.
+/// Largest delay of an aiding measurement, windows, and largest lead, for which the latest velocity is
+/// extrapolated.
 pub(super) const LATE: u64 = 20;
 pub(super) const EARLY: u64 = 4;
 
@@ -16,7 +17,7 @@ pub(super) const EARLY: u64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Track<T: Real> {
     kept: [Vector3<T>; KEPT],
-    /// Windows since the newest of them, and windows in all.
+    /// Windows since the newest velocity, and windows in all.
     since: u8,
     seen: u8,
     /// Acceleration over the latest window, m/s^2.
@@ -33,7 +34,7 @@ impl<T: Real> Track<T> {
         }
     }
 
-    /// Takes in the velocity after the next window.
+    /// Stores the velocity after the next window.
     pub fn push(&mut self, velocity: &Vector3<T>, acceleration: &Vector3<T>) {
         self.acceleration = *acceleration;
         self.seen = self.seen.saturating_add(1);
@@ -45,7 +46,7 @@ impl<T: Real> Track<T> {
         }
     }
 
-    /// Velocity so many windows ago, a negative number of them for one yet to come; `now` is that after the latest window
+    /// Velocity a number of windows ago, negative in the future; `now` is the velocity after the latest window
     /// of `length` s.
     pub fn at(&self, windows: T, now: &Vector3<T>, length: T) -> Option<Vector3<T>> {
         if windows <= T::zero() {
@@ -66,7 +67,7 @@ impl<T: Real> Track<T> {
         None
     }
 
-    /// What was found of the velocity now holds of the latest second as well.
+    /// Applies a correction to all stored velocities.
     pub fn change(&mut self, change: impl Fn(&Vector3<T>) -> Vector3<T>) {
         for velocity in &mut self.kept {
             *velocity = change(velocity);
