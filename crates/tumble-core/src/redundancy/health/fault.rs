@@ -1,4 +1,4 @@
-//! What is wrong with a unit, with the figures.
+//! Faults of a unit, with their figures.
 
 use crate::real::Real;
 use crate::redundancy::judgement::attribution::Ground;
@@ -6,33 +6,33 @@ use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::Sensor;
 
 crate::vocabulary! {
-    /// Why a unit is not healthy.
+    /// Reason for which a unit is not healthy.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum HealthFault<T: Real> {
-        /// No sample came.
+        /// No sample arrived.
         Late {
-            /// For how long, s.
+            /// Time without a sample, s.
             pause: T,
         } = "late",
         /// All axes of a sensor repeat their readings.
         Frozen {
-            /// Which.
+            /// Sensor that repeats.
             sensor: Sensor,
-            /// For how long at least, s.
+            /// Least time of repetition, s.
             duration: T,
         } = "frozen",
         /// One axis repeats its reading while the others of its sensor move.
         Stuck {
             /// 0 to 2 accelerometer, 3 to 5 gyroscope.
             channel: u8,
-            /// What it says, m/s^2 or rad/s.
+            /// Repeated reading, m/s^2 or rad/s.
             value: T,
         } = "stuck",
         /// A sensor is at the end of its range too often.
         Saturated {
             /// 0 to 2 accelerometer, 3 to 5 gyroscope.
             channel: u8,
-            /// What it said last, m/s^2 or rad/s.
+            /// Latest reading, m/s^2 or rad/s.
             value: T,
         } = "saturated",
         /// Too many readings are not finite numbers.
@@ -40,92 +40,92 @@ crate::vocabulary! {
             /// 0 to 2 accelerometer, 3 to 5 gyroscope.
             channel: u8,
         } = "not finite",
-        /// Readings leave and come back too often.
+        /// Readings depart and return too often.
         Spikes {
             /// 0 to 2 accelerometer, 3 to 5 gyroscope.
             channel: u8,
-            /// How far the last of them was away, m/s^2 or rad/s.
+            /// Magnitude of the latest departure, m/s^2 or rad/s.
             value: T,
         } = "spikes",
-        /// Without it, the other units agree.
+        /// The other units agree without this one.
         OutOfFamily {
-            /// In this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// How far it is from that of them that it contradicts most, m/s^2 or rad/s.
+            /// Difference from the unit that it contradicts most, m/s^2 or rad/s.
             apart: T,
-            /// How far it may be.
+            /// Largest difference that is accepted.
             limit: T,
             /// Time over which it shows, s.
             scale: T,
-            /// The units that agree, a bit each, the primary's the lowest.
+            /// Units that agree, one bit each, the primary's the lowest.
             agreeing: u8,
         } = "out of family",
-        /// The readings of a sensor scatter much more than those of the other units make one expect.
+        /// The readings of a sensor scatter much more than those of the other units predict.
         Noisy {
-            /// Which.
+            /// Sensor concerned.
             sensor: Sensor,
             /// Scatter from sample to sample, m/s^2 or rad/s.
             scatter: T,
-            /// What it may be.
+            /// Largest scatter that is accepted.
             limit: T,
         } = "noisy",
-        /// Of two units that disagree, it is the one that is wrong.
+        /// The unit is the faulty one of two that disagree.
         Blamed {
-            /// In this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// What proves it.
+            /// Kind of evidence.
             ground: Ground,
-            /// The figure that does.
+            /// Figure of the evidence.
             value: T,
-            /// What it had to exceed.
+            /// Threshold that the figure exceeded.
             limit: T,
         } = "blamed",
-        /// It is farther from a valid primary at rest than any error that calibration can find.
+        /// The deviation from a valid primary at rest is larger than any error that a calibration can find.
         Refuted {
-            /// In this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// How far, m/s^2 or rad/s.
+            /// Deviation, m/s^2 or rad/s.
             deviation: T,
-            /// How far it may be.
+            /// Largest deviation that is accepted.
             limit: T,
         } = "refuted",
-        /// At rest a sensor does not say what physics says.
+        /// A reading at rest contradicts physics.
         ImplausibleAtRest {
-            /// Which.
+            /// Sensor concerned.
             sensor: Sensor,
             /// Deviation from gravity, m/s^2, or from zero, rad/s.
             deviation: T,
-            /// How large it may be.
+            /// Largest deviation that is accepted.
             limit: T,
         } = "implausible at rest",
-        /// Its clock left that of the other units.
+        /// The clock of the unit left that of the other units.
         ClockJumped = "clock jumped",
-        /// It gives each reading twice, and did not do so before.
+        /// The unit sends each reading twice, and did not do so before.
         Duplicated = "duplicated",
-        /// Its readings are those of another unit.
+        /// The readings are those of another unit.
         Copy {
-            /// The other, a bit, the primary's the lowest.
+            /// Other unit, one bit, the primary's the lowest.
             of: u8,
         } = "copy",
     }
 }
 
-/// Figures of a fault. Each kind has some of them; what they say and their units stand at the fault.
+/// Figures of a fault. Each kind has some of them; their meanings and units are given at the fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultFigures<T: Real> {
-    /// The sensor at fault, where no single channel is.
+    /// Sensor concerned, if the fault is not of a single channel.
     pub sensor: Option<Sensor>,
     /// 0 to 2 accelerometer, 3 to 5 gyroscope.
     pub channel: Option<u8>,
-    /// What proves it.
+    /// Kind of evidence.
     pub ground: Option<Ground>,
-    /// What was found.
+    /// Measured value.
     pub value: Option<T>,
-    /// What it may be.
+    /// Limit of the value.
     pub limit: Option<T>,
-    /// Time over which it shows, s.
+    /// Time scale on which the fault shows, s.
     pub scale: Option<T>,
-    /// The units that agree, a bit each, the primary's the lowest.
+    /// Units that agree, one bit each, the primary's the lowest.
     pub agreeing: Option<u8>,
 }
 
@@ -142,7 +142,7 @@ impl<T: Real> FaultFigures<T> {
 }
 
 impl<T: Real> HealthFault<T> {
-    /// What is known of it besides its kind.
+    /// Figures of the fault.
     pub fn figures(&self) -> FaultFigures<T> {
         let of_channel = |channel: u8, value: Option<T>| FaultFigures {
             channel: Some(channel),
@@ -208,7 +208,8 @@ impl<T: Real> HealthFault<T> {
         }
     }
 
-    /// Whether readings that do not change would show that nothing moves: what they say may be wrong, but they live.
+    /// Returns whether constant readings of the unit would still show a rest: its readings may be wrong, but
+    /// they change.
     pub fn leaves_stillness(&self) -> bool {
         match self {
             Self::OutOfFamily { .. }
@@ -228,7 +229,7 @@ impl<T: Real> HealthFault<T> {
         }
     }
 
-    /// What is left of the unit as long as it speaks.
+    /// Remaining use of the unit while it sends readings.
     pub fn condition(&self) -> Condition {
         match self {
             Self::Saturated { .. } => Condition::Saturated,
@@ -248,7 +249,8 @@ impl<T: Real> HealthFault<T> {
         }
     }
 
-    /// Whether it was found by comparing units: what the unit says goes on being compared, or nothing would ever clear it.
+    /// Returns whether the fault was found by comparing units, so that the comparison must continue in order to
+    /// clear it.
     pub fn is_judged(&self) -> bool {
         matches!(
             self,
@@ -256,8 +258,8 @@ impl<T: Real> HealthFault<T> {
         )
     }
 
-    /// Whether it was found by what a unit says against itself in motion, which is likely only: physics at rest overrules it, and
-    /// no calibration may follow it without bound.
+    /// Returns whether the fault rests on evidence from the unit alone in motion, which is only a likelihood:
+    /// physics at rest overrules it, and no calibration may follow it without bound.
     pub fn is_likelihood(&self) -> bool {
         matches!(
             self,
@@ -268,12 +270,12 @@ impl<T: Real> HealthFault<T> {
         )
     }
 
-    /// Whether a unit of which it is found may follow its primary wherever that leads.
+    /// Returns whether a unit with the fault may follow its primary without bound.
     pub fn frees(&self) -> bool {
         self.is_judged() && !self.is_likelihood()
     }
 
-    /// Whether a calibration may mend it.
+    /// Returns whether a calibration may correct the fault.
     pub fn may_be_mended(&self) -> bool {
         matches!(
             self,

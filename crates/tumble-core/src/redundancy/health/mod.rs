@@ -1,18 +1,22 @@
-//! The health of one unit, at all times: late, frozen, at the end of its range, not finite, with spikes, contradicted
-//! by the others, implausible at rest, with a clock of its own.
+//! Health of one unit at all times: late, frozen, saturated, not finite, with spikes, contradicted by the
+//! others, implausible at rest, with a clock that left that of the others.
 //!
-//! * One bad reading excludes nobody. Time with bad readings is counted, and drains slowly while readings are good.
-//! * A sensor is frozen when all its axes repeat their readings bit by bit for a time. One axis may repeat by chance:
-//!   quantised and at rest, an axis says the same for as long as its noise stays within a count. It is stuck when it
-//!   repeats over 32 readings at which another axis of the sensor moved by more than counts and noise at rest. The
-//!   eight-unit recording of our data (16 bits, 62.5 Hz) repeats up to seven times on an axis at rest.
-//! * Where readings change by less than a count, all axes may repeat for long: what repeats has to outlast chance, at the resolution
-//!   and the usual change that the sensor has shown. While the platform rests, as other readings show, nobody is frozen.
+//! * One bad reading excludes no unit. Time with bad readings is counted, and drains slowly while readings are
+//!   good.
+//! * A sensor is frozen when all its axes repeat their readings bit by bit for a time. One axis may repeat by
+//!   chance: quantised and at rest, it repeats while its noise stays within a count. It is stuck when it
+//!   repeats over 32 readings at which another axis of the sensor moved by more than counts and noise at rest.
+//!   The eight-unit recording of our data (16 bits, 62.5 Hz) repeats up to seven times on an axis at rest.
+//! * Where readings change by less than a count, all axes may repeat for long. A repetition must then outlast
+//!   chance, given the resolution and the usual change of the sensor. No sensor is frozen while the readings of
+//!   other units show a rest.
 //! * A range ends where readings repeat at their largest ever, whatever the data sheet states.
-//! * A unit gives its readings twice if it did not always do so: many are read oftener than they measure.
-//! * A spike leaves by more than a limit, and by more than five times what readings usually change, and is back with
-//!   the next reading. What does not come back was no spike but motion.
-//! * A unit is healthy again when nothing has been wrong for a while. Only a later rest clears what a rest has shown.
+//! * A unit that repeats every reading is reported only if it did not do so from the start: many units are read
+//!   faster than they measure.
+//! * A spike exceeds a limit and five times the usual change, and ends with the next reading. A change that
+//!   stays is motion.
+//! * A unit is healthy again after a time without a fault. Only a later rest clears a fault that a rest has
+//!   shown.
 
 mod fault;
 mod watch;
@@ -29,57 +33,57 @@ use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::sample::Sample;
 
-/// Whether accelerometer and gyroscope of a sample may be used in a mean.
+/// Usability of accelerometer and gyroscope of a sample in a mean.
 pub type Usable = [bool; 2];
 
-/// Time without a sample, as a multiple of the usual one, that a slow unit may take whatever the setting says.
+/// Multiple of its usual interval for which a slow unit may send no sample, whatever the setting.
 const INTERVALS: u64 = 3;
 
-/// Readings in a row, but for few, that show that a unit gives each once.
+/// Successive readings, with few exceptions, that show that a unit sends each reading once.
 const SHOWN_ONCE: u8 = 128;
 
-/// A reading that was given twice among these takes back so many.
+/// Readings by which a repeated one among them reduces that count.
 const TAKEN_BACK: u8 = 4;
 
-/// Readings given twice, beyond those given once, that are too many for a unit that gave each once.
+/// Excess of repeated readings over new ones that is a fault of a unit that sent each reading once.
 const TOO_MANY: u8 = 32;
 
-/// Twice the readings that have to be those of another unit until one is its copy.
+/// Twice the number of readings equal to those of another unit that show a copy.
 const COPIED: u8 = 64;
 
-/// What refutes a unit.
+/// Origin of the evidence that refutes a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RefutedBy {
-    /// A rest beside a valid primary; a later one may clear it.
+    /// A rest beside a valid primary; a later rest may clear it.
     Rest,
-    /// A fit beyond anything that a calibration may be; only one that is adopted clears it.
+    /// A fit beyond the errors that a calibration may have; only an adopted calibration clears it.
     Fit,
 }
 
-/// What is known of a unit's presence.
+/// Presence of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Presence {
-    /// Nothing.
+    /// No sample was received or expected.
     Unknown,
-    /// It is waited for.
+    /// A sample is expected.
     Awaited,
-    /// It sends samples.
+    /// Samples are received.
     Seen,
 }
 
-/// Windows of a rest until it shows as one.
+/// Windows of rest until a rest is detected.
 const WINDOWS_OF_REST: u32 = 4;
 
 /// Health of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Health<T: Real> {
-    /// Of the latest sample, or when waiting for the first began.
+    /// Time of the latest sample, or of the beginning of the wait for the first.
     time: u64,
-    /// Usual time from one sample to the next, microseconds.
+    /// Usual sample interval, microseconds.
     interval: u32,
-    /// Time over which samples were worse than nothing, up to the latest, 256 microseconds.
+    /// Time over which samples were useless, up to the latest, 256 microseconds.
     mute: u16,
-    /// When it became healthy, or when something was wrong last.
+    /// Time at which the unit became healthy, or of the latest fault.
     since: u64,
     watches: [SensorWatch<T>; 2],
     fault: Option<HealthFault<T>>,
@@ -88,13 +92,14 @@ pub struct Health<T: Real> {
     refuted: [[bool; 2]; 2],
     presence: Presence,
     surroundings: Surroundings,
-    /// Time by which a rest shows later than over windows of the settings, microseconds.
+    /// Additional delay of the detection of a rest if windows are longer than those of the settings,
+    /// microseconds.
     shown_late: u32,
-    /// Readings given once, up to [`SHOWN_ONCE`]; then it is known that each is.
+    /// Readings received once, up to [`SHOWN_ONCE`], which shows that each is sent once.
     once: u8,
-    /// Of a unit of which that is known, readings given twice.
+    /// Readings received twice from such a unit.
     twice: u8,
-    /// Readings that were those of another unit, less those that were not.
+    /// Readings equal to those of another unit, minus those that were not.
     copied: u8,
 }
 
@@ -105,7 +110,7 @@ impl<T: Real> Default for Health<T> {
 }
 
 impl<T: Real> Health<T> {
-    /// Nothing known of the unit: it is neither healthy nor at fault until a sample comes, or is late.
+    /// Creates an unknown health: the unit is neither healthy nor faulty before a sample arrives or is late.
     pub fn new() -> Self {
         Self {
             time: 0,
@@ -126,17 +131,17 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// What is wrong with the unit, or was until lately.
+    /// Current fault of the unit, or one of which it has not yet recovered.
     pub fn fault(&self) -> Option<HealthFault<T>> {
         self.fault
     }
 
-    /// Whether nothing is wrong with it, as far as is known.
+    /// Returns whether no fault is known.
     pub fn is_sound(&self) -> bool {
         self.fault.is_none()
     }
 
-    /// What could still be used of it at the time `now`, microseconds, where it is not healthy.
+    /// Remaining use of an unhealthy unit at the time `now`, microseconds.
     pub fn condition(&self, now: u64, settings: &HealthSettings<T>) -> Condition {
         let spoke = self.time.saturating_sub(Lapse::of_ticks(self.mute));
         if self.presence != Presence::Seen || now > spoke.saturating_add(self.patience(settings)) {
@@ -151,12 +156,13 @@ impl<T: Real> Health<T> {
         self.fault.map_or(Condition::Doubtful, |fault| fault.condition())
     }
 
-    /// Whether the latest sample is better than nothing: numbers, of which not all repeat.
+    /// Returns whether the latest sample has finite values that do not all repeat.
     pub fn speaks(&self) -> bool {
         self.mute == 0
     }
 
-    /// No unit said anything up to this time, microseconds: the platform's samples stalled, and no unit is late for it.
+    /// Marks that no unit sent a sample up to this time, microseconds: the samples of the platform stalled, and
+    /// no unit is late for it.
     pub fn platform_stalled(&mut self, now: u64) {
         if self.presence == Presence::Seen && self.is_sound() {
             self.time = now;
@@ -164,12 +170,12 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// No unit said anything for so long, microseconds, beyond what is usual: no unit is the later for it.
+    /// Excludes a pause of all units beyond the usual interval, microseconds, from the lateness of the unit.
     pub fn excuse(&mut self, pause: u64) {
         self.time = self.time.saturating_add(pause);
     }
 
-    /// Takes in of which other unit a reading is too, if of any, as both change.
+    /// Records the other unit, if any, that sent the same reading while both change.
     #[inline]
     pub fn compare(&mut self, of: Option<usize>) {
         match of {
@@ -189,21 +195,21 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// A sample of it was held back that is of this time, microseconds, and believed only now.
+    /// Records that a sample of this time, microseconds, was held back and is used only now.
     pub fn held_back(&mut self, time: u64) {
         if self.presence == Presence::Seen {
             self.time = self.time.max(time);
         }
     }
 
-    /// Takes in what the latest window showed of the platform, and by how much windows are longer than those of the settings,
-    /// microseconds: a rest shows as much later, over each window that it takes.
+    /// Stores the state of the platform over the latest window, and the length of windows beyond that of the
+    /// settings, microseconds; a rest is detected later by that, over each window that it takes.
     pub fn set_surroundings(&mut self, surroundings: Surroundings, longer: u32) {
         self.surroundings = surroundings;
         self.shown_late = longer.saturating_mul(WINDOWS_OF_REST);
     }
 
-    /// Longest time without a sample, microseconds. One that was never heard may be a slow one.
+    /// Longest time without a sample, microseconds. A unit without any sample may be a slow one.
     pub fn patience(&self, settings: &HealthSettings<T>) -> u64 {
         let interval = match self.presence {
             Presence::Seen => u64::from(self.interval),
@@ -212,19 +218,19 @@ impl<T: Real> Health<T> {
         settings.late.max(interval.saturating_mul(INTERVALS))
     }
 
-    /// Takes in how far its samples are apart, microseconds.
+    /// Stores the sample interval, microseconds.
     pub fn expect_every(&mut self, interval: u32) {
         self.interval = interval;
     }
 
-    /// Since when the unit has been healthy, microseconds; `None` while it is not.
+    /// Time since which the unit has been healthy, microseconds; `None` while it is not.
     pub fn healthy_since(&self) -> Option<u64> {
         let healthy = self.is_sound() && self.presence == Presence::Seen;
         healthy.then_some(self.since)
     }
 
-    /// Takes in the next sample, later than the one before and zero on axes that the unit does not have, and says what of it
-    /// may be used.
+    /// Processes the next sample, later than the one before and zero on missing axes; returns the usability of
+    /// each sensor.
     pub fn push(
         &mut self,
         sample: &Sample<T>,
@@ -274,7 +280,7 @@ impl<T: Real> Health<T> {
         usable
     }
 
-    /// Says what time it is, microseconds, whether samples came or not.
+    /// Advances the time, microseconds, whether samples arrived or not.
     pub fn tick(&mut self, now: u64, settings: &HealthSettings<T>) {
         if self.presence == Presence::Unknown {
             self.presence = Presence::Awaited;
@@ -283,20 +289,20 @@ impl<T: Real> Health<T> {
         self.find_late(now, settings);
     }
 
-    /// Takes in that a sensor was found wrong beside the other units; it stays so until it is cleared.
+    /// Records that comparison with the other units found a sensor faulty, until it is cleared.
     pub fn contradict(&mut self, sensor: Sensor, fault: HealthFault<T>) {
         *sensor.of_mut(&mut self.contradicted) = true;
         self.exclude(fault, self.time);
     }
 
-    /// What it was found wrong for is gone.
+    /// Clears a fault found by comparison with the other units.
     pub fn clear(&mut self, sensor: Sensor) {
         if core::mem::replace(sensor.of_mut(&mut self.contradicted), false) {
             self.since = self.since.max(self.time);
         }
     }
 
-    /// A calibration against the primary was adopted: nothing of what was found before holds.
+    /// Clears all faults of a sensor whose new calibration against the primary was adopted.
     pub fn calibrated(&mut self, sensor: Sensor) {
         self.clear(sensor);
         for refuted in &mut self.refuted {
@@ -304,8 +310,8 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Takes in how far a sensor is from a valid primary at rest, m/s^2 or rad/s, and how far anything that calibration can
-    /// find could bring it.
+    /// Records the deviation of a sensor from a valid primary at rest, m/s^2 or rad/s, with the largest
+    /// deviation that a calibration may explain.
     pub fn refute(&mut self, sensor: Sensor, by: RefutedBy, deviation: T, limit: T) {
         let possible = deviation <= limit;
         let [at_rest, by_fit] = &mut self.refuted;
@@ -314,7 +320,7 @@ impl<T: Real> Health<T> {
             RefutedBy::Fit => by_fit,
         };
         let refuted = core::mem::replace(sensor.of_mut(refuted), !possible);
-        // That physics contradicts it says more.
+        // A contradiction to physics is the stronger fault and is kept.
         let known = refuted || *sensor.of(&self.implausible);
         if !possible && !known {
             self.exclude(
@@ -328,16 +334,16 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Whether a calibration may mend what is wrong with it, if anything is.
+    /// Returns whether a calibration may correct the fault, if there is one.
     pub fn may_be_calibrated(&self) -> bool {
         let mendable = self.fault.as_ref().is_none_or(HealthFault::may_be_mended);
         mendable && self.presence == Presence::Seen
     }
 
-    /// Takes in how far a sensor at rest deviates from gravity, m/s^2, or from zero, rad/s, and how far it may: one that
-    /// was never calibrated farther than others.
+    /// Records the deviation of a sensor at rest from gravity, m/s^2, or from zero, rad/s, with its limit,
+    /// which is larger for an uncalibrated sensor.
     pub fn at_rest(&mut self, sensor: Sensor, deviation: T, limit: T) {
-        // What is no number is no plausible one.
+        // NaN is not plausible.
         let plausible = deviation <= limit;
         *sensor.of_mut(&mut self.implausible) = !plausible;
         if !plausible {
@@ -352,20 +358,21 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Says that the unit's clock has left that of the others, at the time `now` of these, microseconds.
+    /// Records that the clock of the unit left that of the others, at the time `now` of these, microseconds.
     pub fn clock_jumped(&mut self, now: u64) {
         self.mute = self.mute.max(1);
         self.exclude(HealthFault::ClockJumped, now);
     }
 
-    /// The time of the whole set has jumped: what was counted goes on from the next sample.
+    /// Restarts the time of the unit after a jump of the time of the whole set.
     pub fn restart_time(&mut self, now: u64) {
         self.time = now;
         self.since = now;
         self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
-    /// What is known of the platform. A unit of which nothing ever changed, where nobody says more, is not at rest but frozen.
+    /// State of the platform. A unit whose readings never changed is frozen, not at rest, unless other units
+    /// show a rest.
     fn surroundings(&self) -> Surroundings {
         let never = self.watches.iter().all(SensorWatch::never_changed);
         match self.surroundings {
@@ -374,7 +381,7 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Counts readings that were given once and twice. A sensor that cannot tell says nothing of it.
+    /// Counts readings received once and twice. A sensor that cannot distinguish them counts neither.
     fn count_given(&mut self, followed: [Option<Followed>; 2], now: u64) {
         let twice = match followed {
             [None, None] => return,
@@ -423,7 +430,7 @@ impl<T: Real> Health<T> {
         self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
-    /// The latest finding is shown, except that what a rest has shown stays.
+    /// Records the latest fault; a fault shown at rest stays.
     fn exclude(&mut self, fault: HealthFault<T>, now: u64) {
         let at_rest = |fault: &HealthFault<T>| {
             matches!(
@@ -443,7 +450,7 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Nothing was wrong for long enough.
+    /// Ends the fault after a sufficient time without one.
     fn settle(&mut self, now: u64, settings: &HealthSettings<T>) {
         if self.is_sound() {
             return;

@@ -38,7 +38,7 @@ impl Bench {
         }
     }
 
-    /// That has been healthy for a second.
+    /// Unit that has been healthy for a second.
     fn running() -> Self {
         let mut bench = Self::new();
         bench.run(200, |_, _| {});
@@ -89,12 +89,12 @@ fn left_at_once(time: f32, limit: f32) -> bool {
 }
 
 #[test]
-fn before_the_first_sample_a_unit_is_not_healthy_and_late_when_its_time_is_up() {
+fn a_unit_without_a_first_sample_becomes_late() {
     let mut health = Health::<f32>::new();
     let settings = HealthSettings::default();
     health.tick(7_000_000, &settings);
     assert_eq!((health.fault(), health.healthy_since()), (None, None));
-    // It may be a slow one.
+    // The unit may be a slow one.
     health.tick(7_300_000, &settings);
     assert_eq!(health.fault(), None);
     health.tick(7_300_001, &settings);
@@ -102,7 +102,7 @@ fn before_the_first_sample_a_unit_is_not_healthy_and_late_when_its_time_is_up() 
 }
 
 #[test]
-fn a_unit_that_pauses_is_late_and_healthy_again_after_the_recovery() {
+fn a_unit_after_a_pause_is_healthy_again_after_the_recovery() {
     let mut bench = Bench::running();
     let paused = bench.time;
     bench.health.tick(paused + 100_000, &bench.settings.clone());
@@ -136,7 +136,7 @@ fn after_a_pause_a_reading_may_be_anywhere() {
 }
 
 #[test]
-fn a_frozen_sensor_is_found_in_its_time_and_not_used_from_then_on() {
+fn a_frozen_sensor_is_found_in_time_and_excluded() {
     for sensor in SENSORS {
         let mut bench = Bench::running();
         let freeze = |_: usize, sample: &mut Sample<f32>| match sensor {
@@ -188,7 +188,7 @@ fn axes_that_repeat_at_rest_because_they_are_coarse_are_healthy() {
     assert!(bench.health.healthy_since().unwrap() < 1_100_000);
 }
 
-/// Readings in steps of so many times the noise.
+/// Readings quantised to steps of a multiple of the noise.
 fn coarse(sample: &mut Sample<f32>, counts: f32) {
     let round = |x: f32, step: f32| (x / step).round() * step;
     sample.specific_force = sample.specific_force.map(|x| round(x, 0.02 * counts));
@@ -208,7 +208,7 @@ fn a_unit_whose_noise_is_below_a_count_is_not_frozen_at_rest() {
         for _ in 0..4 {
             bench.health.set_surroundings(Surroundings::Motion, 0);
             bench.run(377, moves);
-            // As another unit shows, or this one itself.
+            // Another unit shows it, or this one itself.
             bench.health.set_surroundings(Surroundings::Rest, 0);
             bench.run(8_000, |_, sample| coarse(sample, counts));
         }
@@ -218,7 +218,7 @@ fn a_unit_whose_noise_is_below_a_count_is_not_frozen_at_rest() {
 }
 
 #[test]
-fn what_repeats_at_rest_as_it_always_did_is_not_frozen_where_nobody_else_shows_rest() {
+fn readings_that_always_repeated_at_rest_are_not_frozen() {
     for counts in [2.0, 3.0] {
         let mut bench = Bench::new();
         bench.run(60_000, |_, sample| coarse(sample, counts));
@@ -227,7 +227,7 @@ fn what_repeats_at_rest_as_it_always_did_is_not_frozen_where_nobody_else_shows_r
 }
 
 #[test]
-fn a_unit_of_which_nothing_ever_changed_is_frozen_unless_others_rest() {
+fn a_unit_that_never_changed_is_frozen_unless_others_rest() {
     let freeze = |_: usize, sample: &mut Sample<f32>| {
         sample.specific_force = Vector3::new(0.01, 0.02, 9.8);
         sample.angular_rate = Vector3::new(0.001, 0.002, 0.003);
@@ -259,7 +259,7 @@ fn a_unit_that_freezes_at_rest_is_found_once_others_move() {
 }
 
 #[test]
-fn a_reading_that_repeats_at_its_largest_ends_the_range_whatever_is_stated() {
+fn repetition_at_the_largest_reading_ends_the_range() {
     for (stated, end) in [(Some(35.0), 34.85_f32), (Some(35.0), 17.4), (None, 8.7)] {
         let mut bench = Bench::running();
         let range = Range {
@@ -293,7 +293,7 @@ fn a_reading_that_repeats_at_its_largest_ends_the_range_whatever_is_stated() {
 }
 
 #[test]
-fn a_reading_larger_than_any_before_shows_that_the_range_goes_on() {
+fn a_reading_larger_than_any_before_extends_the_range() {
     let mut bench = Bench::running();
     bench.run(20, |_, sample| sample.angular_rate.z = 17.0);
     bench.run(20, |i, sample| sample.angular_rate.z = 18.0 + 0.1 * i as f32);
@@ -312,7 +312,7 @@ fn gravity_along_a_coarse_axis_is_no_end_of_the_range() {
     assert_eq!(bench.health.fault(), None);
 }
 
-/// Every second sample says what the one before it said.
+/// Every second sample repeats the one before.
 fn doubled(bench: &mut Bench, samples: usize) {
     let mut before = None;
     for i in 0..samples {
@@ -335,7 +335,7 @@ fn doubled(bench: &mut Bench, samples: usize) {
 }
 
 #[test]
-fn a_unit_that_begins_to_give_each_reading_twice_is_found_and_healthy_when_it_is_over() {
+fn a_unit_is_faulty_while_it_sends_each_reading_twice() {
     let mut bench = Bench::running();
     doubled(&mut bench, 50);
     assert_eq!(bench.health.fault(), None);
@@ -352,7 +352,7 @@ fn a_unit_that_is_read_oftener_than_it_measures_is_healthy() {
     assert_eq!(bench.health.fault(), None);
     let mut bench = Bench::new();
     for _ in 0..2_000 {
-        // 500 Hz, read at 600.
+        // A sensor of 500 Hz is read at 600 Hz.
         doubled(&mut bench, 2);
         bench.run(4, |_, _| {});
     }
@@ -373,7 +373,7 @@ fn a_pause_of_all_that_is_excused_makes_nobody_late() {
 }
 
 #[test]
-fn a_copy_is_found_by_what_two_units_say_alike_and_nobody_else_is() {
+fn only_a_unit_with_the_readings_of_another_is_a_copy() {
     let mut bench = Bench::running();
     for _ in 0..200 {
         bench.health.compare(Some(1));
@@ -441,7 +441,7 @@ fn a_channel_at_the_end_of_its_range_is_found_in_its_time() {
 }
 
 #[test]
-fn readings_that_are_often_no_numbers_are_found_though_others_lie_between() {
+fn frequent_readings_of_nan_are_found_between_good_ones() {
     let mut bench = Bench::running();
     let found = bench.time_to_fault(|i, sample| {
         if i.is_multiple_of(2) {
@@ -518,7 +518,7 @@ const FOUND: HealthFault<f32> = HealthFault::OutOfFamily {
 };
 
 #[test]
-fn a_unit_found_wrong_beside_others_stays_so_until_it_is_cleared() {
+fn a_contradicted_unit_stays_faulty_until_it_is_cleared() {
     let mut bench = Bench::running();
     bench.health.contradict(Sensor::Accelerometer, FOUND);
     bench.run(1000, |_, _| {});
@@ -532,7 +532,7 @@ fn a_unit_found_wrong_beside_others_stays_so_until_it_is_cleared() {
 }
 
 #[test]
-fn a_calibration_may_mend_what_others_contradict_and_nothing_else() {
+fn a_calibration_may_correct_contradictions_and_nothing_else() {
     let mut bench = Bench::running();
     assert!(bench.health.may_be_calibrated());
     bench.health.contradict(Sensor::Accelerometer, FOUND);
@@ -543,7 +543,7 @@ fn a_calibration_may_mend_what_others_contradict_and_nothing_else() {
 }
 
 #[test]
-fn a_unit_that_is_refuted_stays_so_until_a_later_rest_says_otherwise() {
+fn a_unit_refuted_at_rest_stays_so_until_a_later_rest() {
     let mut bench = Bench::running();
     bench
         .health
@@ -563,7 +563,7 @@ fn a_unit_that_is_refuted_stays_so_until_a_later_rest_says_otherwise() {
 }
 
 #[test]
-fn a_unit_that_a_fit_refuted_stays_so_until_a_calibration_is_adopted() {
+fn a_unit_refuted_by_a_fit_stays_so_until_an_adoption() {
     let mut bench = Bench::running();
     bench.health.refute(Sensor::Gyroscope, RefutedBy::Fit, 2.0, 0.1);
     bench
@@ -610,7 +610,7 @@ fn what_a_rest_has_shown_only_a_later_rest_clears() {
 }
 
 #[test]
-fn a_clock_that_jumped_is_reported_until_it_has_kept_time_for_the_recovery() {
+fn a_jumped_clock_is_reported_until_the_recovery_is_over() {
     let mut bench = Bench::running();
     bench.health.clock_jumped(bench.time);
     bench.run(99, |_, _| {});

@@ -1,4 +1,4 @@
-//! One sensor of a unit, reading by reading.
+//! Checks of one sensor of a unit, reading by reading.
 
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{larger, smaller};
@@ -7,47 +7,49 @@ use crate::redundancy::leaky::{Lapse, Leaky, ticks};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::HealthSettings;
 
-/// What readings that change show of the platform.
+/// State of the platform, as readings that change show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
-    /// Nothing.
+    /// The state is unknown.
     Unknown,
-    /// It may have come to rest, or moves smoothly.
+    /// The platform may have come to rest, or moves smoothly.
     Quiet,
-    /// It rests: repetitions prove nothing.
+    /// The platform rests: repetitions prove nothing.
     Rest,
-    /// It moves.
+    /// The platform moves.
     Motion,
 }
 
-/// The next reading of a sensor, with what is known of it.
+/// Next reading of a sensor, with its context.
 pub(super) struct Reading<'a, T: Real> {
     pub sensor: Sensor,
     pub values: [T; 3],
     pub axes: &'a [bool; 3],
-    /// End of the range, where known.
+    /// End of the range, if known.
     pub end: Option<T>,
-    /// Time since the reading before.
+    /// Time since the previous reading.
     pub lapse: Lapse,
     pub surroundings: Surroundings,
-    /// Time by which a rest shows later than over windows of the settings, microseconds.
+    /// Additional delay of the detection of a rest if windows are longer than those of the settings,
+    /// microseconds.
     pub shown_late: u32,
     pub settings: &'a HealthSettings<T>,
 }
 
-/// Share of the range from which on a reading is at its end: converters have a count less on one side than on the other.
+/// Share of the range above which a reading is at its end: converters have a count less on one side than on the
+/// other.
 const END: f64 = 0.9995;
 
-/// Share of the range from which on a reading that repeats is at its end, whatever the data sheet states.
+/// Share of the range above which a repeated reading is at its end, whatever the data sheet states.
 const NEAR_END: f64 = 0.97;
 
-/// No range ends before this, m/s^2 and rad/s: 2 g and 125 deg/s are the smallest of common parts.
+/// Smallest range, m/s^2 and rad/s: 2 g and 125 deg/s are the smallest of common parts.
 const SMALLEST_RANGE: [f32; 2] = [18.5, 2.1];
 
 /// Successive repetitions at the largest reading ever that show an end of the range.
 const CLIPPED: u8 = 4;
 
-/// Counts by which another axis has to move for a repetition to be no matter of resolution.
+/// Counts by which another axis must move before a repetition is independent of the resolution.
 const COUNTS: f64 = 4.0;
 
 impl<T: Real> Reading<'_, T> {
@@ -62,8 +64,8 @@ impl<T: Real> Reading<'_, T> {
         self.settings.spike.of(self.sensor)
     }
 
-    /// Looks at the axes beside their latest values; those that the sensor does not have say zero. Readings are random, and
-    /// branches on them slow: which axis it was is asked when something is wrong.
+    /// Compares the axes with their latest values; missing axes are zero. Branches on random readings are slow,
+    /// so the axis concerned is determined only after a fault.
     fn look(&self, latest: &[T; 3]) -> Look<T> {
         let (mut nothing, mut largest) = (T::zero(), T::zero());
         let (mut least, mut most) = (real::<T>(f64::INFINITY), T::zero());
@@ -83,7 +85,7 @@ impl<T: Real> Reading<'_, T> {
         }
     }
 
-    /// The smallest change of an axis that did change; `most` where none changed by less.
+    /// Smallest change of an axis that changed; `most` if none changed by less.
     fn smallest_change(&self, latest: &[T; 3], most: T) -> T {
         let mut smallest = most;
         for (value, before) in self.values.iter().zip(latest) {
@@ -95,7 +97,7 @@ impl<T: Real> Reading<'_, T> {
         smallest
     }
 
-    /// Axes that say the same as before, though not because that is all they can say.
+    /// Axes that repeat their values, except at the end of the range.
     fn repeats(&self, latest: &[T; 3]) -> [bool; 3] {
         let end = self.end();
         let mut repeats = *self.axes;
@@ -105,17 +107,17 @@ impl<T: Real> Reading<'_, T> {
         repeats
     }
 
-    /// Size from which on a reading is at the end of its range; infinite where nobody knows.
+    /// Magnitude above which a reading is at the end of its range; infinite if unknown.
     fn end(&self) -> T {
         self.end.map_or(real(f64::INFINITY), |end| end * real(END))
     }
 
-    /// How many axes there are.
+    /// Number of axes.
     fn present(&self) -> u16 {
         self.axes.iter().map(|has| u16::from(*has)).sum()
     }
 
-    /// The first channel whose value is so, and that value.
+    /// First channel whose value meets a condition, with that value.
     fn first(&self, is_so: impl Fn(T) -> bool) -> Option<(u8, T)> {
         let mut axes = (0..).zip(&self.values).zip(self.axes);
         let ((axis, value), _) = axes.find(|((_, value), has)| **has && is_so(**value))?;
@@ -123,111 +125,113 @@ impl<T: Real> Reading<'_, T> {
     }
 }
 
-/// What a look at the axes shows.
+/// Comparison of a reading with the latest one.
 struct Look<T: Real> {
-    /// Whether all are numbers.
+    /// True if all values are finite.
     finite: bool,
-    /// Whether one is at the end of its range.
+    /// True if an axis is at the end of its range.
     at_end: bool,
-    /// The largest change; none where there is nothing to compare with.
+    /// Largest change; none without a previous reading.
     change: T,
-    /// Whether one says the same as before.
+    /// True if an axis repeats its value.
     repeats: bool,
-    /// The largest size of an axis.
+    /// Largest magnitude of an axis.
     largest: T,
 }
 
-/// What is thought of a reading.
+/// Judgement of a reading.
 pub(super) struct Judgement<T: Real> {
-    /// Whether it may be used in a mean.
+    /// True if the reading may enter a mean.
     pub usable: bool,
-    /// Whether it is better than nothing: numbers, of which not all repeat.
+    /// True if the reading is finite and does not repeat on all axes.
     pub speaks: bool,
-    /// What is wrong with the sensor.
+    /// Fault of the sensor.
     pub fault: Option<HealthFault<T>>,
-    /// Whether what was wrong before cannot be called gone yet.
+    /// True if an earlier fault persists.
     pub lasts: bool,
-    /// How a reading that changed follows on the one before, where that can be told.
+    /// Repetition of the previous reading, if this one changed and the sensor can distinguish.
     pub followed: Option<Followed>,
 }
 
-/// How often the reading before was given.
+/// Number of times that the previous reading was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Followed {
-    /// Once.
+    /// Received once.
     Once,
-    /// Twice.
+    /// Received twice.
     Twice,
 }
 
-/// What is kept of a sensor.
+/// State of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SensorWatch<T: Real> {
-    /// Latest reading that was no spike; not a number before the first.
+    /// Latest reading that was no spike; NaN before the first.
     latest: [T; 3],
-    /// How much readings usually change from one to the next.
+    /// Usual change from one reading to the next.
     usual_change: T,
-    /// The smallest change ever seen: no less than the resolution.
+    /// Smallest change ever: at least the resolution.
     step: T,
-    /// The largest size of a reading ever seen.
+    /// Largest magnitude of a reading ever.
     largest: T,
-    /// How far the latest reading had left.
+    /// Change of the latest departure.
     departure: T,
     /// Time over which all axes repeated.
     repeating: Leaky,
-    /// Time without a reading that could be used.
+    /// Time without a usable reading.
     useless: Leaky,
     /// A fixed time for each spike.
     spiking: Leaky,
-    /// Readings that all axes repeated.
+    /// Successive readings that repeat on all axes.
     repeated: u16,
-    /// Readings that repeated at the largest size; [`CLIPPED`] once they have shown an end of the range.
+    /// Successive readings that repeated the largest magnitude; [`CLIPPED`] once they have shown an end of the
+    /// range.
     clipped: u8,
-    /// Readings that each axis repeated while another axis moved.
+    /// Successive readings that each axis repeated while another axis moved.
     stuck: [u8; 3],
-    /// The axis on which the latest reading left and has not come back yet, [`NONE`] if it did not.
+    /// Axis on which the latest reading departed and has not returned, or [`NONE`].
     departed: u8,
 }
 
 const NONE: u8 = 3;
 
-/// Bad readings, at least, that exclude a sensor.
+/// Least number of bad readings that excludes a sensor.
 const FEWEST: u16 = 4;
 
-/// Repetitions, at least, that make a sensor frozen: of one whose noise is half a count, all three axes repeat by chance
-/// every eighth time.
+/// Least number of repetitions of a frozen sensor: if the noise is half a count, all three axes repeat by
+/// chance every eighth time.
 const FEWEST_REPEATED: u16 = 16;
 
-/// Each spike counts as this long, and this much makes too many: four at a time, or more than one a second.
+/// Time that each spike counts for, and the limit of their sum: four at a time, or more than one a second.
 const SPIKE: u64 = 1_000_000;
 const SPIKES: u64 = 3_500_000;
 
-/// A spike leaves by so many times the usual change of readings, at least: shaking is none.
+/// Least ratio of a spike to the usual change of readings, which shaking does not reach.
 const TIMES_USUAL: f64 = 5.0;
 
-/// Having come back is being within this share of it.
+/// Share of a spike within which a reading has returned.
 const BACK: f64 = 0.5;
 
-/// No change counts as more than so many spikes in what is usual: sums have to stay finite.
+/// Largest change in the average, in spikes, which keeps sums finite.
 const WILDEST: f64 = 100.0;
 
 /// Readings over which the usual change is averaged.
 const AVERAGED: f64 = 16.0;
 
-/// Share of a spike by which an axis has to move for the others to be expected to: 0.1 m/s^2 and 0.025 rad/s by default.
-/// Counts of quantised readings are smaller, so that axes at rest may repeat as long as they like.
+/// Share of a spike by which an axis must move before a repetition of another is unexpected: 0.1 m/s^2 and
+/// 0.025 rad/s by default. Counts of quantised readings are smaller, so axes at rest may repeat.
 const MOVING: f64 = 0.0025;
 
-/// Readings that change by fewer counts repeat for a while as the platform stops, before its windows show that.
+/// Change in counts below which readings repeat for a while as the platform stops, before windows show the
+/// rest.
 const COARSE: f64 = 16.0;
 
-/// Readings change by more counts than this where the resolution is no matter.
+/// Change in counts above which the resolution does not matter.
 const FINE: f64 = 256.0;
 
-/// Share of readings that are taken to change in motion where none has changed yet.
+/// Share of readings that is assumed to change in motion before any change.
 const UNSEEN: f64 = 0.125;
 
-/// Successive readings an axis may repeat while another moves.
+/// Successive readings that an axis may repeat while another moves.
 const STUCK: u8 = 32;
 
 impl<T: Real> SensorWatch<T> {
@@ -248,7 +252,7 @@ impl<T: Real> SensorWatch<T> {
         }
     }
 
-    /// Readings are missing: the next has nothing to be compared with.
+    /// Resets the comparison after missing readings.
     pub fn forget(&mut self) {
         self.latest = [real(f64::NAN); 3];
         self.repeating.empty();
@@ -284,7 +288,7 @@ impl<T: Real> SensorWatch<T> {
             self.observe(&look, reading);
             self.latest = reading.values;
         }
-        // Faults are large, and rare: they are made out only when there is one.
+        // Details of a fault are determined only if there is one, because that is slow and rare.
         let fault = if frozen || worn || spikes.is_some() {
             self.fault(frozen, worn, spikes, reading)
         } else {
@@ -299,7 +303,7 @@ impl<T: Real> SensorWatch<T> {
         }
     }
 
-    /// End of the range: the one stated, or the one that readings have shown before it.
+    /// End of the range: the stated one, or a smaller one that readings have shown.
     #[inline]
     pub fn end(&self, stated: Option<T>) -> Option<T> {
         if self.clipped < CLIPPED {
@@ -323,7 +327,8 @@ impl<T: Real> SensorWatch<T> {
         }
     }
 
-    /// Whether an axis repeats its largest reading ever, and neither resolution nor rest explains that.
+    /// Returns whether an axis repeats its largest reading ever, while neither resolution nor rest explains
+    /// that.
     #[cold]
     fn is_extreme(&self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
         let mut axes = reading.values.iter().zip(&self.latest);
@@ -336,7 +341,7 @@ impl<T: Real> SensorWatch<T> {
         repeats && (near || (moves && self.largest >= smallest))
     }
 
-    /// How often the reading before was given, where all axes changed by so much that none repeats by chance.
+    /// Repetition of the previous reading, if all axes changed too much to repeat by chance.
     #[inline]
     fn followed(&self, given: u16, away: bool) -> Option<Followed> {
         let tells = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
@@ -369,7 +374,7 @@ impl<T: Real> SensorWatch<T> {
         at_end.or_else(spiky)
     }
 
-    /// The whole sensor where all of it repeats, or else the axis that is stuck.
+    /// Returns the fault of the whole sensor if all axes repeat, or else of the stuck axis.
     fn frozen(&self, reading: &Reading<'_, T>) -> HealthFault<T> {
         let mut axes = (0_u8..).zip(&self.stuck).zip(&reading.values);
         let repeating = !self.repeating.is_empty();
@@ -385,7 +390,7 @@ impl<T: Real> SensorWatch<T> {
         }
     }
 
-    /// Whether readings could not be used for too long.
+    /// Returns whether readings were unusable for too long.
     fn find_useless(&mut self, is_useless: bool, reading: &Reading<'_, T>) -> bool {
         if !is_useless && self.useless.is_empty() {
             return false;
@@ -399,8 +404,8 @@ impl<T: Real> SensorWatch<T> {
         self.useless.is_over(limit)
     }
 
-    /// A spike is known when it is over: the reading after it is where the one before it was. Gives its axis, if it was one
-    /// too many.
+    /// Detects a spike when it is over: the reading after it is near the one before it. Returns its axis if
+    /// there were too many spikes.
     fn find_spikes(&mut self, change: T, reading: &Reading<'_, T>) -> Option<u8> {
         let spike = larger(reading.spike(), self.usual_change * real(TIMES_USUAL));
         let away = core::mem::replace(&mut self.departed, NONE);
@@ -410,7 +415,7 @@ impl<T: Real> SensorWatch<T> {
         }
         if away == NONE || change > spike * real(BACK) {
             if self.repeated > 0 {
-                // Counted when the run of repetitions is over.
+                // The change is counted when the run of repetitions is over.
                 return None;
             }
             let change = smaller(reading.spike() * real(WILDEST), change);
@@ -421,7 +426,7 @@ impl<T: Real> SensorWatch<T> {
         self.spiking.is_over(ticks(SPIKES)).then_some(away)
     }
 
-    /// The axis that changed most.
+    /// Axis with the largest change.
     fn farthest(&self, reading: &Reading<'_, T>) -> u8 {
         let axes = reading.values.iter().zip(&self.latest).zip(reading.axes);
         let mut most = (0, T::zero());
@@ -434,8 +439,8 @@ impl<T: Real> SensorWatch<T> {
         most.0
     }
 
-    /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat; and
-    /// the coarser the readings, the less any repetition means.
+    /// Returns whether all axes repeat for too long, or one while another moves. Repetition means less with
+    /// fewer axes and with coarser readings.
     fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
         if !look.repeats {
             self.stuck = [0; 3];
@@ -471,8 +476,8 @@ impl<T: Real> SensorWatch<T> {
         self.repeating.is_over(needed) && self.is_no_chance(reading.surroundings)
     }
 
-    /// Whether so many readings would not all repeat if their changes were lost in the resolution: of readings that change by a
-    /// share of a count on average, no larger share changes (docs/theory/redundancy.md, eq. 26).
+    /// Returns whether the resolution cannot explain so many repetitions: readings whose mean change is a share
+    /// of a count change at least with the square of that share (docs/theory/redundancy.md, eq. 26).
     fn is_no_chance(&self, surroundings: Surroundings) -> bool {
         let counts = self.usual_change / self.step * real(0.5);
         let share = match surroundings {
@@ -483,12 +488,12 @@ impl<T: Real> SensorWatch<T> {
         count::<T>(self.repeated.into()) * share >= count(FEWEST_REPEATED.into()) // redundancy.md, eq. 26
     }
 
-    /// Whether no axis ever changed.
+    /// Returns whether no axis ever changed.
     pub fn never_changed(&self) -> bool {
         !self.step.is_finite()
     }
 
-    /// The resolution, as far as it is known.
+    /// Resolution, if known.
     fn resolution(&self) -> T {
         if self.step.is_finite() {
             self.step
@@ -497,7 +502,7 @@ impl<T: Real> SensorWatch<T> {
         }
     }
 
-    /// A run of repetitions is over, if there was one: what they did not change counts in what is usual.
+    /// Ends a run of repetitions: the unchanged readings enter the usual change.
     fn end_run(&mut self) {
         if self.repeated > 0 {
             let readings = count::<T>(self.repeated.into()) * real(1.0 / AVERAGED);
