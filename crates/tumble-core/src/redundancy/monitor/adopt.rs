@@ -1,4 +1,4 @@
-//! The end of a calibration: a step of a fit with each sample, and what is found adopted or refused.
+//! End of a calibration: one step of a fit with each sample, then adoption or refusal.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,17 +18,17 @@ use crate::redundancy::record::Record;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::RedundancySettings;
 
-/// Share of an axis that has to lie in the directions shown for its figures to count as shown.
+/// Share of an axis in the observed directions above which its figures are reported.
 const SHOWN: f64 = 0.75;
 
-/// What became of a sensor.
+/// Conclusion of the trial of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Conclusion<T: Real> {
-    /// What is stored stays.
+    /// The stored calibration stays.
     NothingNew,
-    /// What is stored was replaced.
+    /// The stored calibration was replaced.
     Replaced,
-    /// It is beyond what any calibration may be.
+    /// The error exceeds the limits of any calibration.
     Refuted(Excess<T>),
 }
 
@@ -49,7 +49,7 @@ impl<T: Real> Conclusion<T> {
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Whether the pairs of a calibration are complete, so that the next sample takes a step of its fits along.
+    /// Returns whether the pairs of a calibration are complete, so that the next sample also advances its fits.
     pub fn is_fitting(&self) -> bool {
         self.calibrations.iter().flatten().any(CalibrationRun::is_fitting)
     }
@@ -62,7 +62,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Takes a step; adopts or refuses what the last of a sensor found.
+    /// Takes a step, and adopts or refuses the result of the last step of a sensor.
     #[inline(never)]
     fn take_step(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) -> Option<()> {
         let (settings, window) = (platform.settings(), self.window_length(platform));
@@ -91,7 +91,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 kind,
             });
         };
-        // The next rest shows whether it was right.
+        // The next rest checks an adopted calibration.
         let mounted = (unit, *platform.comparable(unit).of(sensor));
         match conclude(
             sensor,
@@ -120,7 +120,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// Replaces what is stored where what was found is better.
+/// Replaces the stored calibration if the fit is better.
 #[inline(never)]
 fn conclude<T: Real>(
     sensor: Sensor,
@@ -161,7 +161,7 @@ fn conclude<T: Real>(
     }
 }
 
-/// What is to be stored, in the frames of records: the nominal rotation is part of M there.
+/// Record to be stored, in the frames of records, where M includes the nominal rotation.
 fn record<T: Real>(
     sensor: Sensor,
     unit: &MountedUnit<T>,
@@ -207,7 +207,7 @@ fn matrix_sigma<T: Real>(fit: &Fit<T>, turn: &Matrix3<T>) -> Matrix3<T> {
     sigmas
 }
 
-/// 1-sigma of each axis; infinite where it does not lie in the directions shown.
+/// 1-sigma of each axis; infinite for an axis outside the observed directions.
 fn sigma<T: Real>(covariance: &Matrix3<T>, shown: &Matrix3<T>) -> Vector3<T> {
     covariance
         .diagonal()

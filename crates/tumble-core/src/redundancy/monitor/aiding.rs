@@ -5,18 +5,18 @@ use crate::redundancy::aiding::{Aiding, AidingEvidence, AidingRejection, Trust};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
 
-/// What was heard of aiding measurements.
+/// State of aiding measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AidingChannel<T: Real, const UNITS: usize> {
-    /// Once there was any.
+    /// Evidence, once there was a measurement.
     pub aiding_evidence: Option<AidingEvidence<T, UNITS>>,
-    /// How often what one said was left out, and a bit for each reason that was told of.
+    /// Number of rejected measurements, and one bit for each reason reported.
     left_out: u32,
     told: u8,
 }
 
 impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
-    /// Nothing.
+    /// Creates the state without a measurement.
     pub fn none() -> Self {
         Self {
             aiding_evidence: None,
@@ -32,7 +32,7 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
             .take(time, aiding)
     }
 
-    /// Counts what is left out; whether its reason is new.
+    /// Counts a rejected measurement; returns whether its reason is new.
     fn leave_out(&mut self, why: AidingRejection) -> bool {
         self.left_out = self.left_out.saturating_add(1);
         let bit = 1_u8.checked_shl(why as u32).unwrap_or(0);
@@ -43,9 +43,9 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
 }
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE, 1> {
-    /// Takes in what something else on board says of a time, microseconds of the common clock: that at which it was so, not at
-    /// which it came. It may be up to a second old. What cannot be used is left out, and an event says why, once for each
-    /// reason.
+    /// Processes an aiding measurement of a time, microseconds of the common clock: the time of measurement,
+    /// not of arrival. It may be up to a second old. A measurement that cannot be used is rejected, and an
+    /// event reports each reason once.
     pub fn aiding(&mut self, time: u64, aiding: &Aiding<T>, report: Report<'_, T>) {
         let [aiding_channel] = &mut self.aiding_channel;
         let kind = match aiding_channel.listen(time, aiding) {
@@ -64,7 +64,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         });
     }
 
-    /// How often what an aiding measurement said was left out.
+    /// Number of rejected aiding measurements.
     pub fn aiding_measurements_left_out(&self) -> u32 {
         let [aiding_channel] = &self.aiding_channel;
         aiding_channel.left_out

@@ -1,4 +1,4 @@
-//! Calibration mode of one secondary: waits for motion, collects pairs, and has them fitted and judged.
+//! Calibration of one secondary: waits for motion, collects pairs, and passes them to the fit.
 
 use nalgebra::Matrix3;
 
@@ -19,25 +19,25 @@ use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::{CollectionSettings, RedundancySettings};
 use crate::sample::CHANNELS;
 
-/// Where it is.
+/// Phase of the calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum CalibrationPhase<T: Real> {
     /// The platform has not moved yet.
     WaitingForMotion,
-    /// Pairs are taken while it moves.
+    /// Pairs are collected in motion.
     Collecting,
-    /// There are enough: a sensor is being fitted.
+    /// The pairs are complete: a sensor is being fitted.
     Fitting(Sensor, Trial<T>),
 }
 
-/// What was measured at the rest that triggered.
+/// Measurements at the rest that triggered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestBefore<T: Real> {
-    /// Means of the primary, as read.
+    /// Raw means of the primary.
     pub primary: [T; CHANNELS],
-    /// Variance of its windows.
+    /// Variance of the windows of the primary.
     pub variance: [T; CHANNELS],
-    /// Means of the secondary, as read.
+    /// Raw means of the secondary.
     pub secondary: [T; CHANNELS],
 }
 
@@ -49,8 +49,8 @@ impl<T: Real> RestBefore<T> {
         }
     }
 
-    /// The primary's noise in a pair, from its windows at rest: two thirds of their variance in a triangle, and twice it
-    /// in the difference of two.
+    /// Noise of the primary in a pair, from its windows at rest: two thirds of their variance in a triangle,
+    /// and twice their variance in the difference of two.
     #[inline(never)]
     fn noise(&self, sensor: Sensor, unit: &MountedUnit<T>, window: u64) -> PrimaryNoise<T> {
         let turn = &unit.sensor_from_primary;
@@ -66,38 +66,38 @@ impl<T: Real> RestBefore<T> {
     }
 }
 
-/// Means of both over the same rest, as read.
+/// Raw means of both units over the same rest.
 pub struct RestPair<'a, T: Real> {
-    /// Of the primary.
+    /// Mean of the primary.
     pub primary: &'a RestMean<T>,
-    /// Of the secondary.
+    /// Mean of the secondary.
     pub secondary: &'a RestMean<T>,
-    /// Sensors of the primary that were found valid at it, accelerometer first.
+    /// Sensors of the primary that were valid at this rest, accelerometer first.
     pub valid: [bool; 2],
-    /// How far siblings were from the primary just as this secondary was, m/s^2 and rad/s.
+    /// Difference from the primary that siblings share with this secondary, m/s^2 and rad/s.
     pub shared: [T; 2],
 }
 
-/// Calibration mode of one secondary.
+/// Calibration of one secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationRun<T: Real> {
     secondary: usize,
     sensors: [bool; 2],
     phase: CalibrationPhase<T>,
     since: u64,
-    /// From which ages count.
+    /// Time from which ages count.
     origin: u64,
     rest: RestBefore<T>,
     forces: Halves<T, FORCE_CHANNELS, FORCE_PACKED>,
     rates: Halves<T, RATE_CHANNELS, RATE_PACKED>,
     rests: [Rests<T>; 2],
-    /// Whether it moved since the last rest that was taken.
+    /// True if the platform moved since the last stored rest.
     moved: bool,
-    /// How far siblings were from the primary just as this secondary was, at the last rest, m/s^2 and rad/s.
+    /// Difference from the primary that siblings shared with this secondary at the last rest, m/s^2 and rad/s.
     shared: [T; 2],
 }
 
-/// Pairs of even seconds, to be fitted, and of odd ones, held out.
+/// Pairs of even seconds, which are fitted, and of odd ones, which are held out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Halves<T: Real, const K: usize, const PACKED: usize> {
     fitted: JointMoments<T, K, PACKED>,
@@ -129,10 +129,10 @@ impl<T: Real, const K: usize, const PACKED: usize> Halves<T, K, PACKED> {
     }
 }
 
-/// What a step led to.
+/// Progress of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalibrationProgress {
-    /// Nothing new.
+    /// The phase continues.
     GoesOn,
     /// There are enough pairs, or time is up and there are enough to try.
     Complete,
@@ -141,7 +141,7 @@ pub enum CalibrationProgress {
 }
 
 impl<T: Real> CalibrationRun<T> {
-    /// Waits for motion from `time` on.
+    /// Starts to wait for motion at `time`.
     pub fn new(secondary: usize, sensors: [bool; 2], time: u64, rest: RestBefore<T>) -> Self {
         Self {
             secondary,
@@ -158,8 +158,8 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Takes in means at rest, once a rest, of sensors of which the primary is valid. What is `stored` must stay the same
-    /// meanwhile.
+    /// Adds means at rest, once per rest, of sensors for which the primary is valid. `stored` must not change
+    /// during a calibration.
     pub fn take_rest(
         &mut self,
         time: u64,
@@ -196,12 +196,12 @@ impl<T: Real> CalibrationRun<T> {
         self.sensors
     }
 
-    /// Whether the platform has not moved yet.
+    /// Returns whether the platform has not moved yet.
     pub fn waits_for_motion(&self) -> bool {
         matches!(self.phase, CalibrationPhase::WaitingForMotion)
     }
 
-    /// Whether its pairs are complete, and fits are made.
+    /// Returns whether the pairs are complete and a fit is under way.
     pub fn is_fitting(&self) -> bool {
         self.fitted_sensor().is_some()
     }
@@ -222,7 +222,7 @@ impl<T: Real> CalibrationRun<T> {
         *sensor.of(&self.sensors)
     }
 
-    /// Takes in the primary's window, while nothing moved yet, and says whether it moves now.
+    /// Compares a window of the primary with the rest and returns whether the platform moves now.
     pub fn watch(&mut self, time: u64, mean: &[T; CHANNELS], settings: &CollectionSettings<T>) -> bool {
         let moved = |sensor: Sensor| {
             let apart = sensor.squared_distance(mean, &self.rest.primary);
@@ -237,8 +237,8 @@ impl<T: Real> CalibrationRun<T> {
         moves
     }
 
-    /// Takes in a pair while it collects; `usable` says which sensors of both may be used. What is `stored` must stay the same
-    /// meanwhile.
+    /// Adds a pair while collecting; `usable` marks sensors that are usable in both units. `stored` must not
+    /// change during a calibration.
     pub fn take(
         &mut self,
         time: u64,
@@ -262,7 +262,7 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Whether there is enough, or no time left.
+    /// Checks for enough pairs and for the end of time.
     pub fn check(
         &self,
         time: u64,
@@ -296,7 +296,7 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Pairs taken of a sensor.
+    /// Number of pairs of a sensor.
     pub fn pairs(&self, sensor: Sensor) -> u32 {
         match sensor {
             Sensor::Accelerometer => self.forces.pairs(),
@@ -304,7 +304,8 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Takes no more pairs: the next of its sensors is to be fitted, the accelerometer first. Says whether there is one.
+    /// Ends the collection and starts the fit of the next sensor, the accelerometer first; returns whether
+    /// there is one.
     pub fn fit_next(&mut self, stored: &[StoredCalibration<T>; 2]) -> bool {
         let left = match self.phase {
             CalibrationPhase::Fitting(Sensor::Accelerometer, _) => [false, true],
@@ -320,8 +321,8 @@ impl<T: Real> CalibrationRun<T> {
         next.is_some()
     }
 
-    /// Takes the next step of a fit, of which the last has it `found`; gives the outcome of a sensor with the last of all. One that was `found_wrong` beside
-    /// the others does not follow the primary, but them.
+    /// Takes the next step of a fit, whose last step writes `found`; returns the outcome of a sensor after its
+    /// last fit. A sensor that comparison `found_wrong` follows the primary without bound.
     #[inline(never)]
     pub fn fit_on<'f>(
         &mut self,

@@ -1,4 +1,4 @@
-//! What the monitor finds while the platform rests, and what that triggers.
+//! Evaluation of deviations while the platform rests, and triggers of calibrations.
 
 use nalgebra::Vector3;
 
@@ -17,20 +17,20 @@ use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
 
-/// Share of what the primary is off by that a secondary has to be off by to be off as well.
+/// Share of the deviation of the primary above which a secondary shares it.
 const AS_WELL: f64 = 0.5;
 
-/// Sensors of the primary, accelerometer first.
+/// Trust in the sensors of the primary, accelerometer first.
 #[derive(Clone, Copy)]
 struct PrimaryTrust {
-    /// That physics found right.
+    /// True if the sensor agrees with physics.
     proven: [bool; 2],
-    /// That others may be calibrated against.
+    /// True if others may be calibrated against the sensor.
     valid: [bool; 2],
 }
 
 impl PrimaryTrust {
-    /// Whether secondaries are calibrated relative to a sensor that is off itself.
+    /// Returns whether secondaries are calibrated relative to a sensor that deviates itself.
     fn is_relative(&self, sensor: Sensor) -> bool {
         *sensor.of(&self.valid) && !*sensor.of(&self.proven)
     }
@@ -39,7 +39,7 @@ impl PrimaryTrust {
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Takes a window at rest, and evaluates where enough of them have been taken.
+    /// Adds a window at rest, and evaluates once enough of them are complete.
     pub(super) fn rest_on(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -64,8 +64,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.rest_means.iter_mut().for_each(RestMean::restart);
     }
 
-    /// Deviations of all units whose means are of at least so many windows: at every rest for health, now and then to
-    /// tell of them and to calibrate.
+    /// Evaluates all units with means of at least `fewest` windows: at every rest for health, and when due in
+    /// order to report and calibrate.
     #[inline(never)]
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
         let purpose = self.purpose(platform, time);
@@ -81,7 +81,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         };
         let valid = trust.valid;
         self.abandon_if_primary_invalid(platform, valid, time, report);
-        // What became stale here is calibrated from this rest on, unless its primary has to be proven again.
+        // Secondaries that became stale here are calibrated from this rest on, unless the primary has to be
+        // proven again.
         let purpose = if reopened {
             Purpose::Health
         } else {
@@ -104,7 +105,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             .purpose(time, under_way, &platform.settings().evaluation)
     }
 
-    /// Hands the means of this rest to the calibrations under way.
+    /// Adds the means of this rest to the calibrations under way.
     #[inline(never)]
     fn take_rest(
         &mut self,
@@ -134,8 +135,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// What calibrated secondaries are from the primary at this rest, in its axes, as far as physics does not say that the
-    /// primary is right.
+    /// Differences of calibrated secondaries from the primary at this rest, in its axes, where physics does not
+    /// confirm the primary.
     fn apart_at_rest(
         &self,
         platform: &Platform<T, UNITS>,
@@ -159,7 +160,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let primary = primary.filter(|_| number != 0 && known && complete && sound)?;
             let of_primary = platform.primary_axes();
             let apart = of_primary.present(sensor, &(said(number)? - primary));
-            // Axes of which one is missing prove nothing of the others.
+            // A sensor with a missing axis cannot prove the others.
             let proven = *sensor.of(&valid) && of_primary.complete(sensor);
             Some(match (proven, sensor) {
                 (false, _) => apart,
@@ -169,7 +170,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         })
     }
 
-    /// At rest a valid primary is right along gravity, and about all axes: what followed it there is proven.
+    /// Confirms corrections that a valid primary proves at rest: along gravity, and of gyroscopes about all
+    /// axes.
     fn prove(&mut self, platform: &Platform<T, UNITS>, valid: [bool; 2]) -> Option<()> {
         let primary = self.rest_means.first()?.mean();
         for (unit, stored) in platform.units().iter().zip(&mut self.stored) {
@@ -222,8 +224,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         })
     }
 
-    /// Sensors of the primary that others may be calibrated against: those that physics found right, and those without a
-    /// calibration of their own that are off by no more than their grade may be, and not alone.
+    /// Sensors of the primary that others may be calibrated against: those that agree with physics, and
+    /// uncalibrated ones whose deviation is within their grade and shared by other units.
     #[inline(never)]
     fn trusted(
         &self,
@@ -244,8 +246,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         trusted
     }
 
-    /// Whether the primary is not alone in what it is off by at this rest: most secondaries that were calibrated say what it
-    /// says; where none was, and there are more than one, one of them is off by half as much.
+    /// Returns whether other units share the deviation of the primary at this rest: most calibrated secondaries
+    /// agree with it, or, if none is calibrated and there are several, one deviates at least half as much.
     fn shares_deviation(
         &self,
         platform: &Platform<T, UNITS>,
@@ -282,7 +284,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Pairs with a primary that turned out invalid are worth nothing.
+    /// Abandons calibrations whose primary turned out invalid.
     fn abandon_if_primary_invalid(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -327,7 +329,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let points = force_proven && primary_healthy && platform.primary_axes().complete(force);
         let up = unit_beyond(&up, T::default_epsilon()).filter(|_| points);
         let comparable = platform.comparable(unit);
-        // What others say as well, each calibrated by itself, is the primary's.
+        // A deviation that several independently calibrated units share is that of the primary.
         let shared = SENSORS.map(|sensor| self.is_shared(platform, sensor, number));
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
@@ -344,11 +346,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 comparable: &comparable,
                 up,
             };
-            // What the primary cannot show is not mended by a calibration against it.
+            // Axes that the primary lacks cannot be calibrated against it.
             let shown = unit.axes.within(&comparable, sensor) || !settings.evaluation.vector_check;
             let shown = shown && comparable.any(sensor);
             let mut tell = |check, deviation: &Deviation<T>| {
-                // Beside a primary that is off itself, its difference from it counts.
+                // Beside a primary that deviates itself, only the difference from it counts.
                 let counts = match check {
                     Check::Norm => shown && !trust.is_relative(sensor),
                     Check::Vector => true,
@@ -364,7 +366,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                     kind,
                 });
             };
-            // Whichever data trigger: an error that is known and taken off is no fault.
+            // Independently of the data that trigger, an error that is known and corrected is no fault.
             if let Some(off) = secondary.off_physics(Data::Compensated, settings.evaluation.gravity) {
                 let limit = settings.plausible_at_rest(sensor, secondary.stored.calibrated);
                 health.at_rest(sensor, off, limit);
@@ -462,8 +464,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// How far siblings are from the primary just as this secondary is: nearer to it than to the primary, at least as many of
-/// them as not (docs/theory/redundancy.md, eq. 22).
+/// Difference from the primary that siblings share with this secondary: at least as many of them are nearer to
+/// it than to the primary as not (docs/theory/redundancy.md, eq. 22).
 fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], number: usize) -> T {
     let Some(own) = apart.get(number).copied().flatten() else {
         return T::zero();
@@ -482,7 +484,7 @@ fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], numb
     }
 }
 
-/// What was found at rest.
+/// Event of an evaluated deviation.
 fn evaluated<T: Real>(sensor: Sensor, check: Check, deviation: &Deviation<T>) -> EventKind<T> {
     EventKind::Evaluated {
         sensor,

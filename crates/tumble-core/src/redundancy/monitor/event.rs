@@ -1,4 +1,4 @@
-//! Everything that happened, and why, with figures.
+//! Events, their reasons and figures.
 
 use crate::real::Real;
 use crate::redundancy::aiding::AidingRejection;
@@ -15,189 +15,189 @@ use crate::redundancy::settings::Rung;
 pub struct Event<T: Real> {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// The unit it concerns, 0 the primary.
+    /// Unit concerned, 0 for the primary.
     pub unit: usize,
-    /// What happened.
+    /// Kind of the event, with its figures.
     pub kind: EventKind<T>,
 }
 
 crate::vocabulary! {
-    /// How a deviation was taken.
+    /// Kind of a check at rest.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Check {
-        /// Magnitude of specific force against gravity, or of angular rate against zero.
+        /// Magnitude of specific force compared with gravity, or of angular rate with zero.
         Norm = "norm",
-        /// Difference to a valid primary.
+        /// Difference from a valid primary.
         Vector = "vector",
     }
 }
 
 crate::vocabulary! {
-    /// Why pairs, or the wait for them, were given up.
+    /// Reason for abandoning pairs, or the wait for them.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Abandoned {
-        /// Nothing moved in time.
+        /// The platform did not move in time.
         NoMotion = "no motion",
-        /// Too little moved in time.
+        /// The platform moved too little in time.
         TimedOut = "timed out",
-        /// The primary was found to deviate.
+        /// The primary deviated.
         PrimaryInvalid = "primary invalid",
         /// The primary failed.
         PrimaryUnhealthy = "primary unhealthy",
         /// The secondary failed.
         SecondaryUnhealthy = "secondary unhealthy",
-        /// The primary contradicts another unit, and nobody knows yet which is wrong.
+        /// The primary is in an unresolved dispute with another unit.
         Disputed = "disputed",
         /// The common clock jumped.
         TimeJumped = "time jumped",
-        /// What was stored of the secondary was replaced from outside.
+        /// The stored record of the secondary was replaced from outside.
         RecordReplaced = "record replaced",
     }
 }
 
 crate::vocabulary! {
-    /// Why a stored record was not taken.
+    /// Reason for rejecting a stored record.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum RecordRejection {
         /// No secondary has its identity, or the secondary has no such sensor.
         OfAnotherUnit = "of another unit",
-        /// Not all of it are numbers.
+        /// A value is not a number.
         NotFinite = "not finite",
-        /// It lies outside what the settings allow a calibration to be.
+        /// The error exceeds the limits of the settings for a calibration.
         Implausible = "implausible",
     }
 }
 
 crate::vocabulary! {
-    /// What happened.
+    /// Kind of an event.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum EventKind<T: Real> {
         /// The platform came to rest.
         RestBegan = "rest began",
-        /// It moves again.
+        /// The platform moves again.
         RestEnded = "rest ended",
         /// A deviation at rest was compared with its threshold.
         Evaluated {
-            /// Of this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// Taken in this way.
+            /// Kind of the check.
             check: Check,
             /// m/s^2 or rad/s.
             deviation: T,
-            /// As it was at the time.
+            /// Threshold at the time.
             threshold: T,
         } = "evaluated",
         /// A sensor deviates but is not calibrated.
         Withheld {
-            /// This sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// Why.
+            /// Reason.
             why: Withheld,
         } = "withheld",
-        /// Calibration mode: waiting for motion.
+        /// A calibration starts and waits for motion.
         Triggered {
-            /// Which sensors are to be calibrated, accelerometer first.
+            /// Sensors that are to be calibrated, accelerometer first.
             sensors: [bool; 2],
         } = "triggered",
         /// Pairs are collected from now on.
         MotionBegan = "motion began",
         /// A fit was made of the pairs.
         Fitted {
-            /// Of this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// How far up the ladder.
+            /// Model that the fit estimated.
             rung: Rung,
             /// Directions along which the matrix was fitted.
             directions: u8,
-            /// Pairs fitted to and held out together.
+            /// Pairs, both fitted and held out.
             pairs: u32,
             /// Root mean square residual on held-out pairs.
             residual: T,
-            /// The same with what is stored.
+            /// Root mean square residual on held-out pairs with the stored calibration.
             residual_before: T,
         } = "fitted",
-        /// It replaces what was stored.
+        /// The fit replaces the stored calibration.
         Adopted {
-            /// To be stored by whoever keeps records.
+            /// Record for the caller to store.
             record: Record<T>,
         } = "adopted",
-        /// It does not.
+        /// The fit does not replace the stored calibration.
         Refused {
-            /// Of this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// Why.
+            /// Reason.
             why: AdoptionRefusal<T>,
         } = "refused",
-        /// Calibration mode ended without a fit.
+        /// A calibration ended without a fit.
         Abandoned {
-            /// Why.
+            /// Reason.
             why: Abandoned,
         } = "abandoned",
         /// A unit failed.
         Unhealthy {
-            /// In this way.
+            /// Fault of the unit.
             fault: HealthFault<T>,
         } = "unhealthy",
-        /// A unit is in health again.
+        /// A unit is healthy again.
         Healthy = "healthy",
-        /// It contradicts another, and nobody knows yet which is wrong.
+        /// The unit contradicts another, and the faulty one is not isolated yet.
         Disagree {
-            /// In this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
             /// The other unit.
             other: usize,
-            /// How far apart they are, m/s^2 or rad/s.
+            /// Difference of the two, m/s^2 or rad/s.
             apart: T,
-            /// How far they may be.
+            /// Threshold of the difference.
             limit: T,
-            /// Time over which it shows, s.
+            /// Time scale on which the difference shows, s.
             scale: T,
         } = "disagree",
-        /// It agrees with that unit again.
+        /// The unit agrees with the other again.
         Agree {
-            /// In this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
             /// The other unit.
             other: usize,
         } = "agree",
-        /// What an aiding measurement said was left out; told once for each reason.
+        /// An aiding measurement was rejected; reported once for each reason.
         AidingLeftOut {
-            /// Why.
+            /// Reason.
             why: AidingRejection,
         } = "aiding left out",
         /// An aiding measurement contradicts all units: it decides nothing until it fits again.
         AidingDistrusted {
-            /// Mean square misfit with the unit that fits best, in sigmas.
+            /// Mean square misfit with the unit that fits best, sigmas squared.
             misfit: T,
-            /// What it had to exceed.
+            /// Limit of the misfit.
             limit: T,
         } = "aiding distrusted",
-        /// It fits again.
+        /// Aiding measurements fit again.
         AidingTrusted = "aiding trusted",
-        /// The source of the output is this unit now.
+        /// The unit became the source of the output.
         Selected {
-            /// Why.
+            /// Reason.
             reason: SelectionReason,
         } = "selected",
-        /// There is no source any more: no unit is fit.
+        /// No unit is usable as source.
         NoneSelected = "selected",
-        /// A stored record was taken.
+        /// A stored record was restored.
         Restored {
-            /// Of this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// Its count.
+            /// Number of the calibration.
             sequence: u32,
         } = "restored",
-        /// A stored record was not taken.
+        /// A stored record was rejected.
         RecordRejected {
-            /// Of this sensor.
+            /// Sensor concerned.
             sensor: Sensor,
-            /// Why.
+            /// Reason.
             why: RecordRejection,
         } = "record rejected",
-        /// The common clock jumped; windows begin anew.
+        /// The common clock jumped; windows restart.
         TimeJumped {
-            /// By this much, microseconds.
+            /// Jump, microseconds.
             by: i64,
         } = "time jumped",
     }

@@ -1,4 +1,4 @@
-//! What the monitor hands to the judge, and what becomes of its verdicts.
+//! Inputs of the judge, and consequences of its decisions.
 
 use nalgebra::Vector3;
 
@@ -15,29 +15,29 @@ use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::unit_set::UnitSet;
 
-/// Rest after which what units say at it is held against them, windows.
+/// Windows of rest after which readings count as evidence.
 const RESTED: u32 = 16;
 
-/// Share of the primary's deviation at rest that a secondary may have to be held against it.
+/// Share of the deviation of the primary at rest up to which a secondary is evidence against it.
 const MUCH_LESS: f64 = 0.5;
 
-/// What is known of all units before they are looked at.
+/// Prior knowledge about all units.
 struct Known<T: Real> {
-    /// Units of which enough is known, by accelerometers and by gyroscopes.
+    /// Units whose errors are known, by accelerometers and by gyroscopes.
     known: [UnitSet; 2],
     /// Units whose readings count.
     live: UnitSet,
-    /// Of a window, s.
+    /// Length of a window, s.
     length: T,
 }
 
-/// Angular rate of a unit over two windows, over the one before and over the window itself, compensated, rad/s.
+/// Compensated angular rates of a unit over two windows, over the earlier one, and over the later one, rad/s.
 type Rates<T> = [Vector3<T>; 3];
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Has all units judged over a window.
+    /// Judges all units over a window.
     #[inline(never)]
     pub(super) fn judge(
         &mut self,
@@ -145,7 +145,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         });
     }
 
-    /// Finds what each unit says over a window, at the primary's place; nothing of one that said nothing or cannot be compared.
+    /// Determines the readings of all units over a window, at the place of the primary; `None` for a unit
+    /// without a comparable reading.
     #[inline(never)]
     fn readings(
         &self,
@@ -175,7 +176,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// What a unit says over a window and the one before, compensated, at its own place.
+    /// Compensated reading of a unit over a window and the one before, at its own place.
     fn reading(
         &self,
         platform: &Platform<T, UNITS>,
@@ -205,7 +206,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         };
         let unfound = |sensor: Sensor| {
             if sensor.of(&set.known).contains(number) {
-                // What is stored has aged by up to what triggers, until a rest has shown by how much.
+                // A stored calibration may have aged by up to its trigger, until a rest shows the actual
+                // ageing.
                 let aged = if sensor.of(stored).aged {
                     platform
                         .settings()
@@ -249,8 +251,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         })
     }
 
-    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over units of which enough
-    /// is known. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
+    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over known
+    /// units. Under a triangle, the change of the mean rate is the mean angular acceleration
+    /// (docs/theory/redundancy.md, eq. 3).
     fn turning(
         &self,
         rates: &[Rates<T>; UNITS],
@@ -271,7 +274,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         ))
     }
 
-    /// Takes off what lever arms make accelerometers feel while the set turns at `rate`, rad/s, that changes by `change`, rad/s^2.
+    /// Subtracts the specific force that lever arms cause at an angular rate, rad/s, and its derivative
+    /// `change`, rad/s^2.
     fn carry_to_primary(
         &self,
         platform: &Platform<T, UNITS>,
@@ -293,13 +297,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Whether what a unit says counts, but for what is found here.
+    /// Returns whether readings of a unit are compared: it is healthy, or its fault was found by comparison.
     fn lives(&self, number: usize) -> bool {
         let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
         self.health.get(number).is_some_and(lives)
     }
 
-    /// `|f| - g` and `|w|` of a unit over this rest.
+    /// `|f| - g` and `|w|` of a unit over this rest, once the rest is long enough.
     fn at_rest(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
         self.rest_means
             .get(number)
@@ -307,7 +311,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.at_rest_said(platform, number)
     }
 
-    /// The same however long the rest is.
+    /// `|f| - g` and `|w|` of a unit over this rest, of any length.
     pub(super) fn at_rest_said(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
         let at_rest = self.rest_means.get(number)?;
         let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
@@ -315,7 +319,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some([force, said(Sensor::Gyroscope)?.length()])
     }
 
-    /// A primary that deviates at rest, beside a calibrated secondary that does not, is wrong by itself.
+    /// Marks the primary as faulty if it deviates at rest beside a calibrated secondary that does not.
     pub(super) fn hold_rest_against_primary(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -331,7 +335,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                     .get(number)
                     .is_some_and(|stored| sensor.of(stored).calibrated);
                 let fault = self.health.get(number).map(Health::fault);
-                // A blame on the unit's own evidence is reopened by physics.
+                // Physics overrules a fault that rests on evidence from the unit alone.
                 let healthy = fault.is_some_and(|fault| fault.is_none_or(|fault| fault.is_likelihood()));
                 let off = self
                     .at_rest(platform, number)
@@ -352,7 +356,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Takes back what others found of a sensor of a unit.
+    /// Withdraws a fault of a sensor that comparison found.
     pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
         if self.judge.is_faulty(sensor, number) {
             self.judge.begin_anew(sensor, number);
@@ -363,8 +367,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Lets units in that agreed with a valid primary at this rest, and holds against others that they cannot be what they
-    /// are said to be.
+    /// Accepts units that agree with a valid primary at this rest, and refutes units that differ by more than a
+    /// calibration could explain.
     pub(super) fn accept_or_refute(&mut self, platform: &Platform<T, UNITS>) {
         for sensor in SENSORS {
             for number in 1..UNITS {
@@ -389,7 +393,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// Whether what is held against a secondary cannot be the primary's fault.
+/// Returns whether a deviation of a secondary cannot be a fault of the primary.
 pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     sensor: Sensor,
@@ -398,8 +402,8 @@ pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
     !judge.is_disputed_with(sensor, number) && !judge.is_faulty(sensor, 0)
 }
 
-/// Units of which enough is known for what they say to count: those that were calibrated against the primary or agreed with it,
-/// and those that come calibrated where more than one does.
+/// Units whose errors are known: those that were calibrated against the primary or agreed with it, and those
+/// with stored calibrations if there is more than one.
 fn known<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
@@ -419,7 +423,8 @@ fn known<T: Real, const UNITS: usize>(
     }
 }
 
-/// Whether units disagree that are both known. What an uncalibrated unit contradicts is not calibrated by either: its fit says what it is.
+/// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
+/// will resolve it.
 pub(super) fn is_contested<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
@@ -429,7 +434,7 @@ pub(super) fn is_contested<T: Real, const UNITS: usize>(
     judge.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
 
-/// Whether a secondary was never calibrated and contradicts another unit by more than calibration could find.
+/// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.
 pub(super) fn is_strange<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
@@ -450,7 +455,7 @@ fn contradicts_as_uncalibrated<T: Real, const UNITS: usize>(
     judge.is_disputed_with(sensor, number) && !known(judge, stored, sensor).contains(number)
 }
 
-/// Squared residual of a channel that a calibration leaves, `(m/s^2)^2` or `(rad/s)^2`.
+/// Squared residual of a channel after calibration, `(m/s^2)^2` or `(rad/s)^2`.
 fn squared_residual<T: Real>(stored: &StoredCalibration<T>) -> T {
     if stored.calibrated {
         stored.residual * stored.residual

@@ -1,4 +1,4 @@
-//! The monitor: takes samples of any unit, and keeps the set calibrated and its output alive.
+//! Monitor: receives samples of all units, keeps the set calibrated and its output available.
 
 mod adopt;
 mod aiding;
@@ -34,33 +34,34 @@ use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::sample::{CHANNELS, Sample};
 
-/// Who is told of what happened.
+/// Receiver of events.
 pub type Report<'a, T> = &'a mut dyn FnMut(Event<T>);
 
 crate::vocabulary! {
-    /// What somebody may ask for.
+    /// Command of a user.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Command {
-        /// Evaluate at the next rest, or at this one.
+        /// Evaluate at the next rest, or at the current one.
         Evaluate = "evaluate",
-        /// Take the primary for the source again, if it is in health.
+        /// Select the primary as source again, if it is healthy.
         ReturnToPrimary = "return to primary",
     }
 }
 
-/// First samples of a unit that show how far apart they are, and the mark of a unit that is quick enough.
+/// Number of first samples that show the interval of a unit, and the mark of a unit that needs no longer
+/// windows.
 const FIRST_SAMPLES: u8 = 16;
 const QUICK: u8 = u8::MAX;
 
-/// Most windows of the settings that make one.
+/// Largest multiple of the window of the settings.
 const LONGEST_WINDOW: u8 = 20;
 
-/// Share of the time after which a unit is late from which on a pause of all is one.
+/// Divisor of the time after which a unit is late: a shorter gap of all units is no pause.
 const SHORTEST_PAUSE: u64 = 4;
 
-/// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
-/// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory. `AIDED` is 1 where
-/// aiding measurements are received, 0 where there are none, which takes 800 bytes less of a set of three.
+/// Monitor of `UNITS` units, of which number 0 is the primary; it calibrates up to `AT_ONCE` secondaries at a
+/// time. All state is inside; the platform is passed with every call, so that it may lie in read-only memory.
+/// `AIDED` is 1 where aiding measurements are received; 0 saves 800 bytes for a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0> {
     clock: CommonClock<UNITS>,
@@ -74,9 +75,9 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     stored: [[StoredCalibration<T>; 2]; UNITS],
     calibrations: [Option<CalibrationRun<T>>; AT_ONCE],
     latest_window: Option<u64>,
-    /// How many windows of the settings one is.
+    /// Length of a window in windows of the settings.
     stretch: u8,
-    /// First samples of each unit that came so slowly that windows have to be longer; [`QUICK`] once one did not.
+    /// First samples of each unit that came too slowly for the windows; [`QUICK`] once one did not.
     slow: [u8; UNITS],
     known_healthy: [bool; UNITS],
     selection: Selection,
@@ -95,7 +96,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize> Defa
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Knows nothing; give it stored records next, with [`Self::restore`].
+    /// Creates a monitor without stored calibrations; [`Self::restore`] adds them.
     pub fn new() -> Self {
         Self {
             clock: CommonClock::new(),
@@ -118,7 +119,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Asks for something, from now on.
+    /// Executes a command as soon as possible.
     pub fn command(&mut self, command: Command) {
         match command {
             Command::Evaluate => self.rest.command(),
@@ -126,33 +127,33 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Takes in how warm a unit is, degC, from its next sample on; not a number where nobody knows. Units that are warmer or colder
-    /// than they were when they were calibrated may differ by more.
+    /// Stores the temperature of a unit, degC, from its next sample on; NaN if unknown. Units that are warmer
+    /// or colder than at their calibration may differ by more.
     pub fn set_temperature(&mut self, unit: usize, value: T) {
         self.judge.set_temperature(unit, value);
     }
 
-    /// What is stored of the two sensors of a unit, accelerometer first.
+    /// Stored calibrations of the two sensors of a unit, accelerometer first.
     pub fn stored(&self, unit: usize) -> Option<&[StoredCalibration<T>; 2]> {
         self.stored.get(unit)
     }
 
-    /// The unit the output comes from.
+    /// Unit that is the source of the output.
     pub fn source(&self) -> Option<usize> {
         self.selection.source()
     }
 
-    /// Whether it has taken in a sample.
+    /// Returns whether any sample was received.
     pub fn has_begun(&self) -> bool {
         self.clock.now().is_some()
     }
 
-    /// Number of the window on the common clock that was looked at last.
+    /// Number of the latest processed window on the common clock.
     pub fn window(&self) -> Option<u64> {
         self.latest_window
     }
 
-    /// What a unit said over that window, as read, m/s^2 and rad/s.
+    /// Raw means of a unit over that window, m/s^2 and rad/s.
     pub fn means(&self, unit: usize) -> Option<&[T; CHANNELS]> {
         self.histories
             .get(unit)?
@@ -160,9 +161,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             .map(|means| &means.mean)
     }
 
-    /// Takes in the next sample of a unit, and gives the output it makes, if the unit is the source. Samples of different
-    /// units may come in any order as long as none is more than a window behind the others. A calibration whose pairs are
-    /// complete is fitted in steps, one with each sample.
+    /// Processes the next sample of a unit and returns the output, if the unit is the source. Samples of
+    /// different units may come in any order as long as none is more than a window behind the others. A
+    /// calibration whose pairs are complete is fitted in steps, one with each sample.
     pub fn push(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -211,7 +212,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         if accepted {
             let health = self.health.get_mut(number)?;
             health.expect_every(match self.clock.interval(number) {
-                // After its first sample nobody knows yet: it may be a slow one.
+                // The interval is unknown after the first sample: the unit may be a slow one.
                 0 => u32::try_from(settings.late).unwrap_or(u32::MAX),
                 interval => interval,
             });
@@ -236,17 +237,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(output)
     }
 
-    /// Length of the windows, microseconds: that of the settings, or a multiple of it where a unit is slower.
+    /// Length of the windows, microseconds: that of the settings, or a multiple of it for slow units.
     pub fn window_length(&self, platform: &Platform<T, UNITS>) -> u64 {
         platform.settings().window.saturating_mul(self.stretch.into())
     }
 
-    /// Whole windows in a span of microseconds.
+    /// Returns the number of whole windows in a span of microseconds.
     fn windows(&self, platform: &Platform<T, UNITS>, span: u64) -> u64 {
         whole_spans(span, self.window_length(platform)).0
     }
 
-    /// Makes windows longer where all first samples of a unit were so far apart that it would complete none, or few.
+    /// Lengthens windows if the first samples of a unit are too far apart to complete them.
     fn lengthen_windows(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -268,7 +269,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             return None;
         }
         *slow = QUICK;
-        // Every other second is kept from fits, so that a second has to be a whole number of windows.
+        // Fits hold out every other second, so a second must be a whole number of windows.
         let window = platform.settings().window;
         let fits = |times: &u8| {
             let length = window.saturating_mul((*times).into());
@@ -287,7 +288,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// A unit of which all readings are also those of another, as they change, is a copy of it: noise is nobody else's.
+    /// Detects a unit whose changing readings all equal those of another: noise of two units is never equal.
     #[inline]
     fn find_copy(&mut self, platform: &Platform<T, UNITS>, number: usize, channels: &[T; CHANNELS]) {
         let latest = |unit: usize| self.histories.get(unit).and_then(WindowHistory::latest);
@@ -316,7 +317,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         report: Report<'_, T>,
     ) {
         let length = self.window_length(platform);
-        // Pairs alone need them.
+        // Only pairs need the products.
         if number == 0 && self.calibrations.iter().any(Option::is_some) {
             let products = products(platform.calibration(), &sample.angular_rate);
             self.products.push(sample.time, &products, usable, length, None);
@@ -330,12 +331,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Looks at windows in turn, each when all units that keep up have completed it, or when one is ahead by more than one.
+    /// Processes windows in turn, each when all units that keep up have completed it, or when one is more than
+    /// a window ahead.
     fn catch_up(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
         let Some(newest) = self.histories.iter().filter_map(WindowHistory::newest).max() else {
             return;
         };
-        // Units keep three windows; what is older cannot be looked at any more.
+        // Units store three windows; older ones are lost.
         for next in newest.saturating_sub(1)..=newest {
             let done = self.latest_window.is_some_and(|step| step >= next);
             if !done && (next < newest || self.all_have(newest)) {
@@ -345,13 +347,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Whether all units have completed a window, but for those that did not complete the one before either.
+    /// Returns whether all units have completed a window, except those that did not complete the one before.
     fn all_have(&self, window: u64) -> bool {
         let mut newest = self.histories.iter().filter_map(WindowHistory::newest);
         newest.all(|newest| newest >= window || newest.saturating_add(1) < window)
     }
 
-    /// Where nobody said anything for longer than a unit takes from sample to sample, the platform paused: no unit is late for it.
+    /// Detects a pause of all units beyond the interval of one: no unit is late for it.
     #[inline]
     fn excuse_pause(
         &mut self,
@@ -369,7 +371,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             self.stalled(now, pause, report);
             return Some(());
         }
-        // The sample of this unit itself is still to be pushed: the time since the one before it counts.
+        // The sample of this unit is not processed yet: the time since its previous sample counts.
         let others = self
             .health
             .iter_mut()
@@ -387,7 +389,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// All units were silent at once, microseconds: that is the platform's, and none is to be named for it.
+    /// Reports a stall of all units, microseconds, as one of the platform, so that no unit becomes faulty for
+    /// it.
     #[cold]
     #[inline(never)]
     fn stalled(&mut self, time: u64, pause: u64, report: Report<'_, T>) {
@@ -402,7 +405,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         });
     }
 
-    /// Windows begin anew.
+    /// Restarts the windows.
     #[cold]
     #[inline(never)]
     fn begin_windows(&mut self, time: u64, report: Report<'_, T>) {
@@ -431,7 +434,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         });
     }
 
-    /// Finds who is late, and tells whose health is another than it was.
+    /// Detects late units, and reports changes of health.
     fn watch_health(&mut self, now: u64, settings: &HealthSettings<T>, report: Report<'_, T>) {
         for unit in 0..UNITS {
             let known = self.health.get_mut(unit).zip(self.known_healthy.get_mut(unit));
@@ -452,15 +455,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let fault = health.fault();
         let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
         report(Event { time, unit, kind });
-        // Readings at the end of the range, and samples that did not come, are left out of pairs; what else was collected is as
-        // good as before.
+        // Saturated and missing samples are left out of pairs; the pairs collected before stay valid.
         if matches!(
             fault,
             None | Some(HealthFault::Saturated { .. } | HealthFault::Late { .. })
         ) {
             return None;
         }
-        // What a calibration may mend does not end it.
+        // A fault that a calibration may correct does not end it.
         if unit != 0 && health.may_be_calibrated() {
             return None;
         }
@@ -547,7 +549,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         });
     }
 
-    /// What a sensor of a unit reads, as the primary would read it, with its calibration applied.
+    /// Compensated reading of a sensor, in the axes of the primary.
     fn compensated(
         &self,
         platform: &Platform<T, UNITS>,
@@ -561,7 +563,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(compensated)
     }
 
-    /// The same of several readings, in place.
+    /// Compensates several readings in place.
     fn compensate(
         &self,
         platform: &Platform<T, UNITS>,
@@ -584,7 +586,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// Whether a unit is known to be wrong, or contradicts another and nobody knows which is right.
+    /// Returns whether a unit is faulty or in an unresolved dispute.
     fn is_degraded(&self, number: usize) -> bool {
         let sound = self.health.get(number).is_some_and(Health::is_sound) && !is_stale(&self.stored, number);
         !sound || SENSORS.into_iter().any(|sensor| self.judge.is_disputed(sensor))
@@ -612,7 +614,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             degraded: self.is_degraded(number),
         };
         if !output.is_finite() {
-            // Readings may be finite and their squares not: nothing of them may stay in what comes after.
+            // The squares of finite readings may overflow; they must not remain in the filter.
             self.lever_arm_correction = LeverArmCorrection::new();
             return None;
         }
@@ -620,20 +622,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// Whether physics found a unit off, and nothing was adopted since.
+/// Returns whether a sensor of a unit is stale.
 fn is_stale<T: Real, const UNITS: usize>(stored: &[[StoredCalibration<T>; 2]; UNITS], unit: usize) -> bool {
     let stored = stored.get(unit);
     stored.is_some_and(|stored| stored.iter().any(|stored| stored.stale))
 }
 
-/// Whether a unit was calibrated against the primary, or agreed with it, on all sensors that can be told from the primary's.
+/// Returns whether a unit was calibrated against the primary, or agreed with it, on all sensors that correspond
+/// to those of the primary.
 fn is_calibrated<T: Real>(comparable: &Axes, stored: &[StoredCalibration<T>; 2]) -> bool {
     let both = SENSORS.into_iter().zip(stored);
     both.into_iter()
         .all(|(sensor, stored)| stored.calibrated || stored.agrees || !comparable.any(sensor))
 }
 
-/// Ends a calibration without a fit, where there is one.
+/// Abandons a calibration, if one is under way.
 #[inline(never)]
 fn abandon<T: Real>(slot: &mut Option<CalibrationRun<T>>, time: u64, why: Abandoned, report: Report<'_, T>) {
     if let Some(calibration) = slot.take() {

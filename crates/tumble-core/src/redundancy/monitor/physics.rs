@@ -1,4 +1,4 @@
-//! Physics first: at rest it says who is right before anybody else does, and takes back what others found.
+//! Checks against physics at rest, which precede all comparisons of units and can reverse their results.
 
 use nalgebra::Vector3;
 
@@ -14,22 +14,22 @@ use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::unit_set::UnitSet;
 
-/// Share of what a secondary is off by that a primary may be which is believed beside it.
+/// Share of the deviation of a secondary below which the primary is trusted beside it.
 const MUCH_LESS: f64 = 0.5;
 
-/// What a secondary is off by at a rest.
+/// Deviations of a secondary at a rest.
 struct Off<T: Real> {
-    /// Against what physics says, if that can be told of it.
+    /// Deviation from physics, if it can be determined.
     physics: Option<Deviation<T>>,
-    /// Against the primary.
+    /// Deviation from the primary.
     primary: Deviation<T>,
 }
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Lets a primary that is right at rest say which secondaries are stale, and which are only trimmed
-    /// (docs/theory/judgement.md, section 14). Says whether a verdict upon the primary was taken back.
+    /// Uses a primary that agrees with physics at rest to mark secondaries as stale or to trim them
+    /// (docs/theory/judgement.md, section 14). Returns whether a fault of the primary was withdrawn.
     #[inline(never)]
     pub(super) fn apply_physics(
         &mut self,
@@ -63,7 +63,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         reopened
     }
 
-    /// What calibrated units may have drifted by since the latest rest.
+    /// Adds the drift that calibrated units may have had since the latest rest.
     fn drift_on(&mut self) {
         let Some(passed) = self.rest.since_latest(self.clock.now().unwrap_or(0)) else {
             return;
@@ -76,8 +76,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Where no rest comes, a secondary that was never calibrated is known once it has said in motion what the primary says, to
-    /// within its trigger.
+    /// Accepts an uncalibrated secondary without a rest, if it agrees with the primary in motion to within its
+    /// trigger.
     pub(super) fn accept_in_motion(&mut self, platform: &Platform<T, UNITS>) {
         let thresholds = &platform.settings().evaluation.thresholds.secondary;
         for sensor in SENSORS {
@@ -97,7 +97,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// What a calibrated secondary is off by at this rest.
+    /// Deviations of a calibrated secondary at this rest.
     fn off_at_rest(
         &self,
         platform: &Platform<T, UNITS>,
@@ -130,7 +130,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         })
     }
 
-    /// Makes a secondary stale, or known again, or trims it; says whether physics speaks against it (eq. 25).
+    /// Marks a secondary as stale, or as known again, or trims it; returns whether physics contradicts it (eq.
+    /// 25).
     fn place(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -162,8 +163,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         false
     }
 
-    /// What calibrated secondaries say beyond the primary at this rest, on average, as far as physics does not say that the
-    /// primary is right: across gravity. Zero where there are not two of them.
+    /// Mean difference of calibrated secondaries from the primary at this rest, perpendicular to gravity, where
+    /// physics cannot confirm the primary. Zero for fewer than two secondaries.
     fn common_across(&self, platform: &Platform<T, UNITS>, sensor: Sensor) -> Vector3<T> {
         let (mut total, mut number_of) = (Vector3::zeros(), 0_u32);
         for number in 1..UNITS {
@@ -190,7 +191,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Brings what a calibrated secondary says to what the primary says at this rest, as far as it can be known from one
+    /// Trims a calibrated secondary to the primary at this rest, as far as one rest allows
     /// (docs/theory/judgement.md, eq. 27).
     fn trim(
         &mut self,
@@ -207,7 +208,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             return None;
         }
         let apart = self.apart_from_primary(platform, sensor, number)?;
-        // What all share is the primary's own drift; of what was stored before, all of it is likelier to be theirs.
+        // The common difference is drift of the primary; after a restart it is more likely that of the
+        // secondaries.
         let apart = if anew { apart } else { difference(&apart, common) };
         let stored = sensor.of_mut(self.stored.get_mut(number)?);
         let change = stored.trim(sensor, &apart);
@@ -215,7 +217,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// Whether other calibrated secondaries are from the primary as this one is, by more than any calibration could find.
+    /// Returns whether other calibrated secondaries differ from the primary as this one does, by more than any
+    /// calibration could find.
     pub(super) fn is_shared(&self, platform: &Platform<T, UNITS>, sensor: Sensor, number: usize) -> bool {
         let own = self.apart_from_primary(platform, sensor, number);
         let calibrated = |number: usize| {
@@ -237,7 +240,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         (1..UNITS).any(alike)
     }
 
-    /// Whether there are other calibrated secondaries, and whether all of them say what this one does.
+    /// Returns whether there are other calibrated secondaries, and whether all of them agree with this one.
     fn siblings(&self, platform: &Platform<T, UNITS>, sensor: Sensor, number: usize) -> (bool, bool) {
         let tolerated = platform.settings().health.tolerated.of(sensor);
         let own = self.apart_from_primary(platform, sensor, number);
@@ -258,7 +261,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         (any, alike)
     }
 
-    /// What a secondary says at this rest beyond the primary, in its axes, m/s^2 or rad/s.
+    /// Difference of a secondary from the primary at this rest, in the axes of the primary, m/s^2 or rad/s.
     pub(super) fn apart_from_primary(
         &self,
         platform: &Platform<T, UNITS>,
@@ -286,8 +289,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// Takes back a verdict upon the primary by units that physics speaks against, and names them, where nobody else contradicts
-    /// it.
+    /// Withdraws a fault of the primary found by units that physics contradicts, and marks those as faulty,
+    /// unless other units contradict the primary as well.
     fn reopen(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -306,7 +309,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 .is_some_and(|stored| !sensor.of(stored).stale);
             off.is_some_and(|off| known && off.primary.exceeds())
         };
-        // Who differs from the primary only where physics says nothing is outnumbered by those that physics contradicts.
+        // Units that contradict the primary where physics cannot decide are outnumbered by those that physics
+        // contradicts.
         if UnitSet::of::<UNITS>(|number| number != 0 && against(number)).count() >= contradicted.count() {
             return false;
         }

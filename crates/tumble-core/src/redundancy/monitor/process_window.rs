@@ -1,4 +1,4 @@
-//! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
+//! Processing of a window: comparison of units, rest and its evaluation, calibration.
 
 use crate::products::cross;
 use crate::real::{Real, SECOND, seconds, whole_spans};
@@ -16,13 +16,13 @@ use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::sample::CHANNELS;
 
-/// Windows before that looked still in a platform that rests: between two of smooth motion there is one that moved.
+/// Still windows that precede one of a rest: smooth motion has single still windows only.
 const QUIET: u64 = 1;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Looks at one window of all units.
+    /// Processes one window of all units.
     pub(super) fn process_window(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -62,7 +62,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.give_up_in_time(platform, time, report);
     }
 
-    /// What a unit said over a window, compensated and brought to the primary's place by its own change of rate.
+    /// Reading of a unit over a window, compensated and converted to the place of the primary by its own change
+    /// of rate.
     pub fn at_primary(
         &self,
         platform: &Platform<T, UNITS>,
@@ -85,8 +86,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         })
     }
 
-    /// At rest if at least half of the units are whose readings live: a unit cannot look still while it is moved, but it
-    /// can look moved while it is still. A unit that is wrong at rest has its say too, or no rest would ever clear it.
+    /// Returns whether the platform rests: at least half of the units with live readings are still. A moved
+    /// unit cannot look still, but a still one can look moved. Units that are faulty at rest count too, or no
+    /// rest would ever clear them.
     fn is_still(&mut self, platform: &Platform<T, UNITS>, window: u64) -> bool {
         let thresholds = &platform.settings().evaluation.thresholds;
         let units = self.histories.iter().zip(&mut self.rest_means).zip(&self.health);
@@ -101,7 +103,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let whole = unit.axes.covered_by(means.usable);
             let quiet = at_rest.is_still(&means.mean, means.scatter, &thresholds.rest_scatter);
             still += usize::from(whole && quiet);
-            // Readings that repeat cannot tell rest from motion.
+            // Readings that repeat cannot distinguish rest from motion.
             let changes = means.scatter.iter().any(|scatter| *scatter > T::zero());
             changing += usize::from(changes);
             moved += usize::from(changes && !quiet);
@@ -122,7 +124,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         voters > 0 && 2 * still >= voters
     }
 
-    /// Takes the window, in motion, to the calibrations under way.
+    /// Adds the window, in motion, to the calibrations under way.
     #[inline(never)]
     fn follow(
         &mut self,
@@ -141,7 +143,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let primary = products
             .map(|products| PrimaryMeans::of(&axes, platform.calibration(), readings, products, length));
         let usable = both(readings.0.usable, readings.1.usable);
-        // The later window may lie in the next second, of which the pair would then be a part as well.
+        // The later window may lie in the next second, to which the pair would then belong as well.
         let second = |window: u64| whole_spans(window * length, SECOND).0;
         let within = second(window.checked_sub(1)?) == second(window);
         for slot in &mut self.calibrations {
@@ -175,7 +177,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Some(())
     }
 
-    /// Ends the collection where a calibration has all it needs, or no time left.
+    /// Ends the collection of calibrations that are complete, contested or out of time.
     #[inline(never)]
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
         let (settings, length) = (platform.settings(), self.window_length(platform));
@@ -209,12 +211,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// An event that concerns the whole platform.
+/// Event that concerns the whole platform.
 fn of_all<T: Real>(time: u64, kind: EventKind<T>) -> Event<T> {
     Event { time, unit: 0, kind }
 }
 
-/// What both allow.
+/// Combines two usabilities.
 fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
     let ([a0, a1], [b0, b1]) = (a, b);
     [a0 && b0, a1 && b1]

@@ -1,9 +1,9 @@
-//! The platform at rest, and when it is due to be evaluated.
+//! State of rest of the platform, and due times of evaluations.
 
 use crate::real::Real;
 use crate::redundancy::settings::EvaluationSettings;
 
-/// How long the platform has rested, and when it was evaluated.
+/// Duration of the rest, and time of its evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestState {
     windows: u64,
@@ -11,47 +11,47 @@ pub struct RestState {
     evaluated: Option<u64>,
     commanded: bool,
     adopted: bool,
-    /// A bit for each unit whose trigger has led to no fit yet.
+    /// Units whose trigger has not led to a fit yet, one bit each.
     owed: u32,
-    /// Whether this rest was evaluated for what is owed.
+    /// True if this rest was evaluated for those units.
     tried: bool,
-    /// Windows in succession without a rest, and all there were, before the first rest was evaluated.
+    /// Successive windows without a rest, and all windows, before the evaluation of the first rest.
     moved: u16,
     passed: u16,
-    /// Whether a rest was evaluated.
+    /// True if a rest was evaluated.
     met: bool,
-    /// Whether it has moved after a rest.
+    /// True if the platform moved after a rest.
     has_moved: bool,
-    /// Whether this rest was, and when one was the last time, microseconds.
+    /// True if this rest was not evaluated yet, and the time of the latest evaluation, microseconds.
     fresh: bool,
     latest: Option<u64>,
 }
 
-/// Windows in succession without a rest after which none is waited for, and windows of any kind.
+/// Successive windows without a rest, and windows in all, after which no first rest is expected.
 const MOVES: u16 = 20;
 const WAITED: u16 = 200;
 
-/// What the means of a rest are for.
+/// Purpose of the means of a rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Purpose {
-    /// To know who is well.
+    /// Health only.
     Health,
-    /// To tell of deviations too.
+    /// Health and reports of deviations.
     Evaluation,
-    /// To calibrate what deviates, too.
+    /// Health, reports and calibrations.
     Calibration,
 }
 
-/// What a window at rest, or in motion, led to.
+/// Transition that a window causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RestTransition {
-    /// Nothing new: it still moves, or only just stopped.
+    /// The platform moves, or stopped only just.
     Moving,
-    /// It came to rest: means are taken from the next window on.
+    /// A rest began: means start with the next window.
     Began,
-    /// It still rests.
+    /// The rest continues.
     Resting,
-    /// It moves again.
+    /// The rest ended.
     Ended,
 }
 
@@ -62,7 +62,7 @@ impl Default for RestState {
 }
 
 impl RestState {
-    /// Not at rest, and never evaluated.
+    /// Creates the state of a platform that moves and was never evaluated.
     pub fn new() -> Self {
         Self {
             windows: 0,
@@ -81,32 +81,33 @@ impl RestState {
         }
     }
 
-    /// Whether the first rest may still come at which physics speaks before anybody else does.
+    /// Returns whether a first rest may still come, at which physics decides before units are compared.
     pub fn is_awaited(&self) -> bool {
         !self.met && self.moved < MOVES && self.passed < WAITED
     }
 
-    /// Whether the platform has moved for ten times as long and was never evaluated at rest.
+    /// Returns whether the platform has moved for ten times that long without an evaluated rest.
     pub fn never_rested(&self) -> bool {
         !self.met && self.moved >= WAITED
     }
 
-    /// A rest was evaluated; says whether it was the first.
+    /// Marks that a rest was evaluated; returns whether it was the first.
     pub fn meet(&mut self) -> bool {
         !core::mem::replace(&mut self.met, true)
     }
 
-    /// Whether this rest was not evaluated before.
+    /// Returns whether this rest was not evaluated before.
     pub fn is_fresh(&self) -> bool {
         self.fresh
     }
 
-    /// A rest was evaluated to the end.
+    /// Marks that the evaluation of the rest is complete.
     pub fn end_evaluation(&mut self) {
         self.fresh = false;
     }
 
-    /// Time since the rest before was evaluated, microseconds; `None` of another evaluation of this one, and of the first.
+    /// Time since the evaluation of the previous rest, microseconds; `None` if this rest was evaluated before
+    /// or is the first.
     pub fn since_latest(&mut self, now: u64) -> Option<u64> {
         if !self.fresh {
             return None;
@@ -115,10 +116,10 @@ impl RestState {
         Some(now.saturating_sub(before))
     }
 
-    /// The platform was still over one more window, or was not.
+    /// Updates the state with a window, which is still or not.
     pub fn push(&mut self, still: bool, settle_windows: u64) -> RestTransition {
         self.passed = self.passed.saturating_add(1);
-        // Single windows of motion may look still. Once it has moved for long enough, that stays so.
+        // Single windows of motion may look still. After enough motion the count stays.
         if !self.announced {
             self.moved = self.moved.saturating_add(1);
         } else if self.moved < MOVES {
@@ -146,44 +147,45 @@ impl RestState {
         RestTransition::Began
     }
 
-    /// Whether it was still over so many windows in succession: single windows of motion may look so.
+    /// Returns whether the platform was still over so many successive windows; single windows of motion may
+    /// look still.
     pub fn is_still_for(&self, windows: u64) -> bool {
         self.windows >= windows
     }
 
-    /// Whether the platform rests.
+    /// Returns whether the platform rests.
     pub fn is_resting(&self) -> bool {
         self.announced
     }
 
-    /// Evaluate as soon as can be.
+    /// Requests an evaluation as soon as possible.
     pub fn command(&mut self) {
         self.commanded = true;
     }
 
-    /// Something was adopted: the next rest shows whether it was right.
+    /// Requests an evaluation of an adopted calibration at the next rest.
     pub fn adopted(&mut self) {
         self.adopted = true;
     }
 
-    /// A unit is to be calibrated; that stays so, whatever comes in between, until it is settled.
+    /// Marks a unit for calibration until it is settled.
     pub fn triggered(&mut self, unit: usize) {
         self.owed |= bit(unit);
     }
 
-    /// A fit was made of a unit, or none is wanted any more.
+    /// Marks a unit as fitted, or as needing no fit.
     pub fn settled(&mut self, unit: usize) {
         self.owed &= !bit(unit);
     }
 
-    /// The wait for motion was in vain: what is owed is tried again at this very rest.
+    /// Allows another attempt at this rest after a wait for motion in vain.
     pub fn retry(&mut self) {
         self.tried = false;
     }
 
-    /// What the means of this rest are for. Without an evaluation after start-up, the first comes as long after it as
-    /// others after one another; where none comes by itself, nothing is calibrated that was not asked for.
-    /// `calibrated` are the units that are being calibrated.
+    /// Purpose of the means of this rest. If there is no evaluation after start-up, the first one comes after
+    /// the usual interval; if evaluations come only on command, only commanded ones calibrate. `calibrated` are
+    /// the units under calibration.
     pub fn purpose<T: Real>(
         &mut self,
         time: u64,
@@ -208,7 +210,7 @@ impl RestState {
         }
     }
 
-    /// It was evaluated.
+    /// Marks this rest as evaluated.
     pub fn evaluated(&mut self, time: u64) {
         self.evaluated = Some(time);
         self.commanded = false;
@@ -216,14 +218,14 @@ impl RestState {
         self.tried = true;
     }
 
-    /// Windows are longer from now on: units that said nothing until now do. Before it has moved, rests begin anew.
+    /// Restarts the wait for the first rest because windows are longer now and more units complete them.
     pub fn lengthen(&mut self) {
         self.evaluated = None;
         self.met &= self.has_moved;
         (self.moved, self.passed) = (0, 0);
     }
 
-    /// The common clock jumped to this time.
+    /// Restarts the times after a jump of the common clock.
     pub fn restart_time(&mut self, time: u64) {
         self.windows = 0;
         self.announced = false;
@@ -233,7 +235,7 @@ impl RestState {
     }
 }
 
-/// The bit of a unit; none for those beyond count, which are not owed anything.
+/// Bit of a unit; zero for numbers beyond 31.
 fn bit(unit: usize) -> u32 {
     u32::try_from(unit)
         .ok()

@@ -1,4 +1,4 @@
-//! What was stored before a reset, taken up again.
+//! Restoring of stored calibrations after a reset.
 
 use crate::products::Length;
 use crate::real::Real;
@@ -13,11 +13,11 @@ use crate::redundancy::sensor::SENSORS;
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Takes all that is stored of the secondaries, as after a reset. What was adopted later, as an event tells, the caller
-    /// saves in the same storage when there is time to.
+    /// Restores all stored records of the secondaries after a reset. The caller saves later adopted records,
+    /// reported by events, in the same storage.
     ///
     /// # Errors
-    /// The first that storage gives; the other records are taken all the same.
+    /// First error of the storage; the other records are restored all the same.
     pub fn restore_from<S: Storage<T>>(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -43,8 +43,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         outcome
     }
 
-    /// Takes the error that a sensor had from the factory, from which thresholds may be counted; one that cannot be of
-    /// this set is passed over. What is in use stays.
+    /// Restores the error that a sensor had from the factory, from which thresholds may be counted; skips a
+    /// record of another set. The calibration in use stays.
     pub fn restore_factory(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>) {
         let (sensor, settings) = (record.sensor, &platform.settings().evaluation);
         let mut secondaries = platform.units().iter().zip(&mut self.stored).skip(1);
@@ -56,7 +56,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
-    /// Takes a stored record of a sensor; says in an event what became of it.
+    /// Restores a stored record of a sensor; reports the result in an event.
     pub fn restore(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>, report: Report<'_, T>) {
         let sensor = record.sensor;
         let mut secondaries = platform.units().iter().zip(&mut self.stored).enumerate().skip(1);
@@ -99,7 +99,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 }
 
-/// The error in a record, if it can be one of this unit.
+/// Error in a record, if it is plausible for this unit.
 fn accepted<T: Real, const UNITS: usize>(
     platform: &Platform<T, UNITS>,
     unit: &MountedUnit<T>,

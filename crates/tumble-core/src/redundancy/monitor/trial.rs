@@ -1,5 +1,5 @@
-//! What becomes of a sensor whose pairs are complete: fits to parts of them and to all, a step with each sample, and a
-//! judgement of the last (docs/theory/redundancy.md, eq. 16 to 20).
+//! Trial of a sensor whose pairs are complete: fits to parts of the pairs and to all, one step with each
+//! sample, then the decision on adoption (docs/theory/redundancy.md, eq. 16 to 20).
 
 use nalgebra::Vector3;
 
@@ -13,29 +13,29 @@ use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::{Axes, Sensor};
 use crate::redundancy::settings::RedundancySettings;
 
-/// All that a sensor is fitted to and judged by.
+/// Data and limits of the trial of a sensor.
 pub struct TrialData<'a, T: Real> {
-    /// Which sensor.
+    /// Kind of sensor.
     pub sensor: Sensor,
-    /// Of which unit.
+    /// Unit of the sensor.
     pub unit: &'a MountedUnit<T>,
     /// Axes of the primary.
     pub primary: Axes,
-    /// What is stored.
+    /// Stored error.
     pub stored: &'a RelativeError<T>,
-    /// How far it has followed the primary; `None` where that does not count.
+    /// Correction that follows the primary so far; `None` if it is unlimited.
     pub followed: Option<Vector3<T>>,
-    /// How far siblings were from the primary just as this secondary was, m/s^2 or rad/s.
+    /// Difference from the primary that siblings share with this secondary, m/s^2 or rad/s.
     pub shared: T,
     /// Settings.
     pub settings: &'a RedundancySettings<T>,
-    /// The rest before.
+    /// Readings at the rest before.
     pub rest: RestReadings<T>,
-    /// Fewest pairs.
+    /// Least number of pairs.
     pub fewest: u32,
     /// Noise of the primary.
     pub noise: PrimaryNoise<T>,
-    /// Rests that count beside the pairs.
+    /// Rests that are fitted beside the pairs.
     pub rests: &'a Rests<T>,
     /// Pairs of every other second.
     pub fitted: &'a dyn PairMoments<T>,
@@ -43,53 +43,54 @@ pub struct TrialData<'a, T: Real> {
     pub held_out: &'a dyn PairMoments<T>,
     /// All pairs.
     pub all: &'a dyn PairMoments<T>,
-    /// Their channels.
+    /// Layout of their channels.
     pub layout: Layout,
 }
 
-/// Outcome for one sensor: what was found, how well it does, and whether it is adopted.
+/// Outcome for one sensor: the fit, its residuals, and the decision on adoption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOutcome<'f, T: Real> {
-    /// Fitted to all pairs, and to the rests.
+    /// Fit to all pairs, and to the rests.
     pub fit: &'f Fit<T>,
-    /// On held-out pairs.
+    /// Residuals on held-out pairs.
     pub residuals: Residuals<T>,
-    /// How far it has followed the primary with it.
+    /// Correction that follows the primary with this fit.
     pub following: Following<T>,
-    /// Whether it is adopted.
+    /// Decision on adoption.
     pub verdict: Result<(), AdoptionRefusal<T>>,
 }
 
-/// The end of a trial.
+/// End of a trial.
 ///
 /// # Errors
-/// [`AdoptionRefusal`] where there is no fit to be judged.
+/// [`AdoptionRefusal`] if there is no fit.
 pub type TrialEnd<'f, T> = Result<FitOutcome<'f, T>, AdoptionRefusal<T>>;
 
-/// What is fitted, with what the fits before found for it.
+/// Current fit of a trial, with the results of earlier fits that it needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TrialFit<T: Real> {
-    /// To the pairs of every other second.
+    /// Fit to the pairs of every other second.
     Half,
-    /// To those of the other seconds. What residuals have in common over a second shows between the two.
+    /// Fit to the pairs of the other seconds. The difference of both halves shows errors that residuals within
+    /// a second share.
     OtherHalf {
         half: RelativeError<T>,
         variances: ErrorVariances<T>,
     },
-    /// To all pairs, which are so many times less certain than their number says.
+    /// Fit to all pairs; `times` is the factor on their variance from the difference of the halves.
     Motion { half: RelativeError<T>, times: T },
-    /// To all pairs and to rests, as they usually scatter.
+    /// Fit to all pairs and to rests, with their usual scatter.
     Rests {
         motion: RelativeError<T>,
         weighing: RestWeighing<T>,
     },
-    /// To the pairs of every other second and to rests as they scatter here.
+    /// Fit to the pairs of every other second and to rests, with their scatter here.
     HalfAndRests {
         motion: RelativeError<T>,
         times: T,
         weights: RestWeights<T>,
     },
-    /// To all of them.
+    /// Fit to all pairs and rests.
     Whole {
         motion: RelativeError<T>,
         times: T,
@@ -98,18 +99,18 @@ enum TrialFit<T: Real> {
     },
 }
 
-/// A sensor that is being fitted.
+/// Trial of a sensor, between steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial<T: Real> {
     fit: TrialFit<T>,
-    /// Where its next step begins. A fit begins where the one before ended.
+    /// Start of the next step. A fit starts at the result of the fit before.
     near: RelativeError<T>,
-    /// Steps taken of this fit.
+    /// Steps of the current fit.
     steps: u8,
 }
 
 impl<T: Real> Trial<T> {
-    /// Begins at what is stored.
+    /// Starts at the stored error.
     pub fn new(stored: &RelativeError<T>) -> Self {
         Self {
             fit: TrialFit::Half,
@@ -118,11 +119,11 @@ impl<T: Real> Trial<T> {
         }
     }
 
-    /// Takes the next step, of which the last of a fit has it `found`; gives the outcome with the last of all. The data must be
-    /// the same from the first to the last.
+    /// Takes the next step, of which the last of a fit writes `found`; returns the outcome after the last fit.
+    /// The data must not change during a trial.
     ///
     /// # Errors
-    /// [`AdoptionRefusal`] where there is no fit to be judged.
+    /// [`AdoptionRefusal`] if there is no fit.
     pub fn go_on<'f>(
         &mut self,
         data: &TrialData<'_, T>,
@@ -160,7 +161,7 @@ impl<T: Real> Trial<T> {
         problem.go_on(&mut self.near, self.steps, found)
     }
 
-    /// What is fitted next; the outcome where nothing is.
+    /// Starts the next fit; returns the outcome after the last one.
     #[inline(never)]
     fn next<'f>(&mut self, data: &TrialData<'_, T>, fit: &'f mut Fit<T>) -> Option<FitOutcome<'f, T>> {
         self.fit = match &self.fit {
@@ -252,12 +253,12 @@ impl<T: Real> TrialData<'_, T> {
         }
     }
 
-    /// What a fit to the pairs of every other second leaves of those of the other seconds.
+    /// Residuals on the pairs of the other seconds of a fit to every other second.
     fn residuals(&self, half: &RelativeError<T>) -> Residuals<T> {
         Residuals::of(half, self.stored, self.held_out, &self.layout, self.axes())
     }
 
-    /// Axes of the sensor that can be told from those of the primary.
+    /// Axes of the sensor that correspond to axes of the primary.
     fn axes(&self) -> [bool; 3] {
         let comparable = self
             .unit
@@ -294,7 +295,7 @@ impl<T: Real> TrialData<'_, T> {
         }
     }
 
-    /// How far it would follow the primary (docs/theory/redundancy.md, eq. 20, 21).
+    /// Correction that would follow the primary (docs/theory/redundancy.md, eq. 20, 21).
     fn following(&self, fit: &Fit<T>) -> Following<T> {
         let Some(before) = self.followed else {
             return Following::free();
