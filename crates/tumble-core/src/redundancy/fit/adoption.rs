@@ -1,4 +1,4 @@
-//! Whether a new calibration may replace the stored one.
+//! Decision on replacing the stored calibration by a new one.
 
 use nalgebra::Vector3;
 
@@ -10,46 +10,48 @@ use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::{Adoption, AdoptionSettings, RedundancySettings};
 
 crate::vocabulary! {
-    /// Why a new calibration was refused; the stored one stays.
+    /// Reason for refusing a new calibration; the stored one stays.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum RefusalReason {
-        /// Numbers failed.
+        /// The system of equations has no solution.
         Unsolvable = "unsolvable",
-        /// Fewer pairs than there have to be.
+        /// There are too few pairs.
         TooFewPairs = "too few pairs",
-        /// Pairs kept from the fit are farther from it than any sound pair of sensors, m/s^2 or rad/s.
+        /// The residual of held-out pairs is larger than that of any healthy pair of sensors, m/s^2 or rad/s.
         ResidualTooLarge = "residual too large",
-        /// The bias is larger than is plausible, m/s^2 or rad/s.
+        /// The bias exceeds its limit, m/s^2 or rad/s.
         ImplausibleBias = "implausible bias",
-        /// A scale factor is farther from one.
+        /// The deviation of a scale factor from one exceeds its limit.
         ImplausibleScale = "implausible scale",
-        /// Axes are farther from where they are nominally, rad.
+        /// The angle of an axis to its nominal direction exceeds its limit, rad.
         ImplausibleMisalignment = "implausible misalignment",
-        /// The lever arm is longer, m.
+        /// The lever arm exceeds its limit, m.
         ImplausibleLeverArm = "implausible lever arm",
-        /// One of the two changed while pairs were collected, m/s^2 or rad/s.
+        /// One of the two units changed while pairs were collected, m/s^2 or rad/s.
         Drifting = "drifting",
-        /// At the rest before, the two related otherwise, m/s^2 or rad/s.
+        /// The fit contradicts the readings at the rest before, m/s^2 or rad/s.
         DisagreesWithRest = "disagrees with rest",
-        /// The stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+        /// The stored calibration explains the held-out pairs as well, or better, m/s^2 or rad/s.
         NotBetter = "not better",
-        /// Other secondaries are from the primary as this one is: it is the primary that changed, m/s^2 or rad/s.
+        /// Other secondaries differ from the primary in the same way, so it is the primary that changed, m/s^2
+        /// or rad/s.
         SharedBySiblings = "shared by siblings",
-        /// With the calibrations before, it would follow the primary farther than anything supports, m/s^2 or rad/s.
+        /// Together with earlier calibrations, the correction would follow the primary too far without proof,
+        /// m/s^2 or rad/s.
         BeyondSupport = "beyond support",
     }
 }
 
-/// A refusal with its figures.
+/// Refusal with its figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AdoptionRefusal<T: Real> {
-    /// Numbers failed.
+    /// The system of equations has no solution.
     Unsolvable,
-    /// Fewer pairs than there have to be.
+    /// There are too few pairs.
     TooFewPairs {
-        /// There were.
+        /// Number of pairs.
         pairs: u32,
-        /// There have to be.
+        /// Least number of pairs.
         needed: u32,
     },
     /// A figure exceeds its limit.
@@ -57,7 +59,7 @@ pub enum AdoptionRefusal<T: Real> {
 }
 
 impl<T: Real> AdoptionRefusal<T> {
-    /// Why.
+    /// Reason of the refusal.
     pub const fn reason(&self) -> RefusalReason {
         match self {
             Self::Unsolvable => RefusalReason::Unsolvable,
@@ -67,17 +69,17 @@ impl<T: Real> AdoptionRefusal<T> {
     }
 }
 
-/// A figure and what it may be at most.
+/// Figure that exceeds its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excess<T: Real> {
-    /// It is.
+    /// Value of the figure.
     pub value: T,
-    /// It may be.
+    /// Limit of the figure.
     pub limit: T,
 }
 
 impl<T: Real> Excess<T> {
-    /// Refuses what exceeds its limit, and what is not a number.
+    /// Refuses a value above its limit, or NaN.
     fn refuse(value: T, limit: T, reason: RefusalReason) -> Result<(), AdoptionRefusal<T>> {
         if value <= limit {
             return Ok(());
@@ -86,52 +88,52 @@ impl<T: Real> Excess<T> {
     }
 }
 
-/// What both said at the rest before, in the axes of the secondary.
+/// Readings of both units at the rest before, in the axes of the secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestReadings<T: Real> {
-    /// The primary.
+    /// Reading of the primary.
     pub first: Vector3<T>,
-    /// The secondary.
+    /// Reading of the secondary.
     pub second: Vector3<T>,
 }
 
-/// A calibration on trial.
+/// Candidate for adoption.
 pub struct FitCandidate<'a, T: Real> {
-    /// Which sensor.
+    /// Kind of sensor.
     pub sensor: Sensor,
-    /// Axes the sensor has.
+    /// Axes of the sensor.
     pub axes: [bool; 3],
     /// Channels of the pairs.
     pub layout: Layout,
-    /// Fitted to all pairs alone: what was fitted to a rest cannot be held against it.
+    /// Fit to all pairs alone, which the rest can test independently.
     pub motion: &'a RelativeError<T>,
-    /// Fitted to all pairs and rests: what would be stored.
+    /// Fit to all pairs and rests, which would be stored.
     pub whole: &'a RelativeError<T>,
-    /// What is stored.
+    /// Stored error.
     pub stored: &'a RelativeError<T>,
-    /// How well a fit to the pairs of every other second, and to the rests, explains those of the other seconds.
+    /// Residuals, on the pairs of the other seconds, of a fit to every other second and to the rests.
     pub residuals: &'a Residuals<T>,
     /// All pairs.
     pub all: &'a dyn PairMoments<T>,
     /// The rest before.
     pub rest: &'a RestReadings<T>,
-    /// What may speak against following the primary.
+    /// Limits on following the primary.
     pub following: &'a Following<T>,
 }
 
-/// How far a secondary would follow its primary, and what its siblings say of that. All is zero for a first calibration, and
-/// for a secondary that was found wrong by itself.
+/// Correction by which a secondary would follow its primary, and its share that siblings confirm. Both are zero
+/// for a first calibration, and for a secondary that was found faulty independently.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following<T: Real> {
-    /// What this calibration and those before make differ of a mean reading without proof that the primary was right, m/s^2
-    /// or rad/s, in the axes of the secondary.
+    /// Change of a mean reading by this calibration and earlier ones without proof that the primary was right,
+    /// m/s^2 or rad/s, in the axes of the secondary.
     pub followed: Vector3<T>,
-    /// How far siblings are from the primary just as this one is, m/s^2 or rad/s.
+    /// Difference from the primary that siblings share with this secondary, m/s^2 or rad/s.
     pub shared: T,
 }
 
 impl<T: Real> Following<T> {
-    /// Of one that may go wherever its pairs say.
+    /// Creates the limits of a secondary that may follow its pairs without bound.
     pub fn free() -> Self {
         Self {
             followed: zeros(),
@@ -150,7 +152,7 @@ pub struct Residuals<T: Real> {
 }
 
 impl<T: Real> Residuals<T> {
-    /// How well a fit, and what is stored, explain pairs to which neither was fitted, on the axes that the sensor has.
+    /// Residuals of a fit, and of the stored error, on pairs to which neither was fitted, over existing axes.
     #[inline(never)]
     pub fn of(
         fit: &RelativeError<T>,
@@ -173,13 +175,13 @@ impl<T: Real> Residuals<T> {
     }
 }
 
-/// Axes that a sensor has.
+/// Axes of a sensor.
 fn present(axes: [bool; 3]) -> impl Iterator<Item = usize> {
     (0..3).zip(axes).filter(|(_, present)| *present).map(|(i, _)| i)
 }
 
 impl<T: Real> FitCandidate<'_, T> {
-    /// Judges it.
+    /// Decides on adoption.
     ///
     /// # Errors
     /// The first [`AdoptionRefusal`].
@@ -214,8 +216,8 @@ impl<T: Real> FitCandidate<'_, T> {
         )
     }
 
-    /// Change of the residual over the collection, as a straight line has it, largest axis. A step halfway shows as
-    /// one and a half times itself (docs/theory/redundancy.md, eq. 13).
+    /// Linear change of the residual over the collection, largest axis. A step halfway appears 1.5 times as
+    /// large (docs/theory/redundancy.md, eq. 13).
     fn drift(&self) -> T {
         let time = self.layout.time;
         let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
@@ -235,12 +237,12 @@ impl<T: Real> FitCandidate<'_, T> {
 }
 
 impl<T: Real> AdoptionSettings<T> {
-    /// Whether an error lies within plausible bounds.
+    /// Checks an error against the limits of plausibility.
     ///
     /// # Errors
     /// The first [`AdoptionRefusal`].
     pub fn allows(&self, sensor: Sensor, error: &RelativeError<T>) -> Result<(), AdoptionRefusal<T>> {
-        // The largest, and what is not a number above all.
+        // NaN counts as the largest.
         let larger = |most: T, value: T| if value <= most { most } else { value };
         let (mut scale, mut misalignment) = (T::zero(), T::zero());
         for (row, nominal) in columns(&error.matrix.transpose())

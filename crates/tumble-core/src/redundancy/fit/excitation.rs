@@ -1,4 +1,4 @@
-//! Directions along which something moved enough to show something.
+//! Directions along which motion is large enough to estimate parameters.
 
 use nalgebra::Matrix3;
 
@@ -9,14 +9,14 @@ use crate::real::Real;
 /// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
 pub(super) struct ExcitedDirections<T: Real> {
     pub inverse: Matrix3<T>,
-    /// Onto these directions.
+    /// Projection onto these directions.
     pub projection: Matrix3<T>,
-    /// How many.
+    /// Number of these directions.
     pub directions: u8,
 }
 
 impl<T: Real> ExcitedDirections<T> {
-    /// Along which the motion is at least that large.
+    /// Selects the directions along which the matrix is at least that large.
     pub fn of(matrix: Matrix3<T>, least: T) -> Self {
         let (values, vectors) = eigen::symmetric(matrix);
         let mut excited = Self::nothing();
@@ -31,7 +31,7 @@ impl<T: Real> ExcitedDirections<T> {
         excited
     }
 
-    /// None at all.
+    /// Selects no direction.
     #[inline(never)]
     pub fn nothing() -> Self {
         Self {
@@ -41,7 +41,7 @@ impl<T: Real> ExcitedDirections<T> {
         }
     }
 
-    /// Only along axis `i`.
+    /// Selects axis `i` alone.
     pub fn along_axis(matrix: &Matrix3<T>, i: usize, least: T) -> Self {
         let mut excited = Self::nothing();
         let value = matrix.data.0[i][i];

@@ -1,13 +1,13 @@
-//! Streaming joint mean and covariance of N channels: all that a linear fit between any of them needs.
+//! Streaming joint mean and covariance of N channels, which suffice for any linear fit between them.
 
 use crate::real::{Real, count};
 
-/// Different products of two of N channels.
+/// Number of different products of two of N channels.
 pub const fn packed(channels: usize) -> usize {
     channels * (channels + 1) / 2
 }
 
-/// Joint mean and centred sums of products of N channels, of which `PACKED` = [`packed`]`(N)` are kept.
+/// Joint mean and centred sums of products of N channels, of which `PACKED` = [`packed`]`(N)` are stored.
 ///
 /// Welford (1962) for products, [merged](Merged) by Chan, Golub and LeVeque (1979), eq. 2.1: centred, so that `f32` holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ impl<T: Real, const N: usize, const PACKED: usize> Default for JointMoments<T, N
 impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
     const PACKS: () = assert!(PACKED == packed(N));
 
-    /// No samples yet.
+    /// Creates moments without samples.
     pub fn new() -> Self {
         let () = Self::PACKS;
         Self {
@@ -36,7 +36,7 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         }
     }
 
-    /// Takes in one sample.
+    /// Adds one sample.
     pub fn push(&mut self, sample: &[T; N]) {
         self.samples = self.samples.saturating_add(1);
         let share = T::one() / count(self.samples);
@@ -57,7 +57,7 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         }
     }
 
-    /// How many samples were taken in.
+    /// Number of samples.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -67,28 +67,28 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         &self.mean
     }
 
-    /// Covariance of two channels (divisor n); zero for a channel there is not.
+    /// Covariance of two channels (divisor n); zero for an unknown channel.
     pub fn covariance(&self, i: usize, j: usize) -> T {
         let product = self.products.get(place::<N>(i, j)).filter(|_| i.max(j) < N);
         product.map_or(T::zero(), |product| *product / count(self.samples.max(1)))
     }
 }
 
-/// Joint moments of all that two have seen.
+/// Joint moments of the samples of two.
 pub struct Merged<'a, T: Real, const N: usize, const PACKED: usize> {
     parts: [&'a JointMoments<T, N, PACKED>; 2],
-    /// How far the means of the second are from those of the first.
+    /// Difference of the means of the second and the first.
     apart: [T; N],
-    /// Share of the mean that is that of the second.
+    /// Share of the second in the mean.
     share: T,
-    /// What the square of how far the means are apart adds to a sum of squares.
+    /// Weight of the squared difference of the means in a sum of squares.
     pull: T,
-    /// How many samples were taken in.
+    /// Number of samples.
     samples: T,
 }
 
 impl<'a, T: Real, const N: usize, const PACKED: usize> Merged<'a, T, N, PACKED> {
-    /// Of both.
+    /// Merges the moments of two.
     pub fn of(first: &'a JointMoments<T, N, PACKED>, second: &'a JointMoments<T, N, PACKED>) -> Self {
         let samples = count::<T>(first.samples.saturating_add(second.samples).max(1));
         let share = count::<T>(second.samples) / samples;
@@ -105,20 +105,20 @@ impl<'a, T: Real, const N: usize, const PACKED: usize> Merged<'a, T, N, PACKED> 
         }
     }
 
-    /// How many samples were taken in.
+    /// Number of samples.
     pub fn samples(&self) -> u32 {
         let [first, second] = self.parts;
         first.samples.saturating_add(second.samples)
     }
 
-    /// Mean of a channel; zero for one there is not.
+    /// Mean of a channel; zero for an unknown channel.
     pub fn mean(&self, i: usize) -> T {
         let [first, _] = self.parts;
         let means = first.mean.get(i).zip(self.apart.get(i));
         means.map_or(T::zero(), |(mean, apart)| *mean + *apart * self.share)
     }
 
-    /// Covariance of two channels (divisor n); zero for a channel there is not.
+    /// Covariance of two channels (divisor n); zero for an unknown channel.
     pub fn covariance(&self, i: usize, j: usize) -> T {
         let [first, second] = self.parts.map(|part| &part.products);
         let apart = self.apart.get(i).zip(self.apart.get(j));
@@ -130,7 +130,7 @@ impl<'a, T: Real, const N: usize, const PACKED: usize> Merged<'a, T, N, PACKED> 
     }
 }
 
-/// Where the product of two of N channels is kept.
+/// Index of the product of two of N channels.
 fn place<const N: usize>(i: usize, j: usize) -> usize {
     let (i, j) = if i <= j { (i, j) } else { (j, i) };
     (2 * N - 1).wrapping_sub(i).wrapping_mul(i) / 2 + j

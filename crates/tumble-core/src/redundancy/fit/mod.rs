@@ -1,11 +1,11 @@
-//! The ladder: offsets, gains, matrix, lever arm, from the joint moments of pairs and nothing else.
+//! Fit of offsets, gains, matrix and lever arm to the joint moments of pairs.
 //!
-//! What is fitted is what the secondary says beyond the stored error: small numbers, of which single precision keeps
-//! enough digits.
+//! The data of a fit are the readings of the secondary minus those that the stored error predicts: these are
+//! small, so single precision suffices.
 //!
-//! Along directions that the motion did not excite, the matrix and the lever arm stay what they were. All systems
-//! solved are 3 x 3: the rows of M share the covariance of the motion, and the lever arm remains by Schur complement
-//! (docs/theory/redundancy.md, eq. 5 to 11).
+//! Along directions that the motion did not excite, the matrix and the lever arm keep their stored values. All
+//! systems solved are 3 x 3: the rows of M share the covariance of the motion, and the lever arm remains by
+//! Schur complement (docs/theory/redundancy.md, eq. 5 to 11).
 
 pub mod adoption;
 mod excitation;
@@ -28,67 +28,68 @@ use crate::redundancy::fit::row_moments::{BelievedRow, RowMoments};
 use crate::redundancy::relative_error::{ERROR_NUMBERS, RelativeError};
 use crate::redundancy::settings::Rung;
 
-/// Variance of the primary's noise in a pair, measured at rest.
+/// Variance of the noise of the primary in a pair, measured at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimaryNoise<T: Real> {
-    /// Covariance of its reading, in the axes of the secondary, (m/s^2)^2 or (rad/s)^2.
+    /// Covariance of the reading of the primary, in the axes of the secondary, (m/s^2)^2 or (rad/s)^2.
     pub reading: Matrix3<T>,
-    /// Variance of each axis of its angular acceleration, (rad/s^2)^2.
+    /// Variance of each axis of the angular acceleration of the primary, (rad/s^2)^2.
     pub angular_acceleration: Vector3<T>,
 }
 
-/// What is to be fitted to what.
+/// Data and limits of a fit.
 pub struct FitProblem<'a, T: Real> {
-    /// The pairs.
+    /// Pairs in motion.
     pub pairs: &'a dyn PairMoments<T>,
-    /// Rests that count beside them; `None` where the pairs are to stand alone.
+    /// Rests that are fitted beside the pairs; `None` for a fit to pairs alone.
     pub rests: Option<WeighedRests<'a, T>>,
-    /// Their channels.
+    /// Layout of the channels.
     pub layout: Layout,
-    /// Axes of the sensor that can be told from those of the primary.
+    /// Axes of the sensor that correspond to axes of the primary.
     pub axes: [bool; 3],
-    /// Whether the sensor has all three.
+    /// True if the sensor has all three axes.
     pub complete: bool,
     /// Noise of the primary.
     pub noise: &'a PrimaryNoise<T>,
-    /// What is stored, and stays where nothing is shown.
+    /// Stored error, which remains where the data show nothing.
     pub stored: &'a RelativeError<T>,
-    /// Top of the ladder.
+    /// Largest model that the fit may estimate.
     pub highest: Rung,
-    /// Standard deviation of the motion along a direction from which on it counts, m/s^2 or rad/s.
+    /// Standard deviation of the motion along a direction above which it is fitted, m/s^2 or rad/s.
     pub excitation: T,
-    /// The same for the lever arm, m/s^2 per m; `None` where the lever arm is known.
+    /// Excitation of the lever arm above which it is fitted, m/s^2 per m; `None` if the lever arm is known.
     pub lever_arm_excitation: Option<T>,
 }
 
-/// What was found.
+/// Result of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit<T: Real> {
-    /// The error.
+    /// Estimated error.
     pub error: RelativeError<T>,
-    /// How far up the ladder.
+    /// Model that was estimated.
     pub rung: Rung,
-    /// Directions along which M was fitted.
+    /// Number of directions along which M was fitted.
     pub directions: u8,
-    /// For each row of M, the projection onto the directions along which it was fitted.
+    /// Projection onto the directions along which each row of M was fitted.
     pub shown: [Matrix3<T>; 3],
-    /// Covariance of each row of M along these.
+    /// Covariance of each row of M along these directions.
     pub row_covariance: [Matrix3<T>; 3],
-    /// 1-sigma of the bias, given the parts of M that were left as they were.
+    /// 1-sigma of the bias, given the parts of M that kept their stored values.
     pub bias_sigma: Vector3<T>,
-    /// The projection onto the directions along which the lever arm was fitted.
+    /// Projection onto the directions along which the lever arm was fitted.
     pub lever_arm_shown: Matrix3<T>,
-    /// Covariance of the lever arm along these, m^2.
+    /// Covariance of the lever arm along these directions, m^2.
     pub lever_arm_covariance: Matrix3<T>,
-    /// Pairs fitted to.
+    /// Number of fitted pairs.
     pub pairs: u32,
 }
 
-/// Variances of the [numbers](RelativeError::numbers) of an error; zero for what a fit left as it was.
+/// Variances of the [numbers](RelativeError::numbers) of an error; zero for a number that kept its stored
+/// value.
 pub type ErrorVariances<T> = [T; ERROR_NUMBERS];
 
-/// Mean square of what two fits to different pairs are apart, over what their variances allow for: one, unless residuals
-/// hang together for longer than a pair takes, as those of vibration do.
+/// Mean square difference of two fits to different pairs, over the sum of their variances. It is about one,
+/// unless residuals are correlated for longer than a pair, like those of vibration.
 pub fn disagreement<T: Real>(errors: [&RelativeError<T>; 2], variances: [&ErrorVariances<T>; 2]) -> T {
     let ([first, second], [of_first, of_second]) = (errors, variances);
     let apart = first
@@ -104,7 +105,7 @@ pub fn disagreement<T: Real>(errors: [&RelativeError<T>; 2], variances: [&ErrorV
 }
 
 impl<T: Real> Fit<T> {
-    /// Nothing found: a place for one.
+    /// Creates an empty fit, to be written.
     #[inline(never)]
     pub fn none() -> Self {
         Self {
@@ -120,7 +121,7 @@ impl<T: Real> Fit<T> {
         }
     }
 
-    /// Its variances.
+    /// Returns the variances of the numbers of the error.
     pub fn variances(&self) -> ErrorVariances<T> {
         let [x, y, z] = self.row_covariance.each_ref().map(Matrix3::diagonal);
         let matrix = Matrix3::from_columns(&[x, y, z]).transpose();
@@ -135,7 +136,7 @@ impl<T: Real> Fit<T> {
         variances
     }
 
-    /// Makes every variance so many times as large.
+    /// Multiplies every variance by a factor.
     pub fn weaken(&mut self, times: T) {
         for covariance in &mut self.row_covariance {
             *covariance *= times;
@@ -145,75 +146,76 @@ impl<T: Real> Fit<T> {
     }
 }
 
-/// What a step of a fit led to.
+/// State of a fit after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LadderState {
-    /// Another step would lead elsewhere.
+    /// Another step would change the result.
     GoesOn,
-    /// A fit was found.
+    /// The fit is complete.
     Found,
-    /// Numbers fail.
+    /// The system of equations has no solution.
     Unsolvable,
 }
 
-/// Most steps of Gauss and Newton: M meets the lever arm in products, of which each step leaves the square of what was wrong.
+/// Most steps of Gauss and Newton: M and the lever arm appear in products, and each step squares the remaining
+/// error.
 const STEPS: u8 = 3;
 
-/// Square of a step that is none, in sigmas (docs/theory/redundancy.md, eq. 23).
+/// Squared step, in sigmas, below which a fit has converged (docs/theory/redundancy.md, eq. 23).
 const SETTLED: f64 = 1e-4;
 
-/// Square of how far a believed lever arm may be from the directions that are shown, over that of how far it is from the stored
-/// one: more than single precision leaves of none.
+/// Squared part of the current lever arm outside the observed directions, over its squared difference from the
+/// stored one, above which another step follows. Single precision alone leaves less.
 const STRAYED: f64 = 1e-8;
 
 /// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
 /// (docs/theory/redundancy.md, eq. 12).
 const SHARED: f64 = 1.5; // eq. 12: kappa
 
-/// What one row shows, given M and the lever arm as they are believed.
+/// Contribution of one row, for the current M and lever arm.
 struct RowStep<T: Real> {
     excited: ExcitedDirections<T>,
-    /// What the motion explains of what is not explained yet.
+    /// Part of the unexplained readings that the motion explains.
     explained: Vector3<T>,
-    /// What the motion explains of the lever.
+    /// Part of the lever that the motion explains.
     carried: Matrix3<T>,
 }
 
-/// The rows of a matrix.
+/// Rows of a matrix.
 fn rows_of<T: Real>(matrix: &Matrix3<T>) -> [Vector3<T>; 3] {
     columns(&matrix.transpose())
 }
 
-/// What the rows show of the lever arm, in sums over them.
+/// Sums over the rows, which determine the lever arm.
 struct LeverSums<T: Real> {
-    /// What the lever shows beyond what the motion explains.
+    /// Covariance of the lever that the motion does not explain.
     complement: Matrix3<T>,
     /// Covariance of the lever.
     lever: Matrix3<T>,
-    /// What the motion does not explain.
+    /// Readings that the motion does not explain.
     unexplained: Vector3<T>,
     /// Variance that the motion leaves.
     left: T,
 }
 
-/// Means of what one row relates.
+/// Means of the quantities that one row relates.
 struct RowMeans<T: Real> {
     motion: Vector3<T>,
-    /// At the row of M times the lever, as much of it as the rests leave.
+    /// Mean of the row of M times the lever, reduced by the share of the rests.
     lever: Vector3<T>,
-    /// Of what the secondary says beyond what is stored.
+    /// Mean reading of the secondary minus the prediction of the stored error.
     beyond: T,
-    /// Variance of that mean, over that of the mean of the pairs alone.
+    /// Variance of that mean, over the variance of the mean of the pairs alone.
     variance: T,
 }
 
-/// Where the ladder has led so far.
+/// State of the iteration.
 struct Ladder<T: Real> {
     matrix: Matrix3<T>,
     lever_arm: Vector3<T>,
     rows: [RowStep<T>; 3],
     lever: ExcitedDirections<T>,
-    /// Whether another step would lead nowhere else.
+    /// True if another step would change nothing.
     settled: bool,
 }
 
@@ -235,8 +237,8 @@ impl<T: Real> Ladder<T> {
 }
 
 impl<T: Real> FitProblem<'_, T> {
-    /// Goes up the ladder, as far as the motion excites it, by a step of Gauss and Newton from `near`, which is taken along.
-    /// `taken` were before.
+    /// Takes one step of Gauss and Newton from `near`, which it updates, over all parameters that the motion
+    /// excites. `taken` steps precede it.
     #[inline(never)]
     pub fn go_on(&self, near: &mut RelativeError<T>, taken: u8, found: &mut Fit<T>) -> LadderState {
         let mut ladder = Ladder::from(near);
@@ -251,7 +253,7 @@ impl<T: Real> FitProblem<'_, T> {
         }
     }
 
-    /// A step of Gauss and Newton.
+    /// Computes a step of Gauss and Newton.
     #[inline(never)]
     fn step(&self, ladder: &mut Ladder<T>) {
         let change = ladder.lever_arm - self.stored.lever_arm;
@@ -290,7 +292,7 @@ impl<T: Real> FitProblem<'_, T> {
         self.take_step(ladder, &sums);
     }
 
-    /// Takes the step that leaves least unexplained.
+    /// Applies the step that minimises the unexplained variance.
     #[inline(never)]
     fn take_step(&self, ladder: &mut Ladder<T>, sums: &LeverSums<T>) {
         let change = ladder.lever_arm - self.stored.lever_arm;
@@ -298,11 +300,11 @@ impl<T: Real> FitProblem<'_, T> {
         let changes = ladder.rows.each_ref();
         let changes = changes.map(|row| row.explained - product(&row.carried, &step)); // eq. 9: Delta_i
         let matrix = self.stored.matrix + of_columns(changes).transpose();
-        // Of what the step moved at the secondary, the next takes what M changed times it.
+        // The product of the step and the change of M is left for the next step.
         let moved = step.dot(&product(&sums.lever, &step));
         let next = squared_matrix(&(matrix - ladder.matrix)) * moved;
         let left = sums.left - step.dot(&sums.unexplained);
-        // Along directions that show nothing it stays what is stored, whatever was believed.
+        // Along directions that show nothing the stored value remains.
         let shown = product(&ladder.lever.projection, &change);
         let strayed = squared(&(change - shown)) > squared(&change) * real(STRAYED);
         // redundancy.md, eq. 23
@@ -315,12 +317,12 @@ impl<T: Real> FitProblem<'_, T> {
         RowPairs::new(self.pairs, self.layout, self.rests.as_ref(), row)
     }
 
-    /// What the mean of the pairs varies, over what a pair does, with so many unknowns of a row.
+    /// Variance of the mean of the pairs, over that of a pair, for a number of unknowns in a row.
     fn share(&self, unknowns: u32) -> T {
         real::<T>(SHARED) / count(self.pairs.samples().saturating_sub(unknowns).max(1)) // eq. 11: kappa / n
     }
 
-    /// The directions along which row `i` of M may be fitted.
+    /// Directions along which row `i` of M may be fitted.
     fn excited(&self, motion: &Matrix3<T>, i: usize) -> ExcitedDirections<T> {
         let least = self.excitation * self.excitation;
         match self.highest {
@@ -337,14 +339,14 @@ impl<T: Real> FitProblem<'_, T> {
         self.lever_arm_excitation.is_some() && self.highest == Rung::AffineAndLeverArm
     }
 
-    /// The directions along which the lever arm shows beyond what the motion explains.
+    /// Directions along which the lever arm shows beyond the effects of the motion.
     fn excite_lever(&self, complement: &Matrix3<T>, excited: &mut ExcitedDirections<T>) {
         if let Some(least) = self.lever_arm_excitation.filter(|_| self.finds_lever_arm()) {
             *excited = ExcitedDirections::of(*complement, least * least);
         }
     }
 
-    /// Means of row `i`, with `m` the row of M that was found.
+    /// Means of row `i`, with `m` the fitted row of M.
     #[inline(never)]
     fn row_means(&self, i: usize, m: &Vector3<T>) -> RowMeans<T> {
         let pairs = self.row_pairs(i);
@@ -411,7 +413,7 @@ impl<T: Real> FitProblem<'_, T> {
         Some(())
     }
 
-    /// Mean over the rows that are fitted.
+    /// Mean over the fitted rows.
     fn mean_of_rows(&self, values: &[T; 3]) -> T {
         let fitted = values.iter().zip(self.axes).filter(|(_, fitted)| *fitted);
         let (sum, rows) = fitted.fold((T::zero(), T::zero()), |(sum, rows), (value, _)| {

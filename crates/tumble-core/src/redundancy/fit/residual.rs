@@ -1,19 +1,19 @@
-//! Moments of pairs as a fit sees them, and what a relation leaves unexplained of them.
+//! Interface to the moments of pairs, and the residual of a relation on them.
 
 use crate::real::Real;
 use crate::redundancy::fit::joint_moments::{JointMoments, Merged, packed};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, RATE_CHANNELS};
 
-/// Different covariances of the channels of a pair of accelerometers.
+/// Number of different covariances of the channels of a pair of accelerometers.
 pub const FORCE_PACKED: usize = packed(FORCE_CHANNELS);
 
-/// Different covariances of the channels of a pair of gyroscopes.
+/// Number of different covariances of the channels of a pair of gyroscopes.
 pub const RATE_PACKED: usize = packed(RATE_CHANNELS);
 
 /// Moments of pairs of either sensor.
 pub trait PairMoments<T: Real> {
-    /// How many pairs.
+    /// Number of pairs.
     fn samples(&self) -> u32;
     /// Mean of a channel.
     fn mean_of(&self, channel: usize) -> T;
@@ -49,32 +49,33 @@ impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for Merged<'_,
     }
 }
 
-/// Where in the channels of a pair what is.
+/// Layout of the channels of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// First of the nine of the lever, row by row; `None` for gyroscopes.
+    /// First of the nine channels of the lever, row by row; `None` for gyroscopes.
     pub lever: Option<usize>,
-    /// The time.
+    /// Channel of the time.
     pub time: usize,
-    /// First of the three of the secondary, beyond what is stored.
+    /// First of the three channels of the secondary, minus the prediction of the stored error.
     pub second: usize,
 }
 
-/// Of a pair of accelerometers.
+/// Layout of a pair of accelerometers.
 pub const FORCE_LAYOUT: Layout = Layout {
     lever: Some(3),
     time: 12,
     second: 13,
 };
 
-/// Of a pair of gyroscopes.
+/// Layout of a pair of gyroscopes.
 pub const RATE_LAYOUT: Layout = Layout {
     lever: None,
     time: 3,
     second: 4,
 };
 
-/// Row `i` of `y - M (u + W r) - b` as a sum over the channels of a pair, in which what is stored was taken off already.
+/// Row `i` of `y - M (u + W r) - b` as a sum over the channels of a pair, from which the stored prediction was
+/// subtracted.
 pub struct RowResidual<T: Real> {
     weights: [T; FORCE_CHANNELS],
     channels: usize,
@@ -82,7 +83,7 @@ pub struct RowResidual<T: Real> {
 }
 
 impl<T: Real> RowResidual<T> {
-    /// Of a relation.
+    /// Creates the residual of a relation in one row.
     pub fn new(error: &RelativeError<T>, stored: &RelativeError<T>, layout: &Layout, row: usize) -> Self {
         let mut weights = [T::zero(); FORCE_CHANNELS];
         let change = error.lever_arm - stored.lever_arm;
@@ -109,13 +110,13 @@ impl<T: Real> RowResidual<T> {
         }
     }
 
-    /// Its mean.
+    /// Mean of the residual.
     pub fn mean(&self, pairs: &dyn PairMoments<T>) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         terms.fold(self.offset, |sum, (i, w)| sum + *w * pairs.mean_of(i))
     }
 
-    /// Its covariance with a channel.
+    /// Covariance of the residual with a channel.
     pub fn covariance_with(&self, pairs: &dyn PairMoments<T>, channel: usize) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         terms.fold(T::zero(), |sum, (i, w)| {
@@ -123,9 +124,9 @@ impl<T: Real> RowResidual<T> {
         })
     }
 
-    /// Its variance.
+    /// Variance of the residual.
     pub fn variance(&self, pairs: &dyn PairMoments<T>) -> T {
-        // Most channels count for nothing where no lever arm was found.
+        // Most weights are zero without an estimated lever arm.
         let counts = |(_, w): &(usize, &T)| **w != T::zero();
         let terms = || self.weights.iter().take(self.channels).enumerate().filter(counts);
         let sum = terms().fold(T::zero(), |sum, (i, a)| {
@@ -136,7 +137,7 @@ impl<T: Real> RowResidual<T> {
         sum.max(T::zero())
     }
 
-    /// Its mean square.
+    /// Mean square of the residual.
     pub fn mean_square(&self, pairs: &dyn PairMoments<T>) -> T {
         let mean = self.mean(pairs);
         mean * mean + self.variance(pairs)

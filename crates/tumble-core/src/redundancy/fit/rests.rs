@@ -1,4 +1,4 @@
-//! Means at rest beside the pairs in motion: what each counts for in a fit (docs/theory/redundancy.md, eq. 16 to 18).
+//! Means at rest, and their weights beside the pairs in motion (docs/theory/redundancy.md, eq. 16 to 18).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,25 +12,26 @@ use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::FORCE_CHANNELS;
 use crate::redundancy::sensor::Sensor;
 
-/// Channels of a rest: primary 3, in the axes of the secondary, time, and secondary 3, beyond what is stored.
+/// Channels of a rest: primary 3, in the axes of the secondary, time, and secondary 3, minus the prediction of
+/// the stored error.
 pub const REST_CHANNELS: usize = 7;
 
-/// The time.
+/// Channel of the time.
 const TIME: usize = 3;
 
-/// First of the three of the secondary.
+/// First channel of the secondary.
 const SECOND: usize = 4;
 
-/// Rests that the drift between rests counts for before any was seen.
+/// Number of rests that the prior of the drift between rests counts for.
 const DRIFT_RESTS: f64 = 4.0;
 
-/// Share of the square of gravity that rests have to have had along a direction to have shown it.
+/// Share of the square of gravity that rests must have along a direction to show it.
 const SEEN: f64 = 0.5;
 
-/// Most that all rests together may count for, in the pairs there are: single precision keeps enough digits of both.
+/// Largest weight of all rests together, in pairs: single precision resolves both.
 const MOST: f64 = 1e3;
 
-/// Drift of the difference of two sensors from rest to rest, 1 sigma an axis, m/s^2 or rad/s.
+/// Drift of the difference of two sensors between rests, 1 sigma per axis, m/s^2 or rad/s.
 fn drift<T: Real>(sensor: Sensor) -> T {
     match sensor {
         Sensor::Accelerometer => real(0.003),
@@ -38,8 +39,8 @@ fn drift<T: Real>(sensor: Sensor) -> T {
     }
 }
 
-/// Drift of the difference of two sensors over a collection, 1 sigma an axis, m/s^2 or rad/s per s: as fast as drift within
-/// specification may be.
+/// Drift of the difference of two sensors over a collection, 1 sigma per axis, m/s^2 or rad/s per s: the
+/// fastest drift within specification.
 fn slope<T: Real>(sensor: Sensor) -> T {
     match sensor {
         Sensor::Accelerometer => real(1e-4),
@@ -47,7 +48,7 @@ fn slope<T: Real>(sensor: Sensor) -> T {
     }
 }
 
-/// What vibration and warming make of a bias in motion that it is not at rest, 1 sigma an axis, m/s^2 or rad/s.
+/// Change of a bias by vibration and warming in motion, 1 sigma per axis, m/s^2 or rad/s.
 fn from_motion<T: Real>(sensor: Sensor) -> T {
     match sensor {
         Sensor::Accelerometer => real(0.005),
@@ -59,7 +60,7 @@ fn from_motion<T: Real>(sensor: Sensor) -> T {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rests<T: Real> {
     moments: JointMoments<T, REST_CHANNELS, { packed(REST_CHANNELS) }>,
-    /// Variance that noise leaves in the difference of two means, on average over the rests and axes.
+    /// Variance of noise in the difference of two means, on average over the rests and axes.
     noise: T,
 }
 
@@ -70,7 +71,7 @@ impl<T: Real> Default for Rests<T> {
 }
 
 impl<T: Real> Rests<T> {
-    /// None yet.
+    /// Creates a set without rests.
     pub fn new() -> Self {
         Self {
             moments: JointMoments::new(),
@@ -78,30 +79,31 @@ impl<T: Real> Rests<T> {
         }
     }
 
-    /// Takes in a rest: its time, s, what the primary says, what the secondary says beyond what is stored, and the variance of
-    /// the difference of the two means.
+    /// Adds a rest: its time, s, the reading of the primary, the reading of the secondary minus the stored
+    /// prediction, and the variance of the difference of the two means.
     pub fn push(&mut self, time: T, first: &Vector3<T>, beyond: &Vector3<T>, noise: T) {
         self.moments
             .push(&[first.x, first.y, first.z, time, beyond.x, beyond.y, beyond.z]);
         self.noise += (noise - self.noise) / count(self.moments.samples());
     }
 
-    /// How many.
+    /// Number of rests.
     pub fn number(&self) -> u32 {
         self.moments.samples()
     }
 
-    /// Mean of what the primary says.
+    /// Mean reading of the primary.
     pub(super) fn first(&self) -> Vector3<T> {
         Vector3::from_fn(|j, _| self.moments.mean_of(j))
     }
 
-    /// Covariance of it.
+    /// Covariance of the readings of the primary.
     pub(super) fn motion(&self) -> Matrix3<T> {
         Matrix3::from_fn(|j, k| self.moments.covariance_of(j, k))
     }
 
-    /// Mean and variance of what an error leaves of an axis, of which what is stored was taken off already.
+    /// Mean and variance of the residual of an error on an axis, from data minus the prediction of the stored
+    /// error.
     pub(super) fn left(&self, error: &RelativeError<T>, stored: &RelativeError<T>, row: usize) -> [T; 2] {
         let change = |l: usize| {
             let m = |error: &RelativeError<T>| error.matrix.get((row, l)).copied();
@@ -126,8 +128,8 @@ impl<T: Real> Rests<T> {
         [mean, variance.max(T::zero())]
     }
 
-    /// The part of a vector in directions along which no rest had gravity; a gyroscope has all directions at every rest
-    /// (docs/theory/redundancy.md, eq. 21).
+    /// Part of a vector in directions along which no rest had gravity; every rest shows all directions of a
+    /// gyroscope (docs/theory/redundancy.md, eq. 21).
     pub fn unsupported(&self, sensor: Sensor, vector: &Vector3<T>) -> Vector3<T> {
         let rests = self.number();
         if rests == 0 {
@@ -149,42 +151,43 @@ impl<T: Real> Rests<T> {
     }
 }
 
-/// What rests count for in a row of a fit, in pairs in motion.
+/// Weights of rests in a row of a fit, in pairs in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestWeight<T: Real> {
-    /// Each by itself, about their mean.
+    /// Weight of each rest about the mean of the rests.
     each: T,
-    /// Their mean, against the mean of the pairs.
+    /// Weight of the mean of the rests, compared with the mean of the pairs.
     mean: T,
-    /// That the bias does not drift, as pairs times s^2.
+    /// Weight of the prior of no drift of the bias, as pairs times s^2.
     steady: T,
 }
 
-/// What rests count for in each row.
+/// Weights of rests in each row.
 pub type RestWeights<T> = [RestWeight<T>; 3];
 
-/// Rests, and what they count for.
+/// Rests with their weights.
 #[derive(Clone, Copy)]
 pub struct WeighedRests<'a, T: Real> {
-    /// Their moments.
+    /// Moments of the rests.
     pub rests: &'a Rests<T>,
-    /// What they count for.
+    /// Weights of the rests.
     pub weights: &'a RestWeights<T>,
 }
 
-/// What the pairs say alone, as far as rests are weighed by it.
+/// Results of the pairs alone that determine the weights of rests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestWeighing<T: Real> {
     sensor: Sensor,
     times: T,
     /// Variance of a pair in each row, if all were independent.
     of_pair: [T; 3],
-    /// Square of how far the rests are from what the pairs say, beyond what the pairs leave open; mean of the axes.
+    /// Squared difference of the rests from the prediction of the pairs, minus the uncertainty of the pairs;
+    /// mean of the axes.
     apart: T,
 }
 
 impl<T: Real> RestWeighing<T> {
-    /// By a problem of pairs alone and its solution.
+    /// Creates the weighing from a fit to pairs alone and its data.
     #[inline(never)]
     pub fn new(
         sensor: Sensor,
@@ -218,17 +221,17 @@ impl<T: Real> RestWeighing<T> {
         }
     }
 
-    /// How much less certain pairs are than their number says.
+    /// Factor on the variance of pairs from the difference of both halves.
     pub fn times(&self) -> T {
         self.times
     }
 
-    /// What the rests count for, with their scatter as it usually is.
+    /// Weights of the rests with their usual scatter.
     pub fn usual(&self, rests: &Rests<T>) -> RestWeights<T> {
         self.with(rests, self.scatter(rests, T::zero(), T::zero()))
     }
 
-    /// The same with their scatter as they show it about the solution of a problem in which they counted for that.
+    /// Weights of the rests with the scatter that they show about a fit with the usual weights.
     #[inline(never)]
     pub fn as_shown(&self, problem: &FitProblem<'_, T>, fit: &Fit<T>, rests: &Rests<T>) -> RestWeights<T> {
         let (number, motion) = (count::<T>(rests.number()), rests.motion());
@@ -239,7 +242,7 @@ impl<T: Real> RestWeighing<T> {
                 continue;
             }
             let [_, variance] = rests.left(&fit.error, problem.stored, i);
-            // What the fit took from the rests themselves.
+            // Share of the rests that the fit took up.
             let taken = covariance.component_mul(&motion).sum() * self.times / before;
             strayed += number * variance;
             freedom += (number * (T::one() - taken) - T::one()).max(T::zero());
@@ -247,8 +250,8 @@ impl<T: Real> RestWeighing<T> {
         self.with(rests, self.scatter(rests, strayed, freedom))
     }
 
-    /// Variance of a mean at rest about what it usually is, from how far rests strayed from a fit over so many degrees of
-    /// freedom (docs/theory/redundancy.md, eq. 17).
+    /// Variance of a mean at rest about its usual value, from the squares by which rests strayed from a fit
+    /// with a number of degrees of freedom (docs/theory/redundancy.md, eq. 17).
     fn scatter(&self, rests: &Rests<T>, strayed: T, freedom: T) -> T {
         let usual = drift::<T>(self.sensor);
         let before = (usual * usual + rests.noise) * real(DRIFT_RESTS);
@@ -267,30 +270,30 @@ impl<T: Real> RestWeighing<T> {
         })
     }
 
-    /// Variance of what the bias at rest is from that in motion: as usual, or as the pairs alone show it
-    /// (docs/theory/redundancy.md, eq. 18).
+    /// Variance of the difference of the biases at rest and in motion: the usual one, or the larger one that
+    /// the pairs show (docs/theory/redundancy.md, eq. 18).
     fn apart_from_motion(&self, of_mean: T) -> T {
         let usual = from_motion::<T>(self.sensor);
         (self.apart - of_mean).max(usual * usual) // eq. 18
     }
 }
 
-/// Moments of pairs and rests together as one row of a fit sees them, for each pair there is: covariances are centred sums
-/// over the number of pairs, so that rests add to what motion shows (docs/theory/redundancy.md, eq. 16).
+/// Moments of pairs and rests together in one row of a fit, per pair: covariances are centred sums over the
+/// number of pairs, so that rests add to the motion (docs/theory/redundancy.md, eq. 16).
 pub(super) struct RowPairs<'a, T: Real> {
     pairs: &'a dyn PairMoments<T>,
     layout: Layout,
     rests: Option<&'a Rests<T>>,
-    /// What all rests count for about their mean, over the number of pairs.
+    /// Weight of all rests about their mean, over the number of pairs.
     within: T,
-    /// Share of the mean that is that of the rests.
+    /// Share of the rests in the mean.
     share: T,
-    /// What the rests are from the pairs in each channel; at rest no lever arm shows. Kept, as the next is, since each of
-    /// hundreds of covariances asks for it.
+    /// Difference of the rests from the pairs in each channel; at rest no lever arm shows. It is stored, like
+    /// the next, because hundreds of covariances use it.
     apart: [T; FORCE_CHANNELS],
     /// Covariance of each channel with time.
     with_time: [T; FORCE_CHANNELS],
-    /// One over the variance of time, with what is known of drift beforehand; zero for pairs alone.
+    /// Inverse variance of time, with the prior of the drift; zero for pairs alone.
     per_time: T,
 }
 
@@ -338,7 +341,7 @@ impl<'a, T: Real> RowPairs<'a, T> {
         row
     }
 
-    /// Covariance of two channels, time and all.
+    /// Covariance of two channels, time included.
     fn joint(&self, i: usize, j: usize) -> T {
         let pairs = self.pairs.covariance_of(i, j);
         let Some(rests) = self.rests else {
@@ -350,13 +353,13 @@ impl<'a, T: Real> RowPairs<'a, T> {
         pairs + within * self.within + apart * self.share // eq. 16
     }
 
-    /// Variance of the mean of pairs and rests over that of the pairs alone.
+    /// Variance of the mean of pairs and rests, over that of the mean of pairs alone.
     pub fn variance_of_mean(&self) -> T {
         T::one() - self.share // eq. 16
     }
 }
 
-/// What a channel of the pairs is among those of the rests.
+/// Channel of the rests that corresponds to a channel of the pairs.
 fn at_rest(layout: Layout, channel: usize) -> Option<usize> {
     match channel.checked_sub(layout.second) {
         Some(axis) => Some(SECOND + axis),
@@ -365,7 +368,7 @@ fn at_rest(layout: Layout, channel: usize) -> Option<usize> {
     }
 }
 
-/// Of a channel; zero for one there is not.
+/// Returns the value of a channel; zero for an unknown one.
 fn of_channel<T: Real>(values: &[T; FORCE_CHANNELS], channel: usize) -> T {
     values.get(channel).copied().unwrap_or(T::zero())
 }
@@ -379,7 +382,8 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
         self.pairs.mean_of(channel) + of_channel(&self.apart, channel) * self.share // eq. 16
     }
 
-    /// Of what time does not explain, as far as drift is likely: a drift of the bias, straight in time, is no part of M.
+    /// Covariance without the part that time explains, as far as drift is likely: a linear drift of the bias is
+    /// no part of M.
     fn covariance_of(&self, i: usize, j: usize) -> T {
         if self.rests.is_none() {
             return self.pairs.covariance_of(i, j);

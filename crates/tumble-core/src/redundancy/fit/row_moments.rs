@@ -1,5 +1,5 @@
-//! Moments of one row of a fit: of the primary's motion, of the lever, and of what the secondary says beyond what is
-//! stored (docs/theory/redundancy.md, eq. 7 to 10).
+//! Moments of one row of a fit: of the motion of the primary, of the lever, and of the readings of the
+//! secondary minus the prediction of the stored error (docs/theory/redundancy.md, eq. 7 to 10).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,48 +8,48 @@ use crate::real::Real;
 use crate::redundancy::fit::FitProblem;
 use crate::redundancy::fit::residual::PairMoments;
 
-/// Channels of a row: the motion 3, what the secondary says beyond what is stored, and the lever 9, row by row.
+/// Channels of a row: motion 3, reading of the secondary minus the stored prediction, and lever 9, row by row.
 const CHANNELS: usize = 13;
 
-/// What the secondary says.
+/// Channel of the secondary.
 const BEYOND: usize = 3;
 
-/// First of the lever.
+/// First channel of the lever.
 const LEVER: usize = 4;
 
-/// Covariances of the channels, and in the upper corner of the sums made of them.
+/// Covariances of the channels; the upper corner later holds those of their sums.
 type Covariances<T> = [[T; CHANNELS]; CHANNELS];
 
-/// What is believed of a row: what a step needs are sums of channels by these weights.
+/// Current estimate of a row, whose values weight the channels in the sums of a step.
 pub(super) struct BelievedRow<T: Real> {
-    /// The row.
+    /// Number of the row.
     pub number: usize,
-    /// Of M.
+    /// Current row of M.
     pub matrix: Vector3<T>,
-    /// Of the stored M.
+    /// Stored row of M.
     pub stored: Vector3<T>,
-    /// How far the lever arm is from the stored one, m.
+    /// Current lever arm minus the stored one, m.
     pub change: Vector3<T>,
 }
 
 /// Covariances of a row, for a given M and lever arm.
 pub(super) struct RowMoments<T: Real> {
-    /// Covariance of the motion, less the primary's noise.
+    /// Covariance of the motion, minus the noise of the primary.
     pub motion: Matrix3<T>,
-    /// Covariance of the motion with what is not explained yet.
+    /// Covariance of the motion with the unexplained readings.
     pub motion_beyond: Vector3<T>,
     /// Covariance of the motion with the lever.
     pub motion_lever: Matrix3<T>,
-    /// Covariance of the lever with what is not explained yet.
+    /// Covariance of the lever with the unexplained readings.
     pub lever_beyond: Vector3<T>,
     /// Covariance of the lever with itself.
     pub lever: Matrix3<T>,
-    /// Variance of what is not explained yet.
+    /// Variance of the unexplained readings.
     pub beyond: T,
 }
 
 impl<T: Real> RowMoments<T> {
-    /// Of a row.
+    /// Computes the moments of a row.
     #[inline(never)]
     pub fn of(problem: &FitProblem<'_, T>, row: &BelievedRow<T>) -> Self {
         let mut moments = [[T::zero(); CHANNELS]; CHANNELS];
@@ -58,7 +58,8 @@ impl<T: Real> RowMoments<T> {
         Self::out_of(&moments, &problem.noise.reading, &row.stored)
     }
 
-    /// Out of covariances of the sums. The primary's noise is in the motion and, through the stored M, in what is not explained.
+    /// Extracts the moments from covariances of the sums. The noise of the primary is in the motion and,
+    /// through the stored M, in the unexplained readings.
     #[inline(never)]
     fn out_of(moments: &Covariances<T>, noise: &Matrix3<T>, stored: &Vector3<T>) -> Self {
         let at = |a: usize, b: usize| {
@@ -77,8 +78,8 @@ impl<T: Real> RowMoments<T> {
 }
 
 impl<T: Real> BelievedRow<T> {
-    /// Makes of channels the motion where the secondary is believed to be 3, what it says beyond what is stored there, and
-    /// the row of M times the lever 3.
+    /// Replaces channels by sums: motion at the estimated place of the secondary 3, reading of the secondary
+    /// minus the stored prediction there, and row of M times lever 3.
     fn sums(&self, channels: &mut [T; CHANNELS]) {
         let [mx, my, mz, beyond, xx, xy, xz, yx, yy, yz, zx, zy, zz] = channels;
         let rows = [[*xx, *xy, *xz], [*yx, *yy, *yz], [*zx, *zy, *zz]].map(Vector3::from);
@@ -91,10 +92,10 @@ impl<T: Real> BelievedRow<T> {
         [*xx, *xy, *xz] = (x * m.x + y * m.y + z * m.z).into(); // eq. 7: (M_k R W)_i
     }
 
-    /// Makes of covariances of so many channels those of the sums: rows first, then columns.
+    /// Replaces covariances of channels by those of the sums: rows first, then columns.
     #[inline(never)]
     fn sum(&self, covariances: &mut Covariances<T>, channels: usize) {
-        // Where no lever arm is looked for, a sum is its channel.
+        // Without a lever arm to estimate, a sum equals its channel.
         if channels <= LEVER {
             return;
         }
@@ -115,7 +116,7 @@ impl<T: Real> BelievedRow<T> {
 }
 
 impl<T: Real> FitProblem<'_, T> {
-    /// Channels that count.
+    /// Number of channels in use.
     fn channels(&self) -> usize {
         if self.finds_lever_arm() { CHANNELS } else { LEVER }
     }

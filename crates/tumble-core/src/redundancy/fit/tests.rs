@@ -16,7 +16,7 @@ fn error(m: Matrix3<f64>, b: Vector3<f64>, r: Vector3<f64>) -> RelativeError<f64
     RelativeError::new(Matrix3::identity() + m, b, r).unwrap()
 }
 
-/// A hundred pairs without noise in a motion that excites everything, of which the truth is `truth`.
+/// A hundred pairs without noise, with the error `truth`, in a motion that excites all parameters.
 fn pairs(
     truth: &RelativeError<f64>,
     stored: &RelativeError<f64>,
@@ -39,7 +39,7 @@ fn pairs(
         let f = along * (wave(3.0) * 3.0) + Vector3::new(0.0, 0.0, 9.8);
         let w = along * wave(2.0);
         let lever = wave(4.1).cross_matrix() * 5.0 + w.cross_matrix() * w.cross_matrix();
-        // Neither regular nor of any shape that the motion has.
+        // The times are irregular, and independent of the motion.
         let jitter = |k: f64| (1e4 * (k * t + 0.3).sin()).fract() - 0.5;
         let noise = Vector3::new(jitter(5.1), jitter(7.7), jitter(9.2)) * (noise * 12.0_f64.sqrt());
         let pair = MotionPair {
@@ -80,7 +80,7 @@ fn problem<'a>(
     }
 }
 
-/// A fit to the end.
+/// Runs a fit to the end.
 fn solve(problem: &FitProblem<'_, f64>, near: &RelativeError<f64>) -> Fit<f64> {
     let (mut near, mut found) = (*near, Fit::none());
     let mut states = (0..).map(|taken| problem.go_on(&mut near, taken, &mut found));
@@ -91,14 +91,14 @@ fn solve(problem: &FitProblem<'_, f64>, near: &RelativeError<f64>) -> Fit<f64> {
 
 proptest! {
     #[test]
-    fn without_noise_every_error_of_a_sensor_is_found_whatever_is_stored(
+    fn without_noise_a_fit_finds_every_error_from_any_stored_one(
         m in matrix(0.02), b in vector(0.5), r in vector(0.2), m0 in matrix(0.02), b0 in vector(0.5), r0 in vector(0.2)
     ) {
         let (truth, stored) = (error(m, b, r), error(m0, b0, r0));
         let (forces, rates) = pairs(&truth, &stored, &Matrix3::identity(), 0.0);
         let fit = solve(&problem(&forces, FORCE_LAYOUT, &stored), &stored);
         prop_assert_eq!((fit.rung, fit.directions), (Rung::AffineAndLeverArm, 3));
-        // What three steps of Gauss and Newton leave.
+        // Three steps of Gauss and Newton leave this error.
         prop_assert!((fit.error.matrix - truth.matrix).amax() < 1e-6, "{}", fit.error.matrix - truth.matrix);
         let gravity = Vector3::new(0.0, 0.0, 9.8);
         prop_assert!((fit.error.predict(&gravity) - truth.predict(&gravity)).amax() < 1e-5);
@@ -109,7 +109,7 @@ proptest! {
         prop_assert!((fit.error.bias - truth.bias).amax() < 1e-9);
     }
     #[test]
-    fn wherever_a_fit_begins_it_ends_within_a_few_hundredths_of_a_sigma(
+    fn a_fit_ends_within_hundredths_of_a_sigma_from_any_start(
         m in matrix(0.02), b in vector(0.5), r in vector(0.2), off in matrix(1e-3), away in vector(0.005)
     ) {
         let (truth, stored) = (error(m, b, r), RelativeError::none());
@@ -124,11 +124,11 @@ proptest! {
     }
 
     #[test]
-    fn a_lever_arm_that_no_rotation_shows_is_what_is_stored_wherever_a_fit_begins(
+    fn a_lever_arm_without_rotation_keeps_its_stored_value(
         m in matrix(0.02), b in vector(0.5), r in vector(0.2), away in vector(0.2)
     ) {
         let (truth, stored) = (error(m, b, r), error(Matrix3::zeros(), Vector3::zeros(), r));
-        // About one axis alone: the arm along it shows nowhere.
+        // A rotation about one axis does not show the arm along it.
         let about = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 1.0));
         let mut forces = JointMoments::<f64, FORCE_CHANNELS, FORCE_PACKED>::new();
         for i in 0..100 {
