@@ -1,8 +1,9 @@
-//! One time for the whole set, from the time stamps of its units, none of which is trusted alone.
+//! Common time of the set, from the time stamps of its units, none of which is trusted alone.
 //!
-//! A unit's samples have to get later, and stay near those of the others. One time stamp far away is dropped: it is
-//! more likely corrupted than true, and would make the others look late. When the units that agree on another time
-//! outnumber those that keep the old one, or when nobody keeps it any more, the time of the set jumps there.
+//! The samples of a unit must get later, and stay near those of the others. A single distant time stamp is
+//! dropped: it is more likely corrupted than true, and would make the others look late. When the units that
+//! agree on another time outnumber those that keep the old one, or when no unit keeps it any more, the time of
+//! the set jumps there.
 
 /// Extends 32-bit counters of microseconds, which wrap after 71.6 minutes, to 64 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,13 +12,13 @@ pub struct Unwrapper {
 }
 
 impl Unwrapper {
-    /// No counter seen yet.
+    /// Creates an unwrapper without a counter.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The counter in full: that time nearest to the latest seen so far which has these low 32 bits. Counters may come
-    /// out of order, also about the wrap.
+    /// Extends a counter: returns the time nearest to the latest one that has these low 32 bits. Counters may
+    /// come out of order, also about the wrap.
     pub fn extend(&mut self, counter: u32) -> u64 {
         let Some(latest) = self.latest else {
             self.latest = Some(counter.into());
@@ -32,22 +33,24 @@ impl Unwrapper {
     }
 }
 
-/// When a time stamp is believed, and when the set follows one that is far away; lengths of time in microseconds.
+/// Limits of accepting time stamps and of following a distant one; times in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClockSettings {
-    /// A time stamp further from the time of the set is not believed at once, and when it is, the set has jumped.
+    /// Distance from the time of the set above which a time stamp is not accepted at once; if it is later, the
+    /// set has jumped.
     pub largest_jump: u64,
-    /// A time stamp further ahead of the set, and by more than twice the interval of the unit's samples, is not believed
-    /// at once, or the others would look late; when it is, there was a pause.
+    /// Lead over the set above which a time stamp is not accepted at once, unless it is below twice the sample
+    /// interval: the others would look late. If it is accepted later, there was a pause.
     pub largest_step: u64,
-    /// How long a unit has to keep to another time, while no unit keeps to the old one, until it is believed alone.
+    /// Time for which a unit must keep to another time, while no unit keeps to the old one, to be followed
+    /// alone.
     pub lone_proof: u64,
-    /// How many successive samples make a unit persistent.
+    /// Number of successive samples that make a unit persistent.
     pub persistent: u8,
 }
 
 impl ClockSettings {
-    /// What holds where nobody says otherwise.
+    /// Default settings.
     pub const DEFAULT: Self = Self {
         largest_jump: 1_000_000,
         largest_step: 50_000,
@@ -62,47 +65,48 @@ impl Default for ClockSettings {
     }
 }
 
-/// What is to be done with a sample.
+/// Decision on a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Use it.
+    /// The sample is used.
     Accept,
-    /// Do not: it is not later than the one before, or too far away to be believed.
+    /// The sample is dropped: it is not later than the one before, or too far away.
     Drop,
-    /// Do not, and the clock of this unit is at fault: it keeps leaving that of the others, or stands.
+    /// The sample is dropped, and the clock of the unit is faulty: it keeps leaving that of the others, or
+    /// stands.
     Astray,
-    /// Use it, and begin anew: the time of the whole set has jumped.
+    /// The sample is used, and means restart: the time of the whole set has jumped.
     Jumped {
-        /// Microseconds, negative if back.
+        /// Jump, microseconds, negative if back.
         by: i64,
     },
 }
 
-/// What is kept of the time stamps of one unit.
+/// State of the time stamps of one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct UnitTimestamps {
-    /// Latest that was accepted; zero before any.
+    /// Latest accepted time; zero before any.
     accepted: u64,
-    /// Latest of those that agree with each other but not with the set.
+    /// Latest of the times that agree with each other but not with the set.
     suspect: u64,
-    /// From one accepted sample to the next, microseconds.
+    /// Interval of accepted samples, microseconds.
     interval: u32,
-    /// Time over which these agreed while no other unit was accepted.
+    /// Time over which the suspects agreed while no other unit was accepted.
     undisputed: u32,
-    /// How many of these agree in succession; zero if the last sample was no suspect.
+    /// Number of successive suspects that agree; zero if the last sample was no suspect.
     agreeing: u8,
-    /// Samples dropped in succession.
+    /// Successive dropped samples.
     dropped: u8,
-    /// Whether another unit was accepted while these were dropped.
+    /// True if another unit was accepted while these were dropped.
     disputed: bool,
-    /// Whether another unit was accepted since the latest sample.
+    /// True if another unit was accepted since the latest sample.
     heard_others: bool,
-    /// Whether any was accepted.
+    /// True if any sample was accepted.
     is_known: bool,
 }
 
 impl UnitTimestamps {
-    /// With this one accepted.
+    /// Creates the state after an accepted sample.
     fn since(accepted: u64, interval: u32) -> Self {
         Self {
             accepted,
@@ -112,7 +116,7 @@ impl UnitTimestamps {
         }
     }
 
-    /// Latest that was accepted.
+    /// Latest accepted time.
     fn latest(&self) -> Option<u64> {
         self.is_known.then_some(self.accepted)
     }
@@ -121,7 +125,7 @@ impl UnitTimestamps {
         let step = time.saturating_sub(self.suspect);
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
         let step = u32::try_from(step).unwrap_or(u32::MAX);
-        // What was heard of others since the suspect before disputes the time up to now.
+        // Samples of other units since the previous suspect dispute the time up to now.
         let undisputed = if core::mem::take(&mut self.heard_others) {
             0
         } else {
@@ -136,7 +140,7 @@ impl UnitTimestamps {
         self.suspect = time;
     }
 
-    /// Whether a time is so far after that of the set that samples seem to be missing.
+    /// Returns whether a time is so far after that of the set that samples seem to be missing.
     fn leaps(&self, time: u64, now: u64, settings: &ClockSettings) -> bool {
         time > now && {
             let interval = u64::from(self.shown_interval(time));
@@ -144,8 +148,8 @@ impl UnitTimestamps {
         }
     }
 
-    /// Interval of its samples; of one of which none is known yet, from the suspect before to this one: a slow unit whose samples
-    /// fall between those of others would else be in time by chance only.
+    /// Sample interval; before the first one is known, the time from the previous suspect to this sample.
+    /// Otherwise a slow unit whose samples fall between those of others would be accepted by chance only.
     fn shown_interval(&self, time: u64) -> u32 {
         if self.interval > 0 || self.agreeing == 0 {
             return self.interval;
@@ -153,7 +157,7 @@ impl UnitTimestamps {
         u32::try_from(time.saturating_sub(self.suspect)).unwrap_or(u32::MAX)
     }
 
-    /// A sample is used. Its interval is at most twice the one before, or a single pause would allow any leap.
+    /// Accepts a sample. The interval at most doubles, or a single pause would allow any leap.
     fn accept(&mut self, time: u64) {
         let passed = self.latest().map_or(0, |latest| time.saturating_sub(latest));
         let passed = u32::try_from(passed).unwrap_or(u32::MAX);
@@ -166,8 +170,9 @@ impl UnitTimestamps {
         *self = Self::since(time, interval);
     }
 
-    /// Interval of its samples once its suspects are believed. Where these do not show it, it is what it was before a pause;
-    /// a slow unit whose first interval looked like one would else have none for ever, and lose every other sample.
+    /// Sample interval after suspects are accepted. If they do not show it, the interval before the pause
+    /// remains. A slow unit whose first interval looked like a pause would otherwise never get one, and lose
+    /// every other sample.
     fn followed_interval(&self, pause: bool) -> u32 {
         let steps = u32::from(self.agreeing).saturating_sub(1);
         let shown = self.undisputed / steps.max(1);
@@ -183,13 +188,13 @@ impl UnitTimestamps {
         u32::try_from(passed).unwrap_or(u32::MAX)
     }
 
-    /// Whether it keeps to the time of the set.
+    /// Returns whether the unit keeps to the time of the set.
     fn keeps(&self, now: u64, settings: &ClockSettings) -> bool {
         let is_near = |latest: u64| latest.abs_diff(now) <= settings.largest_jump;
         self.agreeing == 0 && self.latest().is_some_and(is_near)
     }
 
-    /// Another unit keeps to the time of the set.
+    /// Records that another unit keeps to the time of the set.
     fn dispute(&mut self) {
         self.undisputed = 0;
         self.heard_others = true;
@@ -197,7 +202,7 @@ impl UnitTimestamps {
     }
 }
 
-/// The common clock of a set of units.
+/// Common clock of a set of units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CommonClock<const UNITS: usize> {
     now: Option<u64>,
@@ -211,7 +216,7 @@ impl<const UNITS: usize> Default for CommonClock<UNITS> {
 }
 
 impl<const UNITS: usize> CommonClock<UNITS> {
-    /// Not set: the first sample sets it.
+    /// Creates a clock that the first sample sets.
     pub fn new() -> Self {
         Self {
             now: None,
@@ -219,22 +224,22 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         }
     }
 
-    /// Latest time believed, microseconds; `None` before the first sample.
+    /// Latest accepted time, microseconds; `None` before the first sample.
     pub fn now(&self) -> Option<u64> {
         self.now
     }
 
-    /// From one sample of a unit to the next, microseconds; zero before the second.
+    /// Sample interval of a unit, microseconds; zero before the second sample.
     pub fn interval(&self, unit: usize) -> u32 {
         self.tracks.get(unit).map_or(0, |track| track.interval)
     }
 
-    /// Time of the latest sample of a unit that was believed, microseconds.
+    /// Time of the latest accepted sample of a unit, microseconds.
     pub fn latest(&self, unit: usize) -> Option<u64> {
         self.tracks.get(unit)?.latest()
     }
 
-    /// Judges the time stamp of a unit's next sample, microseconds of the common clock.
+    /// Decides on the time stamp of the next sample of a unit, microseconds of the common clock.
     #[inline(never)]
     pub fn push(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
         let Some(track) = self.tracks.get_mut(unit) else {
@@ -282,10 +287,10 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         }
     }
 
-    /// Whether the set follows the suspect time of a unit: after a pause its next samples will do if no other unit was heard
-    /// in between, for longer than samples that come in bursts are apart, or much longer if others did once keep to the
-    /// old time. Old samples may arrive late, and several units' at once, so that a time further back takes persistent
-    /// agreement; that two units err ahead alike is too much of a chance.
+    /// Returns whether the set follows the suspect time of a unit. After a pause a few samples suffice if no
+    /// other unit was accepted in between, for longer than the gaps within a burst; much more time is needed if
+    /// others kept to the old time. Old samples may arrive late, also of several units at once, so a jump back
+    /// needs persistent agreement; two units that err ahead in the same way are too unlikely.
     fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
         let undisputed = self.tracks.get(unit).is_some_and(|track| !track.disputed);
@@ -307,13 +312,13 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         proven || (agreeing > 1 && agreeing > keepers)
     }
 
-    /// Whether a time is ahead of the set, but by no jump.
+    /// Returns whether a time is ahead of the set by a pause, not a jump.
     fn is_pause(&self, time: u64, settings: &ClockSettings) -> bool {
         self.now
             .is_some_and(|now| time > now && time - now <= settings.largest_jump)
     }
 
-    /// Difference from a suspect time within which other units agree with it.
+    /// Largest difference from a suspect time at which other units agree with it.
     fn tolerance(&self, time: u64, settings: &ClockSettings) -> u64 {
         if self.is_pause(time, settings) {
             settings.largest_step
@@ -326,7 +331,8 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         self.tracks.iter().filter(|track| is_one(track)).count()
     }
 
-    /// Those that agree keep the new time from now on: those that do not would else take the set back.
+    /// Moves the set to a new time. Units that agree keep it; the others restart, or they would take the set
+    /// back.
     fn follow(&mut self, time: u64, settings: &ClockSettings) -> Verdict {
         let (pause, tolerance) = (self.is_pause(time, settings), self.tolerance(time, settings));
         let before = self.now.replace(time).unwrap_or(time);

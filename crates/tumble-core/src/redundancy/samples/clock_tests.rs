@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 
 #[test]
-fn slow_units_whose_samples_fall_between_those_of_others_are_in_time_from_their_third_on() {
+fn slow_units_between_others_are_in_time_from_sample_three() {
     for phase in [1_000, 30_000, 55_000, 70_000, 95_000_u64] {
         let mut clock = CommonClock::<2>::new();
         let mut used = [0_u32; 2];
@@ -24,7 +24,7 @@ fn slow_units_whose_samples_fall_between_those_of_others_are_in_time_from_their_
 
 const PERIOD: u64 = 5_000;
 
-/// A set of units that send in turn, each with an offset of its clock.
+/// Set of units that send in turn, each with an offset of its clock.
 struct Set<const UNITS: usize> {
     clock: CommonClock<UNITS>,
     settings: ClockSettings,
@@ -32,7 +32,7 @@ struct Set<const UNITS: usize> {
 }
 
 impl<const UNITS: usize> Set<UNITS> {
-    /// That has run for a second.
+    /// Set that has run for a second.
     fn running() -> Self {
         let mut set = Self {
             clock: CommonClock::new(),
@@ -159,7 +159,7 @@ fn leave_and_come_back<const UNITS: usize>(by: i64) {
 }
 
 #[test]
-fn one_clock_that_leaves_the_others_is_dropped_and_reported_until_it_is_back() {
+fn one_clock_that_leaves_the_others_is_reported_until_back() {
     for by in [-2_000_000_000, -600_000, 2_000_000] {
         leave_and_come_back::<2>(by);
         leave_and_come_back::<3>(by);
@@ -272,7 +272,7 @@ fn one_unit_that_leaps_while_others_go_on_is_astray() {
 }
 
 #[test]
-fn a_slow_unit_alone_loses_one_sample_until_its_interval_is_known() {
+fn a_slow_unit_alone_loses_one_sample_for_its_interval() {
     let mut clock = CommonClock::<1>::new();
     let verdicts: Vec<_> = (0..50)
         .map(|i| clock.push(0, i * 200_000, &ClockSettings::default()))
@@ -323,7 +323,7 @@ proptest! {
     }
 
     #[test]
-    fn clocks_of_a_minority_may_do_what_they_will_as_long_as_most_keep_time(
+    fn clocks_of_a_minority_do_not_move_the_time_of_the_set(
         wild in prop::collection::vec(prop::array::uniform2((0..5_u8, any::<u64>())), 1..200)
     ) {
         let mut set = Set::<5>::running();
@@ -376,11 +376,12 @@ proptest! {
 }
 
 #[test]
-fn one_clock_that_leaps_takes_nobody_along_when_samples_come_in_bursts() {
+fn one_clock_that_leaps_leads_no_other_within_bursts() {
     let mut set = Set::<3>::running();
     let settings = set.settings;
     let start = set.true_time;
-    // Frames of 20 ms hold four samples of each unit, one unit after the other; unit 1 is 0.3 s ahead from now on.
+    // Frames of 20 ms hold four samples of each unit, one unit after the other; unit 1 is 0.3 s ahead from now
+    // on.
     for frame in 0..100 {
         for unit in 0..3 {
             for sample in 1..=4 {
@@ -421,7 +422,7 @@ fn of_units_that_sample_ten_times_a_second_no_sample_is_lost() {
             for unit in 0..3 {
                 let time = 3_000_000_000 + sample * 100_000 + unit * phase;
                 let verdict = clock.push(usize::try_from(unit).unwrap(), time, &settings);
-                // The first samples show how far apart they are; until then one may seem to leap.
+                // The first samples show the interval; until then one may seem to leap.
                 assert!(
                     verdict == Verdict::Accept || sample < 3,
                     "sample {sample} of unit {unit}, phase {phase}: {verdict:?}"

@@ -1,4 +1,4 @@
-//! What the monitor keeps of one unit: its latest windows, and its means at rest.
+//! Stored data of one unit: its latest windows, and its means at rest.
 
 use crate::moments::Moments;
 use crate::real::Real;
@@ -8,15 +8,15 @@ use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::settings::ForceAndRate;
 use crate::sample::CHANNELS;
 
-/// Windows that are kept of a unit, so that others may be one and a half windows behind.
+/// Number of stored windows, which lets other units be one and a half windows late.
 const KEPT: usize = 3;
 
-/// Windows of one unit, as they come.
+/// Latest windows of one unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowHistory<T: Real> {
     windows: Windows<T, CHANNELS>,
     recent: [Option<Means<T, CHANNELS>>; KEPT],
-    /// Place of the newest of them.
+    /// Index of the newest window.
     newest: usize,
 }
 
@@ -27,7 +27,7 @@ impl<T: Real> Default for WindowHistory<T> {
 }
 
 impl<T: Real> WindowHistory<T> {
-    /// Nothing seen.
+    /// Creates a history without windows.
     pub fn new() -> Self {
         Self {
             windows: Windows::new(),
@@ -36,7 +36,8 @@ impl<T: Real> WindowHistory<T> {
         }
     }
 
-    /// Takes in a reading; gives whether it completes a window. Changes from sample to sample are told to `steps`.
+    /// Adds a reading; returns whether it completes a window. Changes from sample to sample are added to
+    /// `steps`.
     pub fn push(
         &mut self,
         time: u64,
@@ -55,18 +56,18 @@ impl<T: Real> WindowHistory<T> {
         true
     }
 
-    /// The latest reading.
+    /// Latest reading.
     #[inline]
     pub fn latest(&self) -> Option<&[T; CHANNELS]> {
         self.windows.latest()
     }
 
-    /// The window of this number, if it is kept.
+    /// Window of a number, if it is stored.
     pub fn window(&self, index: u64) -> Option<&Means<T, CHANNELS>> {
         self.recent.iter().flatten().find(|means| means.index == index)
     }
 
-    /// This window and the one before.
+    /// Window of a number and the one before.
     pub fn pair(&self, index: u64) -> Option<(&Means<T, CHANNELS>, &Means<T, CHANNELS>)> {
         Some((self.window(index.checked_sub(1)?)?, self.window(index)?))
     }
@@ -92,7 +93,7 @@ impl<T: Real> Default for RestMean<T> {
 }
 
 impl<T: Real> RestMean<T> {
-    /// Not at rest.
+    /// Creates the means of a unit that is not at rest.
     pub fn new() -> Self {
         Self {
             reference: None,
@@ -100,8 +101,8 @@ impl<T: Real> RestMean<T> {
         }
     }
 
-    /// Whether a window is one at rest: little scatter, and means where the rest began. The first window of a rest says
-    /// where that is.
+    /// Returns whether a window is one at rest: little scatter, and means near the beginning of the rest. The
+    /// first window of a rest sets that reference.
     pub fn is_still(&mut self, mean: &[T; CHANNELS], scatter: [T; 2], limits: &ForceAndRate<T>) -> bool {
         let reference = self.reference.get_or_insert(*mean);
         SENSORS.into_iter().zip(scatter).all(|(sensor, scatter)| {
@@ -110,25 +111,25 @@ impl<T: Real> RestMean<T> {
         })
     }
 
-    /// Takes in the means of a window at rest.
+    /// Adds the means of a window at rest.
     pub fn push(&mut self, mean: &[T; CHANNELS]) {
         self.means.push(mean);
     }
 
-    /// Means from here on; where the rest began stays known.
+    /// Restarts the means; the reference of the rest stays.
     pub fn restart(&mut self) {
         if self.windows() > 0 {
             self.means = Moments::new();
         }
     }
 
-    /// It moves again.
+    /// Ends the rest.
     pub fn end(&mut self) {
         self.reference = None;
         self.restart();
     }
 
-    /// Windows taken in.
+    /// Number of windows.
     pub fn windows(&self) -> u32 {
         self.means.samples()
     }
@@ -138,7 +139,7 @@ impl<T: Real> RestMean<T> {
         self.means.mean()
     }
 
-    /// Variance of the windows, each channel.
+    /// Variance of the windows, per channel.
     pub fn variance(&self) -> [T; CHANNELS] {
         self.means.variance()
     }

@@ -1,4 +1,4 @@
-//! Pairs: what primary and secondary said over the same two windows.
+//! Pairs: readings of primary and secondary over the same two windows.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,29 +16,29 @@ pub const FORCE_CHANNELS: usize = 16;
 /// Channels of a pair of gyroscopes: primary 3, time, secondary 3.
 pub const RATE_CHANNELS: usize = 7;
 
-/// Products of the primary's angular rates xx yy zz xy yz zx, formed of samples before any mean is taken.
+/// Products of the angular rates of the primary, xx yy zz xy yz zx, formed of samples before averaging.
 pub fn products<T: Real>(calibration: &PrimaryCalibration<T>, angular_rate: &Vector3<T>) -> [T; CHANNELS] {
     let w = calibration.correct(Sensor::Gyroscope, angular_rate);
     [w.x * w.x, w.y * w.y, w.z * w.z, w.x * w.y, w.y * w.z, w.z * w.x]
 }
 
-/// Two windows, one after the other.
+/// Two successive windows.
 pub type TwoWindows<'a, T> = (&'a Means<T, CHANNELS>, &'a Means<T, CHANNELS>);
 
-/// What the primary says over two windows, and what a lever arm would add.
+/// Readings of the primary over two windows, and the effect of a lever arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimaryMeans<T: Real> {
-    /// m/s^2, as read.
+    /// Raw specific force, m/s^2.
     pub specific_force: Vector3<T>,
-    /// rad/s, as read.
+    /// Raw angular rate, rad/s.
     pub angular_rate: Vector3<T>,
-    /// Specific force as read for each metre of lever arm, 1/s^2: `M_p ([dw/dt]x + [w]x [w]x)`.
+    /// Raw specific force per metre of lever arm, 1/s^2: `M_p ([dw/dt]x + [w]x [w]x)`.
     pub lever: Matrix3<T>,
 }
 
 impl<T: Real> PrimaryMeans<T> {
-    /// Of the readings of these axes and of the products of its rates (docs/theory/redundancy.md, eq. 2 to 4). Where it has no
-    /// accelerometer along an axis, a lever arm adds nothing to what is not read.
+    /// Computes them from the readings of these axes and the products of the rates (docs/theory/redundancy.md,
+    /// eq. 2 to 4). A missing accelerometer axis gets no effect of the lever arm.
     pub fn of(
         axes: &Axes,
         calibration: &PrimaryCalibration<T>,
@@ -68,19 +68,20 @@ impl<T: Real> PrimaryMeans<T> {
     }
 }
 
-/// One pair, in the axes of the secondary.
+/// Pair in the axes of the secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionPair<T: Real> {
-    /// First data, of the primary: specific force, at the place of the secondary where that is known, and angular rate.
+    /// Readings of the primary: specific force, at the place of the secondary if that is known, and angular
+    /// rate.
     pub first: [Vector3<T>; 2],
-    /// What a lever arm that is not known would add; zero where it is known.
+    /// Effect of an unknown lever arm; zero if the lever arm is known.
     pub lever: Matrix3<T>,
-    /// Second data, of the secondary.
+    /// Readings of the secondary.
     pub second: [Vector3<T>; 2],
 }
 
 impl<T: Real> MotionPair<T> {
-    /// Puts the primary's means beside the secondary's.
+    /// Combines the means of the primary with those of the secondary.
     pub fn of(unit: &MountedUnit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
         let turn = &unit.sensor_from_primary;
         let (carried, lever) = match &unit.lever_arm {
@@ -95,8 +96,8 @@ impl<T: Real> MotionPair<T> {
         }
     }
 
-    /// The channels of the accelerometers; `time` in s. The primary is taken to where the stored lever arm puts the
-    /// secondary; of the secondary, what it says beyond the stored error.
+    /// Channels of the accelerometers; `time` in s. The primary is moved to the place given by the stored lever
+    /// arm; the stored prediction is subtracted from the secondary.
     pub fn forces(&self, time: T, stored: &RelativeError<T>) -> [T; FORCE_CHANNELS] {
         let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
         let u = u + product(w, &stored.lever_arm);
@@ -106,7 +107,7 @@ impl<T: Real> MotionPair<T> {
         ]
     }
 
-    /// The channels of the gyroscopes; `time` in s. Of the secondary, what it says beyond the stored error.
+    /// Channels of the gyroscopes; `time` in s. The stored prediction is subtracted from the secondary.
     pub fn rates(&self, time: T, stored: &RelativeError<T>) -> [T; RATE_CHANNELS] {
         let ([_, u], [_, y]) = (&self.first, &self.second);
         let d = y - stored.predict(u); // eq. 6

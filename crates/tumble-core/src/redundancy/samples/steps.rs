@@ -1,29 +1,29 @@
-//! The largest changes of a unit from one sample to the next, over the latest spans.
+//! Largest changes of a unit from one sample to the next, over the latest spans.
 
 use nalgebra::Vector3;
 
 use crate::products::{Length, squared, zeros};
 use crate::real::{Real, count, real};
 
-/// Spans that are kept, and windows in each: 1.2 s at 50 ms.
+/// Number of stored spans, and windows in each: 1.2 s at 50 ms.
 const SPANS: usize = 4;
 const WINDOWS_A_SPAN: u8 = 6;
 
-/// Share by which the usual largest change moves, a span.
+/// Share by which the usual largest change follows, per span.
 const USUAL_SHARE: f64 = 0.1;
 
-/// Part of a change along a direction that noise has in one span of four, but for one time in two hundred.
+/// Part of a change along a direction that noise exceeds in one span of four, except once in two hundred times.
 const LEAST_PART: f64 = 0.25;
 
-/// The change of three channels from one sample to the next, and its square.
+/// Change of three channels from one sample to the next, and its square.
 pub(in crate::redundancy) type Step<T> = ([T; 3], T);
 
-/// The largest changes of one sensor, in its own axes, m/s^2 or rad/s.
+/// Largest changes of one sensor, in its own axes, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LargestSteps<T: Real> {
-    /// Over each span, the one at hand first.
+    /// Largest change in each span, the current one first.
     spans: [Vector3<T>; SPANS],
-    /// Of a usual span; zero until one is known.
+    /// Largest change in a usual span; zero until one is known.
     usual: T,
 }
 
@@ -52,7 +52,7 @@ impl<T: Real> LargestSteps<T> {
         self.spans = [zeros(), a, b, c];
     }
 
-    /// The largest change along a direction over the latest spans, and the largest against it.
+    /// Largest change along a direction over the latest spans, and largest change against it.
     pub fn along(&self, direction: &Vector3<T>) -> (T, T) {
         let changes = self.spans.iter().map(|step| step.dot(direction));
         changes.fold((T::zero(), T::zero()), |(along, against), change| {
@@ -60,31 +60,31 @@ impl<T: Real> LargestSteps<T> {
         })
     }
 
-    /// Whether its changes have a part along a direction, or against it, as noise has.
+    /// Returns whether changes have a part along a direction, or against it, like noise.
     pub fn moves_along(&self, direction: &Vector3<T>) -> bool {
         let least = real::<T>(LEAST_PART * LEAST_PART);
         let mut parts = self.spans.iter().map(|step| (step.dot(direction), squared(step)));
         parts.any(|(part, square)| square > T::zero() && part * part > least * square)
     }
 
-    /// The largest change of a usual span, once it is known.
+    /// Largest change in a usual span, once it is known.
     pub fn usual(&self) -> Option<T> {
         (self.usual > T::zero()).then_some(self.usual)
     }
 }
 
-/// Steps of both sensors of a unit, accelerometer first.
+/// Largest changes of both sensors of a unit, accelerometer first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitSteps<T: Real> {
     sensors: [LargestSteps<T>; 2],
-    /// Windows of the span at hand.
+    /// Windows of the current span.
     windows: u8,
-    /// Samples of the window that was completed last.
+    /// Samples in the latest complete window.
     samples: u16,
 }
 
 impl<T: Real> UnitSteps<T> {
-    /// None.
+    /// Creates changes of zero.
     pub fn none() -> Self {
         Self {
             sensors: [LargestSteps::none(); 2],
@@ -93,14 +93,14 @@ impl<T: Real> UnitSteps<T> {
         }
     }
 
-    /// Takes in the change to the next sample.
+    /// Adds the change to the next sample.
     pub(in crate::redundancy) fn take(&mut self, steps: &[Step<T>; 2]) {
         for (sensor, step) in self.sensors.iter_mut().zip(steps) {
             sensor.take(step);
         }
     }
 
-    /// A window of so many samples is complete.
+    /// Completes a window of a number of samples.
     pub(in crate::redundancy) fn complete(&mut self, samples: u16) {
         self.samples = samples;
         self.windows = self.windows.saturating_add(1);
@@ -110,12 +110,12 @@ impl<T: Real> UnitSteps<T> {
         }
     }
 
-    /// Of both sensors.
+    /// Largest changes of both sensors.
     pub fn sensors(&self) -> &[LargestSteps<T>; 2] {
         &self.sensors
     }
 
-    /// From sample to sample, on average, as a share of a window.
+    /// Mean sample interval, as a share of a window.
     pub fn interval(&self) -> T {
         T::one() / count(u32::from(self.samples.max(1)))
     }

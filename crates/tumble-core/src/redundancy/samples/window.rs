@@ -1,13 +1,13 @@
-//! From samples to means over windows of a common grid of time.
+//! Means of samples over windows of a common grid of time.
 //!
-//! A unit's readings are taken to run straight from sample to sample, and are integrated over each window of the
-//! grid. Units of any rate, whose samples come at any time, thus give means over the very same spans, and a pair
-//! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
+//! The readings of a unit are interpolated linearly between samples and integrated over each window of the
+//! grid. Units of any rate, with samples at any time, thus have means over the same spans, and a pair of means
+//! is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
 
 use crate::real::{Real, count, real, whole_spans};
 use crate::redundancy::samples::steps::{Step, UnitSteps};
 
-/// What is kept of K channels over one window.
+/// Means of K channels over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means<T: Real, const K: usize> {
     /// Number of the window in the grid.
@@ -16,10 +16,10 @@ pub struct Means<T: Real, const K: usize> {
     pub mean: [T; K],
     /// Integral of each channel times the position in the window, 0 to 1: the rising half of a triangle.
     pub rising: [T; K],
-    /// Half the mean squared step from sample to sample, mean over three channels, of the first and of the second
-    /// three: the variance of white noise, and next to nothing for smooth motion (von Neumann 1941).
+    /// Half the mean squared step from sample to sample, mean over three channels, of the first and of the
+    /// second three: the variance of white noise, and almost zero for smooth motion (von Neumann 1941).
     pub scatter: [T; 2],
-    /// Whether every sample of the first three channels, and of the second three, was fit to be used.
+    /// True if all samples were usable, for the first three channels and for the second three.
     pub usable: [bool; 2],
 }
 
@@ -34,7 +34,7 @@ impl<T: Real, const K: usize> Means<T, K> {
     }
 }
 
-/// The latest sample of a unit, as channels.
+/// Latest sample of a unit, as channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Latest<T: Real, const K: usize> {
     time: u64,
@@ -42,7 +42,7 @@ struct Latest<T: Real, const K: usize> {
     usable: [bool; 2],
 }
 
-/// Sums over the window at hand, of differences to its first reading so that they lose no digits.
+/// Sums over the current window, of differences from its first reading so that no digits are lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WindowSums<T: Real, const K: usize> {
     /// Number of the window in the grid.
@@ -56,14 +56,14 @@ struct WindowSums<T: Real, const K: usize> {
     whole: bool,
 }
 
-/// Integrates the K channels of one unit, of which the first six are those of a sample.
+/// Integrator of the K channels of one unit, of which the first six are those of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows<T: Real, const K: usize> {
     latest: Option<Latest<T, K>>,
     sums: WindowSums<T, K>,
 }
 
-/// A piece of a straight line within a window: from position `s[0]` to `s[1]`, 0 to 1.
+/// Piece of a straight line within a window, from position `s[0]` to `s[1]`, 0 to 1.
 struct Piece<'a, T: Real, const K: usize> {
     s: [T; 2],
     from: &'a [T; K],
@@ -77,7 +77,7 @@ impl<T: Real, const K: usize> Default for Windows<T, K> {
 }
 
 impl<T: Real, const K: usize> Windows<T, K> {
-    /// Nothing seen yet.
+    /// Creates an integrator without samples.
     pub fn new() -> Self {
         Self {
             latest: None,
@@ -85,14 +85,15 @@ impl<T: Real, const K: usize> Windows<T, K> {
         }
     }
 
-    /// The latest reading.
+    /// Latest reading.
     #[inline]
     pub fn latest(&self) -> Option<&[T; K]> {
         Some(&self.latest.as_ref()?.channels)
     }
 
-    /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
-    /// window spoils those it touches. `length` is that of a window, microseconds, less than half an hour. Changes from sample to sample are told to `steps`.
+    /// Adds the next reading and returns the window that it completes: at most one, because a pause longer than
+    /// a window makes the windows that it touches incomplete. `length` is that of a window, microseconds, less
+    /// than half an hour. Changes from sample to sample are added to `steps`.
     pub fn push(
         &mut self,
         time: u64,
@@ -131,17 +132,17 @@ impl<T: Real, const K: usize> Windows<T, K> {
 }
 
 impl<T: Real, const K: usize> WindowSums<T, K> {
-    /// Takes in the line from one sample to the next; gives the window that it completes.
+    /// Adds the line from one sample to the next; returns the window that it completes.
     #[allow(clippy::cast_possible_truncation)]
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
         let start = self.index.wrapping_mul(length);
         let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start));
         if from >= length {
-            // Windows had another length before.
+            // The length of windows has changed.
             *self = Self::starting(whole_spans(now.time, length).0, &now.channels, false);
             return None;
         }
-        // From the start of a window all is near, and 32 bits do.
+        // Times from the start of a window fit 32 bits.
         let [from, to] = [from as u32, to as u32];
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
@@ -193,7 +194,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         *second &= before_second & now_second;
     }
 
-    /// Integrals of `x` and of `x s` along a straight piece.
+    /// Adds the integrals of `x` and of `x s` along a straight piece.
     fn add(&mut self, piece: &Piece<'_, T, K>) {
         let [s0, s1] = piece.s;
         let half = (s1 - s0) * real(0.5);
@@ -207,7 +208,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
     }
 
-    /// Takes in the change from one sample to the next, and gives it.
+    /// Adds the change from one sample to the next, and returns it.
     fn step(&mut self, from: &[T; K], to: &[T; K]) -> Option<[Step<T>; 2]> {
         self.steps = self.steps.saturating_add(1);
         let ((f, w), (next_f, next_w)) = (triads(from)?, triads(to)?);
@@ -239,7 +240,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
     }
 }
 
-/// The reading a share of the way from one to the next.
+/// Reading at a share of the way from one to the next.
 fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T; K] {
     let mut at = *from;
     for (at, to) in at.iter_mut().zip(to) {
@@ -248,13 +249,13 @@ fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T;
     at
 }
 
-/// The first three channels, and the second three.
+/// Splits six channels into two triads.
 fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
     let (first, rest) = channels.split_first_chunk()?;
     Some((first, rest.first_chunk()?))
 }
 
-/// The step of three channels, and its square.
+/// Change of three channels, and its square.
 fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> Step<T> {
     let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
     let step = [*next_x - *x, *next_y - *y, *next_z - *z];

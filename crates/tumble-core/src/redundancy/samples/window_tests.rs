@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const LENGTH: u64 = 50_000;
 
-/// Windows of one channel of which the reading at time t, s, is `signal(t)`, sampled at these microseconds.
+/// Windows of one channel whose reading at time t, s, is `signal(t)`, sampled at these microseconds.
 fn windows(times: impl Iterator<Item = u64>, signal: impl Fn(f64) -> f64) -> Vec<Means<f64, 1>> {
     let mut windows = Windows::new();
     times
@@ -31,7 +31,7 @@ fn irregular() -> impl Strategy<Value = Vec<u64>> {
 
 proptest! {
     #[test]
-    fn a_straight_line_is_integrated_exactly_whatever_the_sample_times(
+    fn a_straight_line_is_integrated_exactly_at_any_sample_times(
         times in irregular(), offset in -10.0..10.0_f64, slope in -5.0..5.0_f64
     ) {
         let length = LENGTH as f64 * 1e-6;
@@ -60,7 +60,7 @@ proptest! {
         let fast = windows((1..).map(|i| i * 1_000_000 / rate).take_while(|t| *t < end), motion);
         for means in &slow {
             let Some(other) = fast.iter().find(|other| other.index == means.index) else { continue };
-            // What a straight line leaves out over 50 ms: h^2 / 8 times the second derivative, 9, and less.
+            // A straight line misses at most h^2 / 8 times the second derivative, 9, over 50 ms.
             prop_assert!((means.mean[0] - other.mean[0]).abs() < 3e-3);
         }
     }
@@ -68,7 +68,7 @@ proptest! {
 
 #[test]
 fn after_another_length_of_windows_those_of_the_new_one_follow() {
-    // Where the second begins, the windows of the other length would be 2^32 microseconds ahead.
+    // At the start of the second part, the windows of the other length would be 2^32 microseconds ahead.
     for (begin, follow) in [(0, 28), (107_372 * LENGTH + 8000, 29)] {
         let mut windows = Windows::new();
         let mut found = Vec::new();
@@ -90,7 +90,7 @@ fn after_another_length_of_windows_those_of_the_new_one_follow() {
 }
 
 #[test]
-fn the_change_of_mean_rate_is_the_triangle_weighted_angular_acceleration() {
+fn the_change_of_mean_rate_is_the_mean_angular_acceleration() {
     let rate = |t: f64| 2.0 * (4.0 * t).sin();
     let acceleration = |t: f64| 8.0 * (4.0 * t).cos();
     let times = || (0..4000).map(|i| i * 1000);
@@ -102,7 +102,7 @@ fn the_change_of_mean_rate_is_the_triangle_weighted_angular_acceleration() {
 }
 
 #[test]
-fn a_pause_longer_than_a_window_spoils_the_windows_it_touches_and_no_others() {
+fn a_long_pause_removes_only_the_windows_it_touches() {
     let times = (0..100).map(|i| i * 5000).chain((150..250).map(|i| i * 5000));
     let indices: Vec<u64> = windows(times, |t| t).iter().map(|means| means.index).collect();
     // Samples stop at 495 ms, within window 9, and go on at 750 ms, on the edge of window 15.
@@ -110,7 +110,7 @@ fn a_pause_longer_than_a_window_spoils_the_windows_it_touches_and_no_others() {
 }
 
 #[test]
-fn a_reading_unfit_to_be_used_marks_its_window_for_its_own_sensor() {
+fn an_unusable_reading_marks_the_window_of_its_own_sensor() {
     let mut windows = Windows::<f64, 6>::new();
     let mut found = Vec::new();
     for i in 0..60_u64 {
@@ -123,7 +123,7 @@ fn a_reading_unfit_to_be_used_marks_its_window_for_its_own_sensor() {
 }
 
 #[test]
-fn scatter_is_the_variance_of_white_noise_and_small_for_smooth_motion() {
+fn scatter_is_the_variance_of_noise_and_small_for_smooth_motion() {
     let mut windows = Windows::<f64, 6>::new();
     let mut noisy = Vec::new();
     for i in 0..4000_u64 {
