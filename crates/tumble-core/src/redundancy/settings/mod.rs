@@ -1,4 +1,4 @@
-//! How a redundant set watches, calibrates and replaces its units.
+//! Settings of a redundant set: health, evaluation, calibration and selection.
 
 mod bounds;
 pub mod thresholds;
@@ -10,31 +10,31 @@ use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold, Thresholds};
 
 crate::vocabulary! {
-    /// Which data deviations at rest are taken from.
+    /// Data from which deviations at rest are computed.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Data {
-        /// After the stored error, and the primary's own calibration, were taken off.
+        /// Readings compensated by the stored error and by the calibration of the primary.
         Compensated = "compensated",
-        /// As read: thresholds have to allow for the error that is known.
+        /// Raw readings: thresholds must include the known error.
         Raw = "raw",
     }
 }
 
 crate::vocabulary! {
-    /// Whose deviations let a calibration be triggered.
+    /// Condition on deviations for triggering a calibration.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Gate {
-        /// The secondary's alone.
+        /// The secondary deviates; the primary is not checked.
         SecondaryAlone = "secondary alone",
-        /// The secondary's, with both sensors of the primary valid.
+        /// The secondary deviates, and both sensors of the primary are valid.
         WholePrimary = "whole primary",
-        /// The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
+        /// A sensor of the secondary deviates, and that of the primary of its kind is valid.
         SensorBySensor = "sensor by sensor",
     }
 }
 
 crate::vocabulary! {
-    /// What a trigger has calibrated.
+    /// Sensors that a trigger calibrates.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Scope {
         /// Accelerometer and gyroscope of the secondary.
@@ -45,18 +45,18 @@ crate::vocabulary! {
 }
 
 crate::vocabulary! {
-    /// Which fits replace what is stored.
+    /// Fits that replace the stored calibration.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Adoption {
-        /// One that is plausible and explains held-out pairs better than what is stored.
+        /// A fit that is plausible and explains held-out pairs better than the stored calibration.
         IfBetter = "if better",
-        /// Each, as in the literature: what is stored is that of the last calibration.
+        /// Every fit, like in the literature.
         Always = "always",
     }
 }
 
 crate::vocabulary! {
-    /// How much a fit may find; each includes those before.
+    /// Model that a fit estimates; each includes those before.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Rung {
         /// Three offsets.
@@ -70,7 +70,7 @@ crate::vocabulary! {
     }
 }
 
-/// A figure for specific force, m/s^2, and one for angular rate, rad/s.
+/// Figure for specific force, m/s^2, and one for angular rate, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceAndRate<T: Real> {
     /// m/s^2.
@@ -80,7 +80,7 @@ pub struct ForceAndRate<T: Real> {
 }
 
 impl<T: Real> ForceAndRate<T> {
-    /// The one of a sensor.
+    /// Figure for a sensor.
     pub fn of(&self, sensor: Sensor) -> T {
         match sensor {
             Sensor::Accelerometer => self.specific_force,
@@ -89,74 +89,74 @@ impl<T: Real> ForceAndRate<T> {
     }
 }
 
-/// When and how units are looked at while they rest.
+/// Settings of the evaluation at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvaluationSettings<T: Real> {
-    /// What readings are compared with.
+    /// Thresholds of readings at rest.
     pub thresholds: Thresholds<T>,
     /// Magnitude of gravity, m/s^2.
     pub gravity: T,
-    /// Rest that is let pass before readings count, microseconds.
+    /// Rest before readings count, microseconds.
     pub rest_settle: u64,
     /// Rest over which readings are averaged, microseconds.
     pub rest_duration: u64,
-    /// Whether the first rest is evaluated.
+    /// True if the first rest is evaluated.
     pub evaluate_after_start: bool,
-    /// Time after which a rest is evaluated again, microseconds; `None`: never by itself.
+    /// Time after which a rest is evaluated again, microseconds; `None`: on command only.
     pub evaluate_every: Option<u64>,
-    /// Which data deviations are taken from.
+    /// Data from which deviations are computed.
     pub data: Data,
-    /// Whether secondaries are also compared with a valid primary, axis by axis.
+    /// True if secondaries are also compared with a valid primary, axis by axis.
     pub vector_check: bool,
-    /// Whose deviations count.
+    /// Condition on deviations for triggering a calibration.
     pub gate: Gate,
-    /// Deviation at rest up to which secondaries are calibrated relative to a primary without a calibration of its own.
+    /// Deviation of an uncalibrated primary at rest up to which secondaries are calibrated relative to it.
     pub uncalibrated: ForceAndRate<T>,
 }
 
-/// How pairs are collected in motion.
+/// Settings of the collection of pairs in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollectionSettings<T: Real> {
-    /// What is calibrated.
+    /// Sensors that a trigger calibrates.
     pub scope: Scope,
     /// Change of the primary's means from those at rest that counts as motion; vibration moves no mean.
     pub motion: ForceAndRate<T>,
     /// Longest wait for motion, microseconds.
     pub motion_timeout: u64,
-    /// Motion to be collected, microseconds.
+    /// Time of motion to collect, microseconds.
     pub collect: u64,
-    /// Longest time for it, microseconds.
+    /// Longest time of the collection, microseconds.
     pub collect_timeout: u64,
-    /// Fewest pairs with which a fit is tried when time is up.
+    /// Least number of pairs for a fit at the end of that time.
     pub fewest_pairs: u32,
 }
 
-/// What a fit may find.
+/// Settings of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitSettings<T: Real> {
-    /// Top of the ladder.
+    /// Largest model that a fit may estimate.
     pub highest_rung: Rung,
-    /// Whether means at rest count beside the pairs in motion.
+    /// True if means at rest are fitted beside the pairs in motion.
     pub fit_rests: bool,
-    /// Standard deviation of the motion along a direction from which on the matrix is fitted along it.
+    /// Standard deviation of the motion along a direction above which the matrix is fitted along it.
     pub excitation: ForceAndRate<T>,
-    /// Root mean square of the specific force that a lever arm of one metre would cause along a direction from which on
-    /// the lever arm is fitted along it, m/s^2 per m.
+    /// Root mean square of the specific force that a lever arm of one metre would cause along a direction,
+    /// above which the lever arm is fitted along it, m/s^2 per m.
     pub excitation_lever_arm: T,
 }
 
-/// What a new calibration has to be to replace the stored one.
+/// Conditions on a new calibration that replaces the stored one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdoptionSettings<T: Real> {
-    /// Whether it has to be anything.
+    /// Fits that replace the stored calibration.
     pub adoption: Adoption,
-    /// Share by which its root mean square residual on held-out pairs has to be smaller than the stored one's.
+    /// Least relative reduction of the root mean square residual on held-out pairs.
     pub improvement: T,
     /// Largest bias.
     pub bias: ForceAndRate<T>,
     /// Largest deviation of a scale factor from one.
     pub largest_scale_error: T,
-    /// Largest angle between an axis and where it is nominally, rad.
+    /// Largest angle between an axis and its nominal direction, rad.
     pub largest_misalignment: T,
     /// Longest lever arm, m.
     pub largest_lever_arm: T,
@@ -164,32 +164,32 @@ pub struct AdoptionSettings<T: Real> {
     pub drift: ForceAndRate<T>,
     /// Largest root mean square residual.
     pub residual: ForceAndRate<T>,
-    /// Farthest that calibrations together may follow the primary without proof that it is right.
+    /// Largest correction by which calibrations together may follow the primary without proof.
     pub followed: ForceAndRate<T>,
 }
 
-/// Limits of what a healthy unit does; lengths of time in microseconds.
+/// Limits of a healthy unit; times in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HealthSettings<T: Real> {
     /// Longest time without a sample.
     pub late: u64,
-    /// Longest time over which all axes of a sensor may repeat their readings, and 16 readings at least; three times that
-    /// for a sensor of one axis.
+    /// Longest time over which all axes of a sensor may repeat their readings, and 16 readings at least; three
+    /// times that for a sensor of one axis.
     pub frozen: u64,
-    /// Longest time that may be spent at the end of the range or with readings that are not numbers; a quarter of the
-    /// good time after that is counted against it.
+    /// Longest time at the end of the range or with readings that are not finite; a quarter of the good time
+    /// afterwards is subtracted.
     pub saturated: u64,
-    /// A reading that leaves by more, m/s^2 or rad/s, and comes back at once, is a spike.
+    /// Change above which a reading that returns at once is a spike, m/s^2 or rad/s.
     pub spike: ForceAndRate<T>,
-    /// Drift of a calibrated unit that is within its specification: a difference of two units that is none.
+    /// Drift of a calibrated unit within its specification, up to which two units agree.
     pub tolerated: ForceAndRate<T>,
-    /// Drift of the bias of an axis, m/s^2 and rad/s a kelvin, of units that tell how warm they are.
+    /// Drift of the bias of an axis, m/s^2 and rad/s per kelvin, for units that measure their temperature.
     pub per_kelvin: ForceAndRate<T>,
-    /// Largest scatter of a unit as a multiple of what the others, by its usual ratio to them, make one expect.
+    /// Largest scatter of a unit as a multiple of the scatter expected from the others.
     pub noise_ratio: T,
     /// Largest deviation at rest from gravity, m/s^2, and from zero, rad/s.
     pub rest: ForceAndRate<T>,
-    /// How long nothing may have been wrong until a unit is healthy again.
+    /// Time without a fault after which a unit is healthy again.
     pub recovery: u64,
 }
 
@@ -214,14 +214,14 @@ impl<T: Real> Default for HealthSettings<T> {
     }
 }
 
-/// When the source changes; lengths of time in microseconds.
+/// Settings of the selection of the source; times in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SelectionSettings {
-    /// How long the source has to be unhealthy to be replaced.
+    /// Time for which the source must be unhealthy to be replaced.
     pub hold: u64,
-    /// How long the primary has to be healthy to become the source again; `None`: on command only.
+    /// Time for which the primary must be healthy to become the source again; `None`: on command only.
     pub return_after: Option<u64>,
-    /// Whether secondaries that were never calibrated against the primary are passed over.
+    /// True if secondaries that were never calibrated against the primary are not selected.
     pub calibrated_only: bool,
 }
 
@@ -240,17 +240,17 @@ impl Default for SelectionSettings {
 pub struct RedundancySettings<T: Real> {
     /// Length of a window, over which samples are averaged, microseconds.
     pub window: u64,
-    /// While units rest.
+    /// Evaluation at rest.
     pub evaluation: EvaluationSettings<T>,
-    /// In motion.
+    /// Collection in motion.
     pub collection: CollectionSettings<T>,
-    /// The ladder.
+    /// Fit.
     pub fit: FitSettings<T>,
-    /// What is adopted.
+    /// Adoption.
     pub adoption: AdoptionSettings<T>,
-    /// At all times.
+    /// Health at all times.
     pub health: HealthSettings<T>,
-    /// Who is the source.
+    /// Selection of the source.
     pub selection: SelectionSettings,
 }
 
@@ -314,26 +314,28 @@ impl<T: Real> Default for RedundancySettings<T> {
 }
 
 impl<T: Real> RedundancySettings<T> {
-    /// Whole windows in a span of microseconds.
+    /// Number of whole windows in a span, microseconds.
     pub fn windows(&self, span: u64) -> u64 {
         whole_spans(span, self.window).0
     }
 
-    /// Fewest pairs of a fit over windows of a length, microseconds, that cover as much time as those of the settings do.
+    /// Least number of pairs of a fit over windows of a length, microseconds, that cover the time of those of
+    /// the settings.
     pub fn fewest_pairs(&self, window: u64) -> u32 {
         let pairs = u64::from(self.collection.fewest_pairs);
         let fewest = whole_spans(pairs.saturating_mul(self.window), window.max(1)).0;
         u32::try_from(fewest).unwrap_or(u32::MAX)
     }
 
-    /// Whether a secondary can exceed a threshold of deviation before it is refuted: else nothing would ever be calibrated.
+    /// Returns whether a secondary can exceed a threshold before it is refuted; otherwise no secondary would be
+    /// calibrated.
     #[inline(never)]
     pub fn may_be_exceeded(&self, sensor: Sensor, threshold: &Threshold<T>) -> bool {
         threshold.least() < self.plausible_at_rest(sensor, false)
     }
 
-    /// Largest deviation at rest, m/s^2 or rad/s, with which a secondary's sensor is still in order: what is wrong with one
-    /// that was never calibrated may be as large as calibration can find.
+    /// Largest deviation at rest, m/s^2 or rad/s, of a plausible sensor of a secondary: that of an uncalibrated
+    /// one may be as large as the errors that a calibration can find.
     pub fn plausible_at_rest(&self, sensor: Sensor, calibrated: bool) -> T {
         let limit = self.health.rest.of(sensor);
         if calibrated {

@@ -1,33 +1,33 @@
-//! The thresholds, and what they are measured from.
+//! Thresholds, and the errors that they refer to.
 
 use crate::real::Real;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::ForceAndRate;
 
-/// How a threshold is set.
+/// Kind of a threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Threshold<T: Real> {
-    /// Always the same: the error a unit may have from the factory with a margin upon it.
+    /// Constant: largest error from the factory plus a margin.
     Fixed(T),
-    /// The error from the factory and a margin upon it, which stays the same too.
+    /// Error from the factory plus a margin, which is constant too.
     FactoryByMargin(T),
-    /// The error at the last calibration and a margin upon it.
+    /// Error at the last calibration plus a margin.
     VariableByMargin(T),
-    /// The error at the last calibration times a ratio.
+    /// Error at the last calibration times a ratio.
     VariableByRatio(T),
 }
 
-/// Errors of a sensor that are known, from which thresholds are counted, m/s^2 or rad/s.
+/// Known errors of a sensor, which thresholds refer to, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownErrors<T: Real> {
-    /// At the last calibration.
+    /// Error at the last calibration.
     pub last: T,
-    /// From the factory.
+    /// Error from the factory.
     pub factory: T,
 }
 
 impl<T: Real> Threshold<T> {
-    /// The threshold where these errors are known.
+    /// Threshold for known errors.
     pub fn value(&self, known: &KnownErrors<T>) -> T {
         match *self {
             Threshold::Fixed(value) => value,
@@ -37,7 +37,7 @@ impl<T: Real> Threshold<T> {
         }
     }
 
-    /// What it is at least, whatever errors are known.
+    /// Least value of the threshold, whatever the known errors.
     pub fn least(&self) -> T {
         match *self {
             Threshold::Fixed(number)
@@ -47,7 +47,7 @@ impl<T: Real> Threshold<T> {
         }
     }
 
-    /// The same threshold in other numbers.
+    /// Converts the threshold to another type of numbers.
     pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U) -> Threshold<U> {
         match *self {
             Threshold::Fixed(value) => Threshold::Fixed(number(value)),
@@ -57,7 +57,7 @@ impl<T: Real> Threshold<T> {
         }
     }
 
-    /// Whether it can ever be met: positive, and a ratio above one.
+    /// Returns whether the threshold can be met: positive, and a ratio above one.
     pub fn is_possible(&self) -> bool {
         match *self {
             Threshold::Fixed(number)
@@ -68,7 +68,7 @@ impl<T: Real> Threshold<T> {
     }
 }
 
-/// A threshold for each sensor of a unit.
+/// Threshold for each sensor of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorThresholds<T: Real> {
     /// m/s^2.
@@ -78,7 +78,7 @@ pub struct SensorThresholds<T: Real> {
 }
 
 impl<T: Real> SensorThresholds<T> {
-    /// The one of a sensor.
+    /// Threshold of a sensor.
     pub fn of(&self, sensor: Sensor) -> &Threshold<T> {
         match sensor {
             Sensor::Accelerometer => &self.accelerometer,
@@ -87,7 +87,7 @@ impl<T: Real> SensorThresholds<T> {
     }
 }
 
-/// What readings at rest are compared with.
+/// Thresholds of readings at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds<T: Real> {
     /// Scatter, and change of the mean, below which a unit is at rest.
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fixed_threshold_forgets_the_last_error_and_variable_ones_follow_it() {
+    fn only_variable_thresholds_follow_the_last_error() {
         let known = KnownErrors {
             last: 5.0,
             factory: 3.0,

@@ -1,5 +1,5 @@
-//! Settings that cannot be meant, alone or together. Bounds, and what has to be more than another, are made from the
-//! table of settings; here stands what is particular.
+//! Checks of settings, alone and together. Bounds and orders come from the table of settings; this file has the
+//! remaining checks.
 
 use crate::real::{Real, SECOND, tabulated, whole_spans};
 use crate::redundancy::judgement::SLOW_OFFSET;
@@ -9,44 +9,44 @@ use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, RedundancySettings};
 
 crate::vocabulary! {
-    /// Why a setting cannot be meant.
+    /// Reason for rejecting a setting.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum SettingError {
-        /// It has to be a number above zero.
+        /// The setting must be a number above zero.
         NotPositive = "not positive",
-        /// It has to be a share, from 0 up to below 1.
+        /// The setting must be a share, from 0 up to below 1.
         NotAShare = "not a share",
-        /// A threshold by ratio has to be above one, others above zero: everything would exceed it.
+        /// A threshold by ratio must be above one, others above zero: every reading would exceed it.
         AlwaysExceeded = "always exceeded",
-        /// A ratio of the last error needs one, and the primary has none in compensated data.
+        /// A ratio needs a last error, and the primary has none in compensated data.
         NoLastError = "no last error",
-        /// It has to be longer than the other.
+        /// The setting must be longer than the other.
         ShorterThan(&'static str) = "shorter than",
-        /// It has to be larger than the other.
+        /// The setting must be larger than the other.
         SmallerThan(&'static str) = "smaller than",
-        /// Not that many windows fit into the other.
+        /// Fewer windows fit into the other.
         MoreThanFit(&'static str) = "more than fit",
-        /// It is longer than time is kept count of; at most this many microseconds.
+        /// The setting is longer than the largest time that is counted, microseconds.
         TooLong(u64) = "too long",
-        /// A second has to be a whole number of windows, since every other second is held out.
+        /// A second must be a whole number of windows, because every other second is held out.
         NotAPartOfASecond = "not a part of a second",
     }
 }
 
-/// A setting that contradicts another, or itself.
+/// Setting that contradicts another, or itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
-    /// By its name.
+    /// Name of the setting.
     pub setting: &'static str,
-    /// What is wrong with it.
+    /// Reason for rejecting the setting.
     pub error: SettingError,
 }
 
 impl<T: Real> RedundancySettings<T> {
-    /// Looks for contradictions.
+    /// Checks for contradictions.
     ///
     /// # Errors
-    /// The first [`InvalidSetting`] there is.
+    /// The first [`InvalidSetting`].
     pub fn validate(&self) -> Result<(), InvalidSetting> {
         self.validate_bounds()?;
         self.validate_thresholds()?;
@@ -90,7 +90,7 @@ impl<T: Real> RedundancySettings<T> {
             let threshold = thresholds.secondary.of(sensor);
             let calibrates = self.may_be_exceeded(sensor, threshold);
             require(calibrates, bias, SettingError::SmallerThan(setting))?;
-            // A secondary between the two would be disputed for ever, and never be calibrated.
+            // A secondary between the two limits would be disputed for ever, and never be calibrated.
             let most = self.health.tolerated.of(sensor) + tabulated(*sensor.of(&SLOW_OFFSET));
             let raw = self.evaluation.data == Data::Raw;
             let triggers = raw || threshold.least() <= most;
@@ -118,7 +118,7 @@ impl<T: Real> RedundancySettings<T> {
     }
 }
 
-/// Objects to what is not so.
+/// Returns an error unless a condition holds.
 fn require(good: bool, setting: &'static str, error: SettingError) -> Result<(), InvalidSetting> {
     if good {
         Ok(())
@@ -127,7 +127,7 @@ fn require(good: bool, setting: &'static str, error: SettingError) -> Result<(),
     }
 }
 
-/// Objects to the first that is not a number above zero.
+/// Requires finite numbers above zero.
 pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value)| {
@@ -136,20 +136,20 @@ pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Resul
     })
 }
 
-/// Objects to the first that is zero.
+/// Requires values above zero.
 pub(super) fn require_some(settings: &[(&'static str, u64)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, count)| require(*count > 0, setting, SettingError::NotPositive))
 }
 
-/// Objects to the first that is not above one.
+/// Requires numbers above one.
 pub(super) fn require_above_one<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings
         .try_for_each(|(setting, value)| require(*value > T::one(), setting, SettingError::AlwaysExceeded))
 }
 
-/// Objects to the first that is no share.
+/// Requires shares.
 pub(super) fn require_share<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value)| {
@@ -158,10 +158,10 @@ pub(super) fn require_share<T: Real>(settings: &[(&'static str, T)]) -> Result<(
     })
 }
 
-/// A setting by name, and another by name, than which it has to be more.
+/// Name and value of a setting, and of another that must be smaller.
 pub(super) type Pair<V> = (&'static str, V, &'static str, V);
 
-/// Objects to the first that is not larger than the other.
+/// Requires each number to be larger than the other.
 pub(super) fn require_larger<T: Real>(settings: &[Pair<T>]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value, other, less)| {
@@ -169,7 +169,7 @@ pub(super) fn require_larger<T: Real>(settings: &[Pair<T>]) -> Result<(), Invali
     })
 }
 
-/// Objects to the first that is not longer than the other.
+/// Requires each time to be longer than the other.
 pub(super) fn require_longer(settings: &[Pair<u64>]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, time, other, less)| {
