@@ -1,5 +1,5 @@
-//! Vectors component by component: built for size, the general operators are loops and calls, which take a device several
-//! times as long.
+//! Vector operations by component: the general operators, compiled for size, are loops and calls that take
+//! several times as long on a device.
 
 use nalgebra::Vector3;
 
@@ -25,12 +25,12 @@ pub fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// The larger of two numbers; the first where the second is none. That of the library is a call.
+/// Larger of two numbers; the first if the second is NaN. The function of the library would be a call.
 pub fn larger<T: Real>(a: T, b: T) -> T {
     if b > a { b } else { a }
 }
 
-/// The smaller of two numbers; the first where the second is none.
+/// Smaller of two numbers; the first if the second is NaN.
 pub fn smaller<T: Real>(a: T, b: T) -> T {
     if b < a { b } else { a }
 }

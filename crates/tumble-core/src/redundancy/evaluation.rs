@@ -1,4 +1,4 @@
-//! Deviations at rest, where physics says what a sensor has to say: |f| = g and w = 0.
+//! Deviations at rest, where physics predicts the readings: |f| = g and w = 0.
 
 use nalgebra::Vector3;
 
@@ -17,64 +17,66 @@ use crate::redundancy::settings::{Data, EvaluationSettings};
 /// A deviation and its threshold, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation<T: Real> {
-    /// How far from what it should be.
+    /// Magnitude of the deviation.
     pub value: T,
-    /// As it is at the time.
+    /// Threshold at the time.
     pub threshold: T,
 }
 
 impl<T: Real> Deviation<T> {
-    /// Also where the deviation is not a number.
+    /// Returns whether the deviation exceeds its threshold or is not a number.
     pub fn exceeds(&self) -> bool {
         let within = self.value <= self.threshold;
         !within
     }
 }
 
-/// Standard deviation of the change of a bias from one run to the next; of its drift in a second; and of what a calibration
-/// leaves at a rest that goes with the attitude: m/s^2 and rad/s (docs/theory/judgement.md, section 14).
+/// Standard deviations, m/s^2 and rad/s: of the change of a bias between runs; of its drift in a second; and of
+/// the error of a calibrated sensor at a rest that depends on the attitude (docs/theory/judgement.md, section
+/// 14).
 const AGEING: [f32; 2] = [0.1, 0.006];
 const DRIFT: [f32; 2] = [1.3e-3, 1.3e-4];
 const BY_ATTITUDE: [f32; 2] = [0.01, 2e-4];
 
-/// What is stored of one sensor of a secondary.
+/// Stored calibration of one sensor of a secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredCalibration<T: Real> {
-    /// Its error.
+    /// Error of the sensor relative to the primary.
     pub error: RelativeError<T>,
     /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
     pub residual: T,
-    /// Counts the calibrations; zero before the first, and for one given from outside.
+    /// Number of the calibration; zero before the first, and for one given from outside.
     pub sequence: u32,
-    /// Whether there was any.
+    /// True if the sensor was calibrated.
     pub calibrated: bool,
-    /// Of the first calibration there was, as thresholds count it, m/s^2 or rad/s; zero before.
+    /// Error of the first calibration in the unit of thresholds, m/s^2 or rad/s; zero before.
     pub factory: T,
-    /// Whether motion showed all directions of its matrix.
+    /// True if motion showed all directions of the matrix.
     pub matrix_shown: bool,
-    /// Sigma of the lever arm that was found, m; infinite where none was.
+    /// Sigma of the estimated lever arm, m; infinite without an estimate.
     pub place_sigma: T,
-    /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
+    /// Difference from a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: T,
-    /// Whether that was within the threshold.
+    /// True if that difference was within the threshold.
     pub agrees: bool,
-    /// How far it has followed the primary without proof, m/s^2 or rad/s, in the axes of the secondary.
+    /// Correction that follows the primary without proof, m/s^2 or rad/s, in the axes of the secondary.
     pub followed: Vector3<T>,
-    /// Whether it is off by more than its trigger beside a primary that physics found right: it says nothing of others until it
-    /// is calibrated anew.
+    /// True if the deviation exceeds its trigger beside a primary that agrees with physics: the sensor has no
+    /// vote until it is calibrated.
     pub stale: bool,
-    /// What it says beyond the primary, by the latest rests, m/s^2 or rad/s, in the axes of the primary, and its variance.
+    /// Difference from the primary over the latest rests, m/s^2 or rad/s, in the axes of the primary.
     pub trimmed: Vector3<T>,
-    /// Of each axis.
+    /// Variance of that difference, per axis.
     pub trim_variance: T,
-    /// Whether it comes from before the start, and no rest has shown yet how it has aged.
+    /// True if the calibration is from an earlier run and no rest has yet shown its ageing.
     pub aged: bool,
-    /// Whether physics, the others or an aiding measurement found it wrong: its next calibration may follow as far as it leads.
+    /// True if physics, the other units or an aiding measurement showed the sensor faulty: its next calibration
+    /// may follow the primary by any amount.
     pub freed: bool,
 }
 
 impl<T: Real> StoredCalibration<T> {
-    /// Nothing.
+    /// Creates the state of a sensor without a calibration.
     pub fn nothing() -> Self {
         Self {
             error: RelativeError::none(),
@@ -95,7 +97,7 @@ impl<T: Real> StoredCalibration<T> {
         }
     }
 
-    /// Replaces the error, as was adopted or stored; the first is the factory's.
+    /// Replaces the error by an adopted or stored one; the first counts as the factory's.
     pub fn replace(&mut self, error: RelativeError<T>, residual: T, sequence: u32, factory: T) {
         if !self.calibrated {
             self.factory = factory;
@@ -114,20 +116,20 @@ impl<T: Real> StoredCalibration<T> {
         };
     }
 
-    /// It comes from before the start: biases may have changed meanwhile.
+    /// Marks the calibration as one of an earlier run, since when biases may have changed.
     pub fn age(&mut self, sensor: Sensor) {
         let aged = tabulated::<T>(*sensor.of(&AGEING));
         (self.aged, self.trim_variance) = (true, aged * aged);
     }
 
-    /// Bias instability and warming have gone on for so long, s (docs/theory/judgement.md, eq. 26).
+    /// Adds the drift by bias instability and warming over a time, s (docs/theory/judgement.md, eq. 26).
     pub fn drift(&mut self, sensor: Sensor, passed: T) {
         let drift = tabulated::<T>(*sensor.of(&DRIFT));
         self.trim_variance += drift * drift * passed; // judgement.md, eq. 26
     }
 
-    /// Takes in how far from a valid primary it is at a rest, trimmed as it was, in the axes of the primary; gives what is
-    /// taken off beyond what was before.
+    /// Updates the trim with the difference from a valid primary at a rest, in the axes of the primary; returns
+    /// the change of the trim.
     pub fn trim(&mut self, sensor: Sensor, apart: &Vector3<T>) -> Vector3<T> {
         let by_attitude = tabulated::<T>(*sensor.of(&BY_ATTITUDE));
         let noise = by_attitude * by_attitude;
@@ -145,14 +147,14 @@ impl<T: Real> StoredCalibration<T> {
         difference(&self.trimmed, &before)
     }
 
-    /// Takes in how far it was from a valid primary at rest.
+    /// Stores the difference from a valid primary at rest.
     pub fn compare(&mut self, deviation: &Deviation<T>) {
         self.apart = deviation.value;
         self.agrees = !deviation.exceeds();
     }
 
-    /// A valid primary said `u` at rest, in the axes of the secondary: along gravity it was right, and at no rate altogether
-    /// (docs/theory/redundancy.md, eq. 21).
+    /// Resets the unproven correction where a rest with a valid primary proves it: along gravity `u`, in the
+    /// axes of the secondary, and for gyroscopes altogether (docs/theory/redundancy.md, eq. 21).
     pub fn prove(&mut self, sensor: Sensor, u: &Vector3<T>) {
         self.followed = match sensor {
             Sensor::Accelerometer => across(&self.followed, u), // eq. 21
@@ -160,7 +162,7 @@ impl<T: Real> StoredCalibration<T> {
         };
     }
 
-    /// How far it is from the primary, as far as is known, m/s^2 or rad/s.
+    /// Remaining difference from the primary, m/s^2 or rad/s, as far as it is known.
     pub fn error_left(&self) -> T {
         if self.calibrated {
             self.residual
@@ -170,20 +172,20 @@ impl<T: Real> StoredCalibration<T> {
     }
 }
 
-/// The primary's sensor at rest.
+/// Sensor of the primary at rest.
 pub struct PrimaryAtRest<'a, T: Real> {
-    /// Which.
+    /// Kind of sensor.
     pub sensor: Sensor,
-    /// How it is built in.
+    /// Mounting of the primary.
     pub unit: &'a MountedUnit<T>,
-    /// Its mean, as read.
+    /// Mean of the raw readings.
     pub mean: Vector3<T>,
-    /// Its own calibration.
+    /// Calibration of the primary.
     pub calibration: &'a PrimaryCalibration<T>,
 }
 
 impl<T: Real> PrimaryAtRest<'_, T> {
-    /// Against its threshold.
+    /// Deviation from physics, with its threshold.
     pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
         let sensor = self.sensor;
         let known = KnownErrors {
@@ -205,8 +207,8 @@ impl<T: Real> PrimaryAtRest<'_, T> {
         }
     }
 
-    /// How far these data are from what physics says, m/s^2 or rad/s. Of axes of which one is missing, gravity is the most they
-    /// may have together.
+    /// Deviation of these data from physics, m/s^2 or rad/s. If an axis is missing, the remaining ones may
+    /// measure at most gravity.
     pub fn off_physics(&self, data: Data, gravity: T) -> T {
         let reading = match data {
             Data::Raw => self.mean,
@@ -224,28 +226,28 @@ impl<T: Real> PrimaryAtRest<'_, T> {
     }
 }
 
-/// A secondary's sensor at rest.
+/// Sensor of a secondary at rest.
 pub struct SecondaryAtRest<'a, T: Real> {
-    /// Which.
+    /// Kind of sensor.
     pub sensor: Sensor,
-    /// How it is built in.
+    /// Mounting of the secondary.
     pub unit: &'a MountedUnit<T>,
-    /// Its mean, as read.
+    /// Mean of the raw readings.
     pub mean: Vector3<T>,
-    /// What is stored of it.
+    /// Stored calibration of the sensor.
     pub stored: &'a StoredCalibration<T>,
-    /// The primary's own calibration.
+    /// Calibration of the primary.
     pub calibration: &'a PrimaryCalibration<T>,
-    /// Axes of it that can be told from those of the primary.
+    /// Axes that correspond to axes of the primary.
     pub comparable: &'a Axes,
-    /// Where a valid primary has up, in its case frame, length one: an accelerometer that lacks axes has no magnitude of
-    /// gravity, but its share of it.
+    /// Direction of up in the case frame of the primary, measured by a valid primary, length one: an
+    /// accelerometer with missing axes measures only a share of gravity.
     pub up: Option<Vector3<T>>,
 }
 
 impl<T: Real> SecondaryAtRest<'_, T> {
-    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity, nor is it known
-    /// where up is.
+    /// Deviation from physics, with its threshold; `None` if an axis is missing and the direction of up is
+    /// unknown.
     pub fn norm(&self, settings: &EvaluationSettings<T>) -> Option<Deviation<T>> {
         if self.has_share_of_gravity() {
             let [truth, expected] = self.share_of_gravity(settings.gravity)?;
@@ -258,7 +260,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         let turn = &self.unit.sensor_from_primary;
         let truth = match self.sensor {
             Sensor::Accelerometer => product(turn, &self.as_truth()),
-            // At rest the primary says its bias, whichever axes the secondary has.
+            // At rest the primary measures its bias, whichever axes the secondary has.
             Sensor::Gyroscope => {
                 self.compensated() - product(turn, &self.calibration.model(self.sensor).bias)
             }
@@ -270,7 +272,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         })
     }
 
-    /// How far these data are from what physics says, m/s^2 or rad/s; `None` as of [`Self::norm`].
+    /// Deviation of these data from physics, m/s^2 or rad/s; `None` under the condition of [`Self::norm`].
     pub fn off_physics(&self, data: Data, gravity: T) -> Option<T> {
         if self.has_share_of_gravity() {
             let [truth, expected] = self.share_of_gravity(gravity)?;
@@ -291,7 +293,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         Some(from_physics(self.sensor, magnitude, gravity))
     }
 
-    /// Against what the primary says at the same rest, `primary` as read.
+    /// Deviation from the raw reading of the primary at the same rest, with its threshold.
     pub fn vector(&self, primary: &Vector3<T>, settings: &EvaluationSettings<T>) -> Deviation<T> {
         let data = match settings.data {
             Data::Raw => self.mean,
@@ -309,7 +311,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         self.sensor == Sensor::Accelerometer && !self.unit.axes.complete(self.sensor)
     }
 
-    /// Gravity in the axes of the secondary, and what its stored error makes of it.
+    /// Gravity in the axes of the secondary, and the reading of it that the stored error predicts.
     fn share_of_gravity(&self, gravity: T) -> Option<[Vector3<T>; 2]> {
         let (turn, gravity) = (&self.unit.sensor_from_primary, self.up? * gravity);
         let of_primary = self.calibration.model(self.sensor).measure(&gravity);
@@ -326,24 +328,26 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         }
     }
 
-    /// As the primary would read, in the axes of the secondary.
+    /// Reading in the axes of the secondary, corrected to that of the primary.
     fn compensated(&self) -> Vector3<T> {
         self.stored.error.correct(&self.mean)
     }
 
-    /// What the primary would say with its own calibration applied, in its case frame.
+    /// Reading corrected by the stored error and by the calibration of the primary, in the case frame of the
+    /// primary.
     fn as_truth(&self) -> Vector3<T> {
         let as_primary = transposed_product(&self.unit.sensor_from_primary, &self.compensated());
         self.calibration.correct(self.sensor, &as_primary)
     }
 
-    /// With zeros where it has no axis.
+    /// Sets axes that the secondary lacks to zero.
     fn present(&self, v: &Vector3<T>) -> Vector3<T> {
         self.unit.axes.present(self.sensor, v)
     }
 
-    /// The last error is, of raw data, what the stored error makes of this very reading, `stored`, along the deviation
-    /// that was `found`: an error across it is another one. Of compensated data it is what was left on held-out pairs.
+    /// Threshold of a deviation `found`. For raw data the last known error is the part of the stored correction
+    /// of this reading, `stored`, along the deviation, because an error across it is another one. For
+    /// compensated data it is the residual of held-out pairs.
     fn threshold(&self, settings: &EvaluationSettings<T>, stored: &Vector3<T>, found: &Vector3<T>) -> T {
         let known = KnownErrors {
             last: match settings.data {
@@ -357,8 +361,8 @@ impl<T: Real> SecondaryAtRest<'_, T> {
     }
 }
 
-/// What the error of a sensor counts as one from the factory, m/s^2 or rad/s: of compensated data what it left, of raw
-/// data what it makes of a reading at rest, root mean square over all attitudes.
+/// Magnitude of an error that counts as one from the factory, m/s^2 or rad/s: for compensated data its
+/// residual, for raw data its effect on a reading at rest, root mean square over all attitudes.
 pub fn factory_error<T: Real>(
     sensor: Sensor,
     axes: &Axes,
@@ -377,7 +381,7 @@ pub fn factory_error<T: Real>(
     }
 }
 
-/// The same of the primary, by its own calibration.
+/// Magnitude of the error of the primary, from its own calibration.
 pub fn primary_factory_error<T: Real>(
     sensor: Sensor,
     axes: &Axes,
@@ -393,13 +397,13 @@ pub fn primary_factory_error<T: Real>(
     factory_error(sensor, axes, &error, calibration.residual(sensor), settings)
 }
 
-/// The length over the axes there are of what is so large on each.
+/// Length of a vector with the same value on each existing axis.
 fn of_all_axes<T: Real>(axes: &Axes, sensor: Sensor, each: T) -> T {
     let there = axes.of(sensor).iter().filter(|has| **has).count();
     each * count::<T>(u32::try_from(there).unwrap_or(3)).square_root()
 }
 
-/// How much of a known error lies in the direction of a deviation (docs/theory/redundancy.md, eq. 15).
+/// Part of a known error along a deviation (docs/theory/redundancy.md, eq. 15).
 #[inline(never)]
 fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
     let length = deviation.length();
@@ -410,13 +414,13 @@ fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
     }
 }
 
-/// The part of a vector across a direction.
+/// Returns the part of a vector perpendicular to a direction.
 pub fn across<T: Real>(vector: &Vector3<T>, direction: &Vector3<T>) -> Vector3<T> {
     let along = unit_beyond(direction, T::default_epsilon());
     along.map_or(*vector, |along| vector - along * along.dot(vector))
 }
 
-/// The least by which a reading is off what physics says at rest.
+/// Smallest change of a reading that makes it agree with physics at rest.
 fn off_rest<T: Real>(sensor: Sensor, reading: &Vector3<T>, gravity: T) -> Vector3<T> {
     match sensor {
         Sensor::Accelerometer => reading * (T::one() - gravity / reading.length()),

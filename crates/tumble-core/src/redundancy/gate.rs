@@ -1,55 +1,55 @@
-//! Whether what was found at rest lets a calibration begin.
+//! Decision on beginning a calibration from the findings at rest.
 
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::Gate;
 
-/// What was found of a secondary and of the primary; accelerometer first.
+/// Findings on a secondary and on the primary; accelerometer first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Findings {
     /// Sensors of the secondary whose deviation exceeds its threshold.
     pub exceeded: [bool; 2],
     /// Sensors of the primary whose deviation is within its threshold.
     pub primary_valid: [bool; 2],
-    /// Whether the primary is in health.
+    /// True if the primary is healthy.
     pub primary_healthy: bool,
-    /// Whether the secondary is, or may be mended.
+    /// True if the secondary is healthy, or if a calibration may correct its fault.
     pub secondary_healthy: bool,
-    /// Sensors of which it is not known whether the primary is right.
+    /// Sensors with an unresolved dispute about the primary.
     pub disputed: [bool; 2],
 }
 
 crate::vocabulary! {
-    /// Why a sensor that wants calibrating is not.
+    /// Reason for not calibrating a sensor that deviates.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Withheld {
         /// The primary deviates itself.
         PrimaryInvalid = "primary invalid",
-        /// The primary is not in health.
+        /// The primary is not healthy.
         PrimaryUnhealthy = "primary unhealthy",
-        /// The secondary is not in health: there is more wrong with it than calibration mends.
+        /// The secondary has a fault that calibration does not correct.
         SecondaryUnhealthy = "secondary unhealthy",
-        /// Units contradict each other, and nobody knows which is wrong.
+        /// Units contradict each other, and the faulty one is not isolated.
         Disputed = "disputed",
-        /// A calibration is under way already.
+        /// A calibration is under way.
         AlreadyCalibrating = "already calibrating",
-        /// Nobody asked, and the settings have it calibrated on command only.
+        /// The settings allow calibrations on command only.
         OnCommandOnly = "on command only",
     }
 }
 
-/// What becomes of a sensor.
+/// Decision on a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// It does not deviate.
+    /// The sensor does not deviate.
     Quiet,
-    /// It triggers.
+    /// The sensor triggers a calibration.
     Trigger,
-    /// It deviates but may not be calibrated.
+    /// The sensor deviates but may not be calibrated.
     Withheld(Withheld),
 }
 
 impl Gate {
-    /// What becomes of each sensor.
+    /// Decides on each sensor.
     pub fn decide(self, findings: &Findings) -> [Decision; 2] {
         SENSORS.map(|sensor| {
             if !sensor.of(&findings.exceeded) {
@@ -68,7 +68,7 @@ impl Gate {
         })
     }
 
-    /// Whether the primary is trusted with this sensor.
+    /// Returns whether the primary is trusted as reference of a sensor.
     pub fn trusts(self, primary_valid: [bool; 2], sensor: Sensor) -> bool {
         match self {
             Gate::SecondaryAlone => true,
@@ -97,14 +97,14 @@ mod tests {
     const GATES: [Gate; 3] = [Gate::SecondaryAlone, Gate::WholePrimary, Gate::SensorBySensor];
 
     #[test]
-    fn a_deviation_triggers_through_every_gate_when_all_else_is_well() {
+    fn a_deviation_of_a_healthy_set_triggers_through_every_gate() {
         for gate in GATES {
             assert_eq!(gate.decide(&FOUND), [Decision::Trigger, Decision::Quiet]);
         }
     }
 
     #[test]
-    fn with_the_primary_invalid_only_the_secondary_alone_gate_lets_through() {
+    fn an_invalid_primary_triggers_with_the_secondary_alone_only() {
         let findings = Findings {
             primary_valid: [false, true],
             ..FOUND
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn sensor_by_sensor_asks_only_for_the_primary_sensor_of_the_same_kind() {
+    fn sensor_by_sensor_needs_only_the_primary_sensor_of_its_kind() {
         let findings = Findings {
             primary_valid: [true, false],
             ..FOUND
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_out_of_health_is_neither_calibrated_nor_calibrated_against() {
+    fn an_unhealthy_unit_neither_is_calibrated_nor_a_reference() {
         for gate in GATES {
             for healthy in [true, false] {
                 let findings = Findings {

@@ -1,35 +1,36 @@
-//! A count of time that fills while something is wrong and drains while it is not, in two bytes.
+//! Leaky counter of the time of a fault, in two bytes: it fills during the fault and drains afterwards.
 
 use crate::real::{Real, count};
 
-/// Microseconds in a tick: a power of two, so that times are counted in it without a division.
+/// Microseconds in a tick: a power of two, so that times are converted without a division.
 const TICK: u64 = 1 << TICK_BITS;
 const TICK_BITS: u32 = 8;
 
-/// Longest time that can be a limit, microseconds: what is kept goes to twice a limit.
+/// Longest limit, microseconds: the counter goes up to twice a limit.
 pub(super) const LONGEST: u64 = TICK * (u16::MAX as u64) / 2;
 
-/// A length of time in ticks.
+/// Converts a time to ticks.
 pub(super) fn ticks(microseconds: u64) -> u16 {
     u16::try_from(microseconds / TICK).unwrap_or(u16::MAX).max(1)
 }
 
-/// The time from one sample to the next, in ticks of its own, so that parts of ticks are not lost over many samples.
+/// Time from one sample to the next, in whole ticks, counted so that parts of ticks are not lost over many
+/// samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Lapse {
-    /// All of it.
+    /// Whole time.
     pub whole: u16,
-    /// A quarter of it.
+    /// Quarter of the time.
     pub quarter: u16,
 }
 
 impl Lapse {
-    /// So many ticks, microseconds.
+    /// Converts ticks to microseconds.
     pub fn of_ticks(ticks: u16) -> u64 {
         u64::from(ticks) * TICK
     }
 
-    /// Between two times, microseconds, less than six days apart; none back.
+    /// Time between two times, microseconds, less than six days apart; zero if it is negative.
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_possible_wrap,
@@ -48,40 +49,40 @@ impl Lapse {
     }
 }
 
-/// Time, in ticks.
+/// Leaky counter, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Leaky(u16);
 
 impl Leaky {
-    /// Goes on being wrong; up to twice the limit is kept, so that what went wrong for long is not well at once. A
-    /// single step counts as no more than a share of the limit: one bad sample excludes nobody, however rare samples
-    /// are.
+    /// Adds time of a fault; the counter goes up to twice the limit, so that a long fault does not end at once.
+    /// A single step counts for a limited share of the limit: one bad sample excludes no unit, however rare
+    /// samples are.
     pub fn fill(&mut self, by: u16, limit: u16, fewest: u16) {
         let most = (limit / fewest.max(1)).max(1);
         self.0 = self.0.saturating_add(by.min(most)).min(limit.saturating_mul(2));
     }
 
-    /// Was well for a time.
+    /// Subtracts time without a fault.
     pub fn drain(&mut self, by: u16) {
         self.0 = self.0.saturating_sub(by);
     }
 
-    /// Whether nothing is counted.
+    /// Returns whether the counter is zero.
     pub fn is_empty(&self) -> bool {
         self.0 == 0
     }
 
-    /// Begins anew.
+    /// Resets the counter.
     pub fn empty(&mut self) {
         self.0 = 0;
     }
 
-    /// Whether it has been wrong for too long.
+    /// Returns whether the counter has reached its limit.
     pub fn is_over(&self, limit: u16) -> bool {
         self.0 >= limit
     }
 
-    /// Length of time, s.
+    /// Counted time, s.
     pub fn seconds<T: Real>(&self) -> T {
         count::<T>(self.0.into()) * crate::real::seconds(TICK)
     }

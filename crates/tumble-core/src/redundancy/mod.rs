@@ -1,16 +1,16 @@
 //! A primary unit that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
 //!
-//! Read in this order:
+//! Reading order:
 //!
-//! 1. [`sensor`], [`platform`] and [`settings`]: the set as it is built, how it is to behave, and whether the settings
-//!    contradict each other;
-//! 2. [`samples`]: samples of any unit become means over windows common to all, and pairs of primary and secondary;
-//! 3. [`evaluation`] and [`gate`]: what is found at rest, and whether it triggers;
-//! 4. [`fit`]: what is kept of pairs, the ladder of fits, and whether the result may replace what is stored;
-//!    [`relative_error`] and [`record`]: what is;
-//! 5. [`health`] and [`selection`]: who can be trusted, and who is the source; [`output`]: what comes out;
-//! 6. [`judgement`] and [`aiding`]: who is wrong, by what units say of each other and what something else says of them;
-//! 7. [`monitor`] ties it together, and its events tell of it.
+//! 1. [`sensor`], [`platform`] and [`settings`]: the configuration of the set, and checks of its settings;
+//! 2. [`samples`]: samples of any unit, averaged over common windows, and pairs of primary and secondary;
+//! 3. [`evaluation`] and [`gate`]: deviations at rest, and the triggers of calibrations;
+//! 4. [`fit`]: moments of pairs, the fit to them, and its adoption; [`relative_error`] and [`record`]:
+//!    its result;
+//! 5. [`health`] and [`selection`]: usable units, and the source; [`output`]: the output of the set;
+//! 6. [`judgement`] and [`aiding`]: isolation of faulty units by comparison with each other and with
+//!    aiding measurements;
+//! 7. [`monitor`]: the whole process, and its events.
 //!
 //! Derivations: docs/theory/redundancy.md.
 

@@ -1,4 +1,4 @@
-//! Third data, made to agree with what the primary gave.
+//! Output of the set, in the axes and at the place of the primary.
 
 use nalgebra::Vector3;
 
@@ -9,31 +9,32 @@ use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::sensor::Sensor;
 
-/// What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+/// Output of the set, whatever its source: at the place of the primary, in its case frame, with its calibration
+/// applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output<T: Real> {
     /// Microseconds of the common clock.
     pub time: u64,
-    /// m/s^2; not a number along axes of which the source says nothing.
+    /// Specific force, m/s^2; NaN along axes that the source does not measure.
     pub specific_force: Vector3<T>,
-    /// rad/s; not a number about axes of which the source says nothing.
+    /// Angular rate, rad/s; NaN about axes that the source does not measure.
     pub angular_rate: Vector3<T>,
-    /// The unit it comes from, 0 the primary.
+    /// Unit that is the source, 0 for the primary.
     pub source: usize,
-    /// Whether the source is known to be wrong and nobody is there in its place, or says nothing of an axis of the primary, or
-    /// two units contradict each other and nobody knows which is right.
+    /// True if the source is faulty without a replacement, if it lacks an axis of the primary, or if a dispute
+    /// of two units is unresolved.
     pub degraded: bool,
 }
 
 impl<T: Real> Output<T> {
     pub(super) fn is_finite(&self) -> bool {
         let (f, w) = (&self.specific_force, &self.angular_rate);
-        // Nothing of what is finite is zero.
+        // A finite number times zero is zero.
         (dot(f, &zeros()) + dot(w, &zeros())) == T::zero()
     }
 }
 
-/// What the secondary says, compensated, but still at its place.
+/// Compensated readings of a secondary, still at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compensated<T: Real> {
     /// m/s^2.
@@ -42,8 +43,8 @@ pub struct Compensated<T: Real> {
     pub angular_rate: Vector3<T>,
 }
 
-/// Takes the stored error and then the primary's own calibration off what a sensor of a secondary reads, in place; of the
-/// primary itself nothing is stored (docs/theory/redundancy.md, eq. 14).
+/// Corrects readings of a sensor of a secondary by the stored error and then by the calibration of the primary,
+/// in place; the primary itself has no stored error (docs/theory/redundancy.md, eq. 14).
 pub fn compensate<T: Real>(
     sensor: Sensor,
     unit: &MountedUnit<T>,
@@ -58,17 +59,17 @@ pub fn compensate<T: Real>(
     }
 }
 
-/// From the primary to a unit, m: as given, or else as found.
+/// Lever arm from the primary to a unit, m: the given one, or else the estimated one.
 pub fn lever_arm<T: Real>(unit: &MountedUnit<T>, stored: &[StoredCalibration<T>; 2]) -> Vector3<T> {
     let [accelerometer, _] = stored;
     unit.lever_arm.unwrap_or(accelerometer.error.lever_arm)
 }
 
-/// Time over which the angular acceleration of the source is smoothed, s: noise of the rate weighs with its inverse, the
-/// delay of what is taken off with it.
+/// Time constant with which the angular acceleration of the source is smoothed, s: noise decreases with it, the
+/// delay of the correction increases.
 const SMOOTHING: f64 = 0.01;
 
-/// Takes specific force from where the source is to where the primary is.
+/// Correction of specific force from the place of the source to that of the primary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeverArmCorrection<T: Real> {
     latest: Option<(u64, Vector3<T>)>,
@@ -82,7 +83,7 @@ impl<T: Real> Default for LeverArmCorrection<T> {
 }
 
 impl<T: Real> LeverArmCorrection<T> {
-    /// Knows no angular acceleration yet.
+    /// Creates a correction without an angular acceleration.
     pub fn new() -> Self {
         Self {
             latest: None,
@@ -90,7 +91,7 @@ impl<T: Real> LeverArmCorrection<T> {
         }
     }
 
-    /// The specific force at the primary's place; `arm` is from there to the source.
+    /// Specific force at the place of the primary; `arm` is the vector from there to the source.
     pub fn apply(&mut self, time: u64, reading: &Compensated<T>, arm: &Vector3<T>) -> Vector3<T> {
         let w = reading.angular_rate;
         if let Some((before, rate)) = self.latest.replace((time, w)) {

@@ -1,4 +1,4 @@
-//! The set as it is built: which units there are, how they are mounted, and the settings.
+//! Configuration of the set: its units, their mountings, and the settings.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,36 +11,37 @@ use crate::redundancy::settings::RedundancySettings;
 use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold};
 use crate::redundancy::settings::validate::InvalidSetting;
 
-/// Ends of the range of a unit's sensors.
+/// Ends of the ranges of the sensors of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range<T: Real> {
-    /// m/s^2; `None` where nobody knows.
+    /// End of the range, m/s^2; `None` if unknown.
     pub specific_force: Option<T>,
-    /// rad/s; `None` where nobody knows.
+    /// End of the range, rad/s; `None` if unknown.
     pub angular_rate: Option<T>,
 }
 
-/// A unit as it is built in.
+/// Unit with its mounting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MountedUnit<T: Real> {
-    /// Serial number, or whatever tells it from others for life: records carry it.
+    /// Serial number, or another number that identifies the unit for life; records bear it.
     pub identity: u64,
-    /// Which channels it has.
+    /// Channels of the unit.
     pub axes: Axes,
-    /// Where its readings end.
+    /// Ends of the ranges.
     pub range: Range<T>,
-    /// Added to the time of its samples, microseconds.
+    /// Offset added to the time of samples, microseconds.
     pub time_offset: i64,
-    /// Nominal rotation to its axes from the primary's case frame.
+    /// Nominal rotation from the case frame of the primary to the axes of the unit.
     pub sensor_from_primary: Matrix3<T>,
-    /// From the primary to it, m, primary's case frame; `None` where it is to be found.
+    /// Vector from the primary to the unit, m, case frame of the primary; `None` if it is to be estimated.
     pub lever_arm: Option<Vector3<T>>,
-    /// Its own thresholds of deviation, accelerometer first; `None` where those of the settings do.
+    /// Thresholds of deviation of this unit, accelerometer first; `None` for those of the settings.
     pub thresholds: [Option<Threshold<T>>; 2],
 }
 
 impl<T: Real> MountedUnit<T> {
-    /// With six channels of unknown range on the common clock, mounted as the primary, lever arm unknown.
+    /// Creates a unit with six channels of unknown range on the common clock, mounted like the primary, lever
+    /// arm unknown.
     pub fn new(identity: u64) -> Self {
         Self {
             identity,
@@ -61,7 +62,7 @@ impl<T: Real> MountedUnit<T> {
         time.saturating_add_signed(self.time_offset)
     }
 
-    /// Its own threshold of a sensor's deviation, or else that of its kind.
+    /// Threshold of the deviation of a sensor: that of the unit, or else that of the settings.
     pub fn threshold<'a>(&'a self, sensor: Sensor, kind: &'a SensorThresholds<T>) -> &'a Threshold<T> {
         sensor.of(&self.thresholds).as_ref().unwrap_or(kind.of(sensor))
     }
@@ -70,12 +71,12 @@ impl<T: Real> MountedUnit<T> {
         let r = &self.sensor_from_primary;
         let off = matrix_product(r, &r.transpose()) - products::identity();
         let finite = self.lever_arm.is_none_or(|r| r.iter().all(|x| x.is_finite()));
-        // What single precision leaves of a rotation written with four digits.
+        // Single precision and four written digits leave this much of a rotation.
         finite && off.length() < real(1e-3) && r.determinant() > T::zero()
     }
 }
 
-/// The primary's own calibration, with which the output is calibrated whoever is its source.
+/// Calibration of the primary, which is applied to the output of every source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimaryCalibration<T: Real> {
     models: [ErrorModel<T>; 2],
@@ -84,7 +85,7 @@ pub struct PrimaryCalibration<T: Real> {
 }
 
 impl<T: Real> PrimaryCalibration<T> {
-    /// None: its readings are taken for the truth.
+    /// Creates the calibration of a primary whose readings are taken for the truth.
     pub fn none() -> Self {
         let correction = Correction {
             matrix: products::identity(),
@@ -97,7 +98,7 @@ impl<T: Real> PrimaryCalibration<T> {
         }
     }
 
-    /// `y = M u + b` of its accelerometer and of its gyroscope; `None` where one has no inverse.
+    /// Creates `y = M u + b` of its accelerometer and of its gyroscope; `None` if one has no inverse.
     pub fn new(accelerometer: ErrorModel<T>, gyroscope: ErrorModel<T>) -> Option<Self> {
         let corrections = [accelerometer.correction().ok()?, gyroscope.correction().ok()?];
         Some(Self {
@@ -107,21 +108,21 @@ impl<T: Real> PrimaryCalibration<T> {
         })
     }
 
-    /// The same with what it left, root mean square of a channel of accelerometer and gyroscope, m/s^2 and rad/s.
+    /// Adds its residuals, root mean square of a channel of accelerometer and gyroscope, m/s^2 and rad/s.
     pub fn with_residuals(self, residuals: [T; 2]) -> Self {
         Self { residuals, ..self }
     }
 
-    /// What it left of a sensor's errors, root mean square of a channel, m/s^2 or rad/s; zero where nobody said.
+    /// Residual of a sensor, root mean square of a channel, m/s^2 or rad/s; zero if unknown.
     pub fn residual(&self, sensor: Sensor) -> T {
         *sensor.of(&self.residuals)
     }
 
-    /// As it was stored for the primary, whose records relate its readings to the truth; `None` where none is stored
-    /// that can be inverted. A sensor without a record is taken to be right.
+    /// Loads the stored calibration of the primary, whose records relate its readings to the truth; `None` if
+    /// no invertible one is stored. A sensor without a record is taken to be right.
     ///
     /// # Errors
-    /// What storage gives.
+    /// The error of the storage.
     pub fn stored<S: Storage<T>>(identity: u64, storage: &mut S) -> Result<Option<Self>, S::Error> {
         let mut found = None;
         for sensor in SENSORS {
@@ -135,7 +136,7 @@ impl<T: Real> PrimaryCalibration<T> {
         Ok(found)
     }
 
-    /// The same with what a record of the primary says of one sensor; `None` where that is not finite or has no inverse.
+    /// Adds a record of one sensor of the primary; `None` if it is not finite or has no inverse.
     pub fn with_record(self, record: &Record<T>) -> Option<Self> {
         let sensor = record.sensor;
         let correction = record.model.correction().ok().filter(|_| record.is_finite())?;
@@ -146,8 +147,7 @@ impl<T: Real> PrimaryCalibration<T> {
         Some(with)
     }
 
-    /// The same of a primary that has these axes only: what is known of others is of no use, and would be taken off what is
-    /// read of these.
+    /// Restricts the calibration to the axes that the primary has: missing axes must not affect the others.
     fn of_axes(self, axes: &Axes) -> Self {
         if *axes == Axes::ALL {
             return self;
@@ -157,7 +157,7 @@ impl<T: Real> PrimaryCalibration<T> {
             let has = axes.of(sensor);
             let model = sensor.of_mut(&mut limited.models);
             model.bias = axes.present(sensor, &model.bias);
-            // By `from_fn`: a row or column by its number would reach a panic.
+            // `from_fn` avoids a row or column by its number, which could panic.
             model.matrix = Matrix3::from_fn(|row, column| {
                 let both = [row, column].into_iter().all(|i| has.get(i) == Some(&true));
                 match model.matrix.get((row, column)) {
@@ -174,23 +174,23 @@ impl<T: Real> PrimaryCalibration<T> {
         limited
     }
 
-    /// Whether a sensor has one; else nobody says how far off it may be.
+    /// Returns whether a sensor is calibrated; otherwise its error is unknown.
     pub fn is_known(&self, sensor: Sensor) -> bool {
         *self.model(sensor) != ErrorModel::identity()
     }
 
-    /// That of a sensor.
+    /// Error model of a sensor.
     pub fn model(&self, sensor: Sensor) -> &ErrorModel<T> {
         sensor.of(&self.models)
     }
 
-    /// The truth behind a reading of the primary, or behind what a secondary makes of one.
+    /// Corrects a reading of the primary, or a reading of a secondary converted to one.
     pub fn correct(&self, sensor: Sensor, y: &Vector3<T>) -> Vector3<T> {
         sensor.of(&self.corrections).apply(y)
     }
 }
 
-/// A checked set of a primary, unit 0, and its secondaries. Nothing in it changes, so that it may lie in read-only
+/// Checked set of a primary, unit 0, and its secondaries. It is constant, so that it may lie in read-only
 /// memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Platform<T: Real, const UNITS: usize> {
@@ -200,20 +200,20 @@ pub struct Platform<T: Real, const UNITS: usize> {
 }
 
 crate::vocabulary! {
-    /// Why a platform cannot be.
+    /// Reason for rejecting a platform.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum PlatformError {
         /// Settings contradict each other.
         Settings(InvalidSetting) = "contradictory settings",
-        /// A primary and at least one secondary make a set.
+        /// A set needs a primary and at least one secondary.
         TooFewUnits = "too few units",
-        /// The primary has no channel, or is said to be turned against itself.
+        /// The primary has no channel, or a rotation against itself.
         Primary = "unfit primary",
-        /// The rotation of this unit is none, or its lever arm is not finite.
+        /// The matrix is no rotation, or the lever arm is not finite.
         Mounting(usize) = "unfit mounting",
-        /// This unit has the identity of one before it.
+        /// The unit has the identity of one before it.
         SameIdentity(usize) = "same identity",
-        /// A threshold of this unit's own would always be exceeded, or never.
+        /// A threshold of the unit would always be exceeded, or never.
         Threshold(usize) = "unfit threshold",
     }
 }
@@ -222,7 +222,7 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     /// Checks the settings and the units.
     ///
     /// # Errors
-    /// [`PlatformError`] with the first thing that cannot be.
+    /// [`PlatformError`] of the first contradiction.
     pub fn new(
         settings: RedundancySettings<T>,
         calibration: PrimaryCalibration<T>,
@@ -262,17 +262,17 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         Ok(platform.with_calibration(calibration))
     }
 
-    /// The settings.
+    /// Settings of the set.
     pub fn settings(&self) -> &RedundancySettings<T> {
         &self.settings
     }
 
-    /// The primary's own calibration.
+    /// Calibration of the primary.
     pub fn calibration(&self) -> &PrimaryCalibration<T> {
         &self.calibration
     }
 
-    /// The same with another calibration of the primary's own.
+    /// Replaces the calibration of the primary.
     pub fn with_calibration(self, calibration: PrimaryCalibration<T>) -> Self {
         Self {
             calibration: calibration.of_axes(&self.primary_axes()),
@@ -280,30 +280,30 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         }
     }
 
-    /// Axes that the primary has.
+    /// Axes of the primary.
     pub fn primary_axes(&self) -> Axes {
         self.units.first().map_or(Axes::ALL, |primary| primary.axes)
     }
 
-    /// Axes of a unit that can be told from those of the primary.
+    /// Axes of a unit that correspond to axes of the primary.
     pub fn comparable(&self, unit: &MountedUnit<T>) -> Axes {
         unit.axes
             .comparable(&self.primary_axes(), &unit.sensor_from_primary)
     }
 
-    /// Whether a unit says something of all axes of the primary.
+    /// Returns whether a unit measures all axes of the primary.
     pub fn replaces_primary(&self, unit: &MountedUnit<T>) -> bool {
         let axes = || self.output_axes(unit);
         let covers = |sensor: Sensor| self.primary_axes().within(&axes(), sensor);
         unit.axes == Axes::ALL || SENSORS.into_iter().all(covers)
     }
 
-    /// Axes of the primary's case of which a unit says something.
+    /// Axes of the case of the primary that a unit measures.
     pub fn output_axes(&self, unit: &MountedUnit<T>) -> Axes {
         Axes::ALL.comparable(&unit.axes, &unit.sensor_from_primary.transpose())
     }
 
-    /// The units, the primary first.
+    /// Units, the primary first.
     pub fn units(&self) -> &[MountedUnit<T>; UNITS] {
         &self.units
     }

@@ -1,4 +1,4 @@
-//! What is stored of a secondary: the error of one sensor against the primary.
+//! Stored record of a secondary: the error of one sensor relative to the primary.
 
 use core::slice;
 
@@ -10,43 +10,44 @@ use crate::real::{Real, real};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::Rung;
 
-/// Error of one sensor of a secondary against the primary, both as read: `y_secondary = M y_primary + b`, where
-/// specific force of the primary is taken to the place of the secondary first.
+/// Error of one sensor of a secondary relative to the primary, for raw readings of both: `y_secondary = M
+/// y_primary + b`, where the specific force of the primary is first moved to the place of the secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record<T: Real> {
-    /// Of the unit.
+    /// Identity of the unit.
     pub identity: u64,
-    /// Which sensor of it.
+    /// Sensor of the unit.
     pub sensor: Sensor,
-    /// M leads from the primary's case frame to the axes of the secondary, mounting included.
+    /// Error model, in which M leads from the case frame of the primary to the axes of the secondary, mounting
+    /// included.
     pub model: ErrorModel<T>,
     /// 1-sigma of M; infinite where motion did not show it.
     pub matrix_sigma: Matrix3<T>,
-    /// 1-sigma of b, given the elements of M that were left as they were; infinite for axes that the sensor has not, or the
-    /// primary where they need them.
+    /// 1-sigma of b, given the elements of M that kept their stored values; infinite for axes that the sensor
+    /// lacks, or that need a missing axis of the primary.
     pub bias_sigma: Vector3<T>,
-    /// From primary to secondary, m, primary's case frame; zero for gyroscopes, and where unknown.
+    /// Vector from primary to secondary, m, case frame of the primary; zero for gyroscopes, and if unknown.
     pub lever_arm: Vector3<T>,
-    /// 1-sigma of it; zero where it was given, infinite where motion did not show it.
+    /// 1-sigma of the lever arm; zero if it was given, infinite where motion did not show it.
     pub lever_arm_sigma: Vector3<T>,
-    /// What was fitted.
+    /// Model that was fitted.
     pub rung: Rung,
-    /// Directions of motion along which M was fitted.
+    /// Number of directions of motion along which M was fitted.
     pub directions: u8,
-    /// Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+    /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s.
     pub residual: T,
-    /// The same with the error stored before.
+    /// Root mean square residual with the error stored before.
     pub residual_before: T,
-    /// Pairs it was fitted to.
+    /// Number of fitted pairs.
     pub pairs: u32,
-    /// Counts the calibrations of this sensor.
+    /// Number of calibrations of this sensor.
     pub sequence: u32,
-    /// How far its calibrations together have followed the primary without proof that it was right: what they made differ of
-    /// a mean reading, m/s^2 or rad/s, in the axes of the secondary.
+    /// Change of a mean reading by all calibrations together that follows the primary without proof, m/s^2 or
+    /// rad/s, in the axes of the secondary.
     pub followed: Vector3<T>,
 }
 
-/// Parts of a record that are numbers: what files and Python call them, in the order of [`Record::parts`].
+/// Names of the numeric parts of a record in files and Python, in the order of [`Record::parts`].
 pub const PART_NAMES: [&str; 9] = [
     "matrix",
     "bias",
@@ -60,7 +61,7 @@ pub const PART_NAMES: [&str; 9] = [
 ];
 
 impl<T: Real> Record<T> {
-    /// A record of zeros and of counts that are zero, to be filled.
+    /// Creates a record of zeros, to be filled.
     pub fn blank(identity: u64, sensor: Sensor) -> Self {
         Self {
             identity,
@@ -83,8 +84,8 @@ impl<T: Real> Record<T> {
         }
     }
 
-    /// The first record of a sensor of which nothing is known but its bias, m/s^2 or rad/s, and 1-sigma of that, as a spin
-    /// shows it: M is the identity, and may be off by any amount.
+    /// Creates the first record of a sensor whose bias alone is known, m/s^2 or rad/s, with its 1-sigma, for
+    /// example from a spin: M is the identity, with infinite sigma.
     pub fn of_bias(identity: u64, sensor: Sensor, bias: &Vector3<T>, sigma: &Vector3<T>) -> Self {
         let anything: T = real(f64::INFINITY);
         Self {
@@ -102,7 +103,7 @@ impl<T: Real> Record<T> {
         }
     }
 
-    /// Its numbers, part by part; matrices column by column.
+    /// Numbers of the record, part by part; matrices column by column.
     pub fn parts(&self) -> [&[T]; PART_NAMES.len()] {
         [
             self.model.matrix.as_slice(),
@@ -117,7 +118,7 @@ impl<T: Real> Record<T> {
         ]
     }
 
-    /// The same numbers, to be changed.
+    /// Numbers of the record, mutable.
     pub fn parts_mut(&mut self) -> [&mut [T]; PART_NAMES.len()] {
         [
             self.model.matrix.as_mut_slice(),
@@ -132,12 +133,12 @@ impl<T: Real> Record<T> {
         ]
     }
 
-    /// Whether motion showed all directions of M.
+    /// Returns whether motion showed all directions of M.
     pub fn shows_matrix(&self) -> bool {
         self.rung >= Rung::Affine && self.directions >= 3
     }
 
-    /// Whether all that is used of it are numbers.
+    /// Returns whether all numbers in use are finite.
     pub fn is_finite(&self) -> bool {
         let vectors = self
             .model
@@ -148,7 +149,7 @@ impl<T: Real> Record<T> {
         self.model.matrix.iter().chain(vectors).all(|x| x.is_finite())
     }
 
-    /// The same record in other numbers.
+    /// Converts the record to another type of numbers.
     pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U + Copy) -> Record<U> {
         let mut other = Record::blank(self.identity, self.sensor);
         (other.rung, other.directions) = (self.rung, self.directions);
@@ -163,26 +164,27 @@ impl<T: Real> Record<T> {
     }
 }
 
-/// Where records outlast a reset.
+/// Storage that keeps records over a reset.
 pub trait Storage<T: Real> {
-    /// What can go wrong.
+    /// Error of the storage.
     type Error;
 
-    /// The record of a sensor of a unit, if there is one.
+    /// Loads the record of a sensor of a unit, if there is one.
     ///
     /// # Errors
-    /// Where there is one but it cannot be read.
+    /// A record exists but cannot be read.
     fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error>;
 
-    /// The one from the factory, if it is kept.
+    /// Loads the record from the factory, if it is stored.
     ///
     /// # Errors
-    /// Where there is one but it cannot be read.
+    /// A record exists but cannot be read.
     fn load_factory(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error>;
 
-    /// Replaces the record of its sensor and unit: afterwards, whatever happens, the old or the new one is there whole.
+    /// Replaces the record of a sensor of a unit: afterwards the old or the new one is stored completely,
+    /// whatever happens.
     ///
     /// # Errors
-    /// Where it could not be stored; the old one is still there.
+    /// The record could not be stored; the old one remains.
     fn save(&mut self, record: &Record<T>) -> Result<(), Self::Error>;
 }

@@ -1,4 +1,4 @@
-//! What a secondary says where the primary says something, and back.
+//! Prediction of the reading of a secondary from that of the primary, and its inverse.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,11 +8,11 @@ use crate::real::Real;
 use crate::redundancy::components::{difference, dot};
 use crate::redundancy::record::Record;
 
-/// How many numbers an error is.
+/// Number of parameters of an error.
 pub const ERROR_NUMBERS: usize = 15;
 
-/// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, `u` being what the primary reads turned
-/// into these axes by the nominal rotation, so that M is close to identity.
+/// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, where `u` is the reading of the
+/// primary turned into these axes by the nominal rotation, so that M is close to identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeError<T: Real> {
     /// M.
@@ -33,7 +33,7 @@ impl<T: Real> RelativeError<T> {
         }
     }
 
-    /// `None` where M has no inverse.
+    /// Creates an error; `None` if M has no inverse.
     pub fn new(matrix: Matrix3<T>, bias: Vector3<T>, lever_arm: Vector3<T>) -> Option<Self> {
         let error = Self {
             matrix,
@@ -46,7 +46,7 @@ impl<T: Real> RelativeError<T> {
         (finite && invertible).then_some(error)
     }
 
-    /// M column by column, b, r.
+    /// Parameters: M column by column, b, r.
     pub fn numbers(&self) -> impl Iterator<Item = T> {
         let numbers = self
             .matrix
@@ -56,13 +56,13 @@ impl<T: Real> RelativeError<T> {
         numbers.copied()
     }
 
-    /// Of a record, which holds the nominal rotation too.
+    /// Creates the error from a record, which includes the nominal rotation.
     pub fn of(record: &Record<T>, sensor_from_primary: &Matrix3<T>) -> Option<Self> {
         let matrix = matrix_product(&record.model.matrix, &sensor_from_primary.transpose());
         Self::new(matrix, record.model.bias, record.lever_arm)
     }
 
-    /// With the nominal rotation, as records hold it.
+    /// Error model with the nominal rotation, like that of records.
     pub fn model(&self, sensor_from_primary: &Matrix3<T>) -> ErrorModel<T> {
         ErrorModel {
             matrix: matrix_product(&self.matrix, sensor_from_primary),
@@ -70,12 +70,13 @@ impl<T: Real> RelativeError<T> {
         }
     }
 
-    /// What the secondary says where the primary, at its place, says `u`.
+    /// Reading of the secondary, predicted from a reading `u` of the primary at its place.
     pub fn predict(&self, u: &Vector3<T>) -> Vector3<T> {
         product(&self.matrix, u) + self.bias // redundancy.md, eq. 5
     }
 
-    /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
+    /// Reading of the primary, at the place of the secondary and in its axes, computed from a reading `y` of
+    /// the secondary.
     pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
         let mut said = [*y];
         self.correct_all(&mut said);
@@ -83,7 +84,7 @@ impl<T: Real> RelativeError<T> {
         u
     }
 
-    /// The same of several readings, in place.
+    /// Corrects several readings in place.
     pub fn correct_all(&self, readings: &mut [Vector3<T>]) {
         let ([x, y, z], determinant) = self.cofactors();
         for reading in readings {
@@ -93,8 +94,8 @@ impl<T: Real> RelativeError<T> {
         }
     }
 
-    /// The cross products of the columns of M and its determinant: all that Cramer's rule needs. An inverse that is kept
-    /// would cost a device with two secondaries 216 bytes.
+    /// Cross products of the columns of M, and its determinant, for Cramer's rule. A stored inverse would cost
+    /// a device with two secondaries 216 bytes.
     fn cofactors(&self) -> ([Vector3<T>; 3], T) {
         let [a, b, c] = columns(&self.matrix);
         let across = cross(&b, &c);

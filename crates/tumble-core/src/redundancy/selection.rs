@@ -1,93 +1,93 @@
-//! Which unit is the source of the output.
+//! Selection of the source of the output.
 //!
-//! The primary, as long as it is healthy. A source that has been unhealthy for a while is replaced; the primary comes
-//! back on command or after a proven spell of health, and not because it looks well for a moment.
+//! The primary is the source while it is healthy. A source that has been unhealthy for a time is replaced. The
+//! primary returns on command or after a proven time of health, not when it looks healthy for a moment.
 
 use core::cmp::Ordering;
 
 use crate::real::Real;
 use crate::redundancy::settings::SelectionSettings;
 
-/// What is left of a unit that is not healthy, the worse first.
+/// Remaining use of an unhealthy unit, the worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Condition {
-    /// Nothing, and for longer than samples may be late.
+    /// No sample has arrived for longer than samples may be late.
     Silent,
-    /// Its latest reading is of no use: no number, or the same as many before it.
+    /// The latest reading is unusable: not finite, or the same as many before it.
     Useless,
-    /// Sound readings on fewer axes than the primary has.
+    /// Readings are sound, but of fewer axes than those of the primary.
     Lacking,
-    /// An axis of it says the same all the time.
+    /// An axis repeats its value.
     Stuck,
-    /// Readings that cannot be those of the unit that it is said to be.
+    /// Readings cannot be those of the configured unit.
     Refuted,
-    /// Its readings are at the end of their range now and then.
+    /// Readings reach the end of their range sometimes.
     Saturated,
-    /// Readings that are wrong, but better than none.
+    /// Readings are wrong, but better than none.
     Doubtful,
 }
 
-/// A source that saturates is kept for so long, microseconds: what shakes one shakes all.
+/// Time for which a saturating source is kept, microseconds: shaking affects all units.
 const SATURATED_HOLD: u64 = 200_000;
 
-/// How long another has to have been healthy to take over from one that saturates, microseconds.
+/// Time for which another unit must have been healthy to replace a saturating source, microseconds.
 const CALM: u64 = 2_000_000;
 
-/// A unit that may become the source.
+/// Candidate for the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourceCandidate<T: Real> {
-    /// Whether it is.
+    /// True if the unit is healthy.
     pub healthy: bool,
-    /// What it is like where it is not.
+    /// Condition of the unit if it is not healthy.
     pub condition: Condition,
-    /// For how long it has been healthy, microseconds.
+    /// Time for which the unit has been healthy, microseconds.
     pub healthy_for: u64,
-    /// Whether it is the primary, was calibrated against it, or agreed with it at the last rest.
+    /// True if the unit is the primary, was calibrated against it, or agreed with it at the last rest.
     pub calibrated: bool,
-    /// What it is off by, as far as is known, m/s^2: smaller is better, and not a number worst.
+    /// Known error, m/s^2; NaN ranks last.
     pub residual: T,
 }
 
 crate::vocabulary! {
-    /// Why the source changed.
+    /// Reason for a change of the source.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum SelectionReason {
-        /// There was no source, and the primary is fit.
+        /// There was no source, and the primary is usable.
         Start = "start",
-        /// The primary was unhealthy for too long, or was so when a source was wanted.
+        /// The primary was unhealthy for too long, or when a source was needed.
         PrimaryFailed = "primary failed",
         /// A secondary that was the source was unhealthy for too long.
         SourceFailed = "source failed",
         /// The primary has been healthy for long enough.
         PrimaryProven = "primary proven",
-        /// The primary was asked for.
+        /// A command selected the primary.
         Command = "command",
-        /// The source failed, and nobody else is fit.
+        /// The source failed, and no other unit is usable.
         NoneFit = "none fit",
     }
 }
 
-/// A change of the source.
+/// Change of the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Unit that is the source now, 0 the primary; `None` where nobody is fit.
+    /// New source, 0 for the primary; `None` if no unit is usable.
     pub source: Option<usize>,
-    /// Why.
+    /// Reason of the change.
     pub reason: SelectionReason,
 }
 
-/// Who the source is.
+/// Selected source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SelectedSource {
-    /// Never chosen.
+    /// No unit was selected yet.
     Unset,
-    /// Nobody was fit.
+    /// No unit was usable.
     Nobody,
-    /// This unit.
+    /// Number of the unit.
     MountedUnit(u8),
 }
 
-/// Chooses the source, and keeps to it.
+/// Selection of the source, with its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection {
     failing_since: Option<u64>,
@@ -102,7 +102,7 @@ impl Default for Selection {
 }
 
 impl Selection {
-    /// Nobody yet.
+    /// Creates a selection without a source.
     pub fn new() -> Self {
         Self {
             failing_since: None,
@@ -111,7 +111,7 @@ impl Selection {
         }
     }
 
-    /// The unit that is the source, 0 the primary; `None` where nobody is.
+    /// Unit that is the source, 0 for the primary; `None` if there is none.
     pub fn source(&self) -> Option<usize> {
         match self.source {
             SelectedSource::MountedUnit(unit) => Some(unit.into()),
@@ -119,25 +119,25 @@ impl Selection {
         }
     }
 
-    /// Asks for the primary at the next update; it takes over there if it is healthy, or else the asking is forgotten.
+    /// Requests the primary at the next update; if it is unhealthy then, the request is discarded.
     pub fn command_primary(&mut self) {
         self.commanded = true;
     }
 
-    /// The primary is the source and fit to be: it stays, whatever is asked for.
+    /// Keeps a usable primary as source; a command is discarded.
     pub fn keep_primary(&mut self) {
         self.commanded = false;
         self.failing_since = None;
     }
 
-    /// Forgets for how long the source has been failing, which a jump of time makes meaningless.
+    /// Restarts the time for which the source has failed, after a jump of time.
     pub fn restart_time(&mut self) {
         self.failing_since = None;
     }
 
-    /// Says whether the source changes. `candidate` gives the unit of a number, 0 the primary, and none behind the last;
-    /// only those are asked for that matter, with every sample mostly the source alone. `now` is the time of the set,
-    /// microseconds. Units from number 255 on are not looked at.
+    /// Returns a change of the source, if any. `candidate` returns the unit of a number, 0 for the primary, and
+    /// `None` behind the last one; only units that matter are requested, with most samples the source alone.
+    /// `now` is the time of the set, microseconds. Units from number 255 on are ignored.
     pub fn update<T: Real>(
         &mut self,
         now: u64,
@@ -184,7 +184,7 @@ impl Selection {
         self.replace(source, condition, &fit, settings)
     }
 
-    /// Until there is a source, whoever is fit becomes it; the primary is waited for at the very start.
+    /// Selects any usable unit while there is no source; at the very start it waits for the primary.
     fn begin<T: Real>(
         &mut self,
         now: u64,
@@ -210,8 +210,9 @@ impl Selection {
         now - *since >= hold
     }
 
-    /// Other secondaries first: a primary that failed before and was not called back comes last. Where nobody is fit, what still
-    /// says something stays; one that says nothing gives way to any that does, and one that cannot be right to a better one.
+    /// Replaces a failed source. Other secondaries come first, a primary that failed before comes last. If no
+    /// unit is usable, a source with readings stays; one without readings is replaced by any with readings, and
+    /// a refuted one by a better one.
     fn replace<T: Real>(
         &mut self,
         failed: usize,
@@ -243,7 +244,7 @@ impl Selection {
     }
 }
 
-/// The healthy secondary that is calibrated, or else any; of these the one with the smallest residual, or else the first.
+/// Best healthy secondary: a calibrated one before others, then the smallest residual, then the lowest number.
 fn best_secondary<T: Real>(
     candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
     settings: &SelectionSettings,
@@ -259,7 +260,7 @@ fn best_secondary<T: Real>(
     best.map(|(unit, _)| unit)
 }
 
-/// Where nobody is fit, the one that is in the best condition of those that say anything, the primary before the others.
+/// Best unhealthy unit with readings: the best condition, the primary before the others.
 fn best_of_unfit<T: Real>(
     candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
     settings: &SelectionSettings,
@@ -283,7 +284,7 @@ fn best_of_unfit<T: Real>(
     best.map(|(number, _)| number)
 }
 
-/// A residual that is not a number was never measured, and is worse than any.
+/// Compares two candidates. A residual of NaN was never measured, and ranks last.
 fn is_better<T: Real>(a: &SourceCandidate<T>, b: &SourceCandidate<T>) -> bool {
     if a.calibrated != b.calibrated {
         return a.calibrated;

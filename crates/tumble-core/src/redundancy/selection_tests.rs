@@ -47,7 +47,7 @@ fn the_primary_is_first() {
 }
 
 #[test]
-fn a_primary_missing_from_the_start_is_waited_for_and_then_replaced() {
+fn a_primary_missing_from_the_start_is_replaced_after_a_wait() {
     let mut selection = Selection::new();
     assert_eq!(selection.update(5, &among(&[ILL, FIT]), &settings(None)), None);
     let change = selection.update(5 + HOLD, &among(&[ILL, FIT]), &settings(None));
@@ -108,7 +108,7 @@ fn failed_over(settings: &SelectionSettings) -> Selection {
 }
 
 #[test]
-fn without_a_command_the_primary_never_comes_back_while_others_are_fit() {
+fn the_primary_returns_only_on_command_while_others_are_usable() {
     let mut selection = failed_over(&settings(None));
     let proven = SourceCandidate {
         healthy_for: u64::MAX,
@@ -131,7 +131,7 @@ fn without_a_command_the_primary_never_comes_back_while_others_are_fit() {
 }
 
 #[test]
-fn a_command_brings_the_primary_back_if_it_is_healthy_and_is_forgotten_if_not() {
+fn a_command_returns_a_healthy_primary_and_is_else_discarded() {
     let mut selection = failed_over(&settings(None));
     selection.command_primary();
     assert_eq!(
@@ -233,7 +233,7 @@ fn ill_as(condition: Condition) -> SourceCandidate<f32> {
 }
 
 #[test]
-fn a_source_that_is_wrong_but_speaks_stays_while_nobody_else_is_fit() {
+fn a_doubtful_source_stays_while_no_other_unit_is_usable() {
     let mut selection = started(&settings(None));
     let set = [ill_as(Condition::Doubtful), ILL, ILL];
     for time in (0..10 * HOLD).step_by(1000) {
@@ -245,7 +245,7 @@ fn a_source_that_is_wrong_but_speaks_stays_while_nobody_else_is_fit() {
 }
 
 #[test]
-fn a_source_that_saturates_is_left_only_for_one_that_has_been_calm() {
+fn a_saturating_source_is_replaced_only_by_a_calm_one() {
     let mut selection = started(&settings(None));
     let calm_for = |healthy_for| {
         [

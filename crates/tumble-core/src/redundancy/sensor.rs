@@ -1,4 +1,4 @@
-//! The two kinds of sensor in a unit, and the axes it has of each.
+//! Two kinds of sensor of a unit, and their axes.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,7 +7,7 @@ use crate::real::{Real, real};
 use crate::sample::{CHANNELS, Sample};
 
 crate::vocabulary! {
-    /// Three axes of one kind.
+    /// Sensor of three axes of one kind.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Sensor {
         /// Specific force, m/s^2.
@@ -17,11 +17,11 @@ crate::vocabulary! {
     }
 }
 
-/// Both, in the order of the channels.
+/// Both sensors, in the order of the channels.
 pub const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
 
 impl Sensor {
-    /// The first of its three channels in a sample.
+    /// First of the three channels in a sample.
     pub fn first_channel(self) -> usize {
         match self {
             Sensor::Accelerometer => 0,
@@ -29,7 +29,7 @@ impl Sensor {
         }
     }
 
-    /// The sensor of a channel.
+    /// Sensor of a channel.
     pub fn of_channel(channel: usize) -> Self {
         if channel < 3 {
             Sensor::Accelerometer
@@ -38,7 +38,7 @@ impl Sensor {
         }
     }
 
-    /// Of two things, accelerometer first, its own.
+    /// Returns the element of this sensor, of two with the accelerometer first.
     pub fn of<S>(self, [accelerometer, gyroscope]: &[S; 2]) -> &S {
         match self {
             Sensor::Accelerometer => accelerometer,
@@ -46,7 +46,7 @@ impl Sensor {
         }
     }
 
-    /// Of two things, accelerometer first, its own, to be changed.
+    /// Returns the element of this sensor, of two with the accelerometer first, mutable.
     pub fn of_mut<S>(self, [accelerometer, gyroscope]: &mut [S; 2]) -> &mut S {
         match self {
             Sensor::Accelerometer => accelerometer,
@@ -54,7 +54,7 @@ impl Sensor {
         }
     }
 
-    /// Of six channels, its three.
+    /// Returns the three channels of this sensor, from six.
     pub fn triad<T: Real>(self, channels: &[T; CHANNELS]) -> Vector3<T> {
         let [fx, fy, fz, wx, wy, wz] = *channels;
         match self {
@@ -63,61 +63,62 @@ impl Sensor {
         }
     }
 
-    /// Squared distance of its three channels in one reading from those in another.
+    /// Squared distance of the three channels in two readings.
     pub fn squared_distance<T: Real>(self, a: &[T; CHANNELS], b: &[T; CHANNELS]) -> T {
         squared(&(self.triad(a) - self.triad(b)))
     }
 }
 
-/// Share of an axis that a rotation written with four digits may leave where there is none.
+/// Share of an axis that a rotation written with four digits may leave where it should be zero.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Which of the six channels a unit has: not every sensor has three axes.
+/// Channels of a unit, of the six possible: not every sensor has three axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axes(pub [bool; CHANNELS]);
 
 impl Axes {
-    /// Three of each.
+    /// All three axes of both sensors.
     pub const ALL: Self = Self([true; CHANNELS]);
 
-    /// The three of one sensor.
+    /// Axes of one sensor.
     pub fn of(&self, sensor: Sensor) -> &[bool; 3] {
         let triad = match sensor {
             Sensor::Accelerometer => self.0.first_chunk(),
             Sensor::Gyroscope => self.0.last_chunk(),
         };
-        // Of six channels both triads are there.
+        // Six channels always contain both triads.
         triad.unwrap_or(&[true; 3])
     }
 
-    /// Whether a sensor has all three.
+    /// Returns whether a sensor has all three axes.
     pub fn complete(&self, sensor: Sensor) -> bool {
         *self.of(sensor) == [true; 3]
     }
 
-    /// Whether a sensor has any.
+    /// Returns whether a sensor has any axis.
     pub fn any(&self, sensor: Sensor) -> bool {
         *self.of(sensor) != [false; 3]
     }
 
-    /// Whether those of one sensor are all among another's.
+    /// Returns whether the other has all axes of a sensor.
     pub fn within(&self, other: &Self, sensor: Sensor) -> bool {
         let both = self.of(sensor).iter().zip(other.of(sensor));
         both.into_iter().all(|(own, other)| !own || *other)
     }
 
-    /// Three numbers of a sensor, with zeros where it has no axis.
+    /// Sets missing axes of a vector to zero.
     pub fn present<T: Real>(&self, sensor: Sensor, v: &Vector3<T>) -> Vector3<T> {
         or_else(*self.of(sensor), v, T::zero())
     }
 
-    /// Three numbers of a sensor, with not-a-number where it has no axis.
+    /// Sets missing axes of a vector to NaN.
     pub fn shown<T: Real>(&self, sensor: Sensor, v: &Vector3<T>) -> Vector3<T> {
         or_else(*self.of(sensor), v, real(f64::NAN))
     }
 
-    /// Axes of a unit, of which nominal rotation `turn` leads to its own from others, that can be told from these others.
-    /// Rows of the rotation say which of them each needs (docs/theory/redundancy.md, eq. 24).
+    /// Axes of a unit that correspond to axes of another, where the nominal rotation `turn` leads from the axes
+    /// of the other to those of the unit. The rows of the rotation determine the axes that each needs
+    /// (docs/theory/redundancy.md, eq. 24).
     pub fn comparable<T: Real>(&self, others: &Self, turn: &Matrix3<T>) -> Self {
         let mut comparable = *self;
         if *others == Self::ALL {
@@ -131,14 +132,14 @@ impl Axes {
         comparable
     }
 
-    /// Whether every sensor that has any is among these, accelerometer first.
+    /// Returns whether all sensors with any axis are among these, accelerometer first.
     #[inline(never)]
     pub fn covered_by(&self, sensors: [bool; 2]) -> bool {
         let both = SENSORS.into_iter().zip(sensors);
         both.into_iter().all(|(sensor, among)| among || !self.any(sensor))
     }
 
-    /// Puts zeros in channels that the unit does not have, whatever was written there.
+    /// Sets missing channels of a sample to zero.
     pub fn blank<T: Real>(&self, sample: &mut Sample<T>) {
         if *self == Self::ALL {
             return;
@@ -148,7 +149,7 @@ impl Axes {
     }
 }
 
-/// With another number in the place of those that are not there.
+/// Replaces the missing elements of a vector by another number.
 fn or_else<T: Real>([x, y, z]: [bool; 3], v: &Vector3<T>, other: T) -> Vector3<T> {
     let only = |value: T, has: bool| if has { value } else { other };
     Vector3::new(only(v.x, x), only(v.y, y), only(v.z, z))

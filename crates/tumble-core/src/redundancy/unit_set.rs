@@ -1,14 +1,14 @@
-//! Sets of units, a bit each, and the pairs that units make.
+//! Sets of units, one bit each, and the pairs of units.
 
-/// Some of the units, of which a set has no more than 32.
+/// Set of units, at most 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UnitSet(u32);
 
 impl UnitSet {
-    /// The primary.
+    /// Set of the primary alone.
     pub const PRIMARY: Self = Self(1);
 
-    /// Those of all `UNITS` units of which something is so.
+    /// Creates the set of those of `UNITS` units that meet a condition.
     pub fn of<const UNITS: usize>(is_so: impl Fn(usize) -> bool) -> Self {
         let mut units = Self::default();
         (0..UNITS).filter(|unit| is_so(*unit)).for_each(|unit| {
@@ -17,7 +17,7 @@ impl UnitSet {
         units
     }
 
-    /// Their numbers, in order.
+    /// Numbers of the units, in order.
     pub fn units(self) -> impl Iterator<Item = usize> {
         let mut left = self.0;
         core::iter::from_fn(move || {
@@ -27,12 +27,12 @@ impl UnitSet {
         })
     }
 
-    /// Whether a unit is among them.
+    /// Returns whether the set contains a unit.
     pub fn contains(self, unit: usize) -> bool {
         self.0 & bit(unit) != 0
     }
 
-    /// Whether both units of a pair are among them.
+    /// Returns whether the set contains both units of a pair.
     pub fn contain_both(self, [i, j]: [usize; 2]) -> bool {
         self.contains(i) && self.contains(j)
     }
@@ -42,42 +42,42 @@ impl UnitSet {
         self.0 |= bit(unit);
     }
 
-    /// Takes a unit out.
+    /// Removes a unit.
     pub fn remove(&mut self, unit: usize) {
         self.0 &= !bit(unit);
     }
 
-    /// Those that are also among others.
+    /// Intersection of two sets.
     #[must_use]
     pub fn and(self, others: Self) -> Self {
         Self(self.0 & others.0)
     }
 
-    /// They and others.
+    /// Union of two sets.
     #[must_use]
     pub fn or(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// Those that are not among others.
+    /// Units that are not in the other set.
     #[must_use]
     pub fn without(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// How many they are.
+    /// Number of units.
     pub fn count(self) -> u32 {
         self.0.count_ones()
     }
 
-    /// The first eight, the lowest bit that of unit 0.
+    /// First eight units, the lowest bit that of unit 0.
     #[allow(clippy::cast_possible_truncation)]
     pub fn bits(self) -> u8 {
         self.0 as u8
     }
 }
 
-/// The bit of a unit; none for those beyond count.
+/// Bit of a unit; zero for numbers beyond 31.
 fn bit(unit: usize) -> u32 {
     let number = u32::try_from(unit).ok();
     number.and_then(|number| 1_u32.checked_shl(number)).unwrap_or(0)
