@@ -1,4 +1,4 @@
-"""Two calibrations of one unit, by hand: how often they are said to differ, and changes found.
+"""Two calibrations of one unit, by hand: how often they are reported to differ, and changes found.
 
 `python -m benchmarks.compare [--pairs 400]`
 
@@ -87,7 +87,7 @@ def trial(seed: int) -> list[tuple[float, float, int, str]]:
 
 
 def statistics(pairs: int) -> Content:
-    """Share of pairs that are said to differ, for each change, and the mean of the statistic without one."""
+    """Share of pairs that are reported to differ, for each change, and the mean of the statistic without one."""
     seeds = range(BASE_SEED, BASE_SEED + pairs)
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         rows = list(pool.map(trial, seeds, chunksize=4))

@@ -291,7 +291,7 @@ def readers(content: Content) -> Iterator[str]:
     yield ""
     yield (
         "From file to samples checked and in SI units, against bare reading of the same file into columns. "
-        "Of a packed file the bytes are those packed."
+        "The bytes of a packed file are those packed."
     )
 
 
@@ -652,7 +652,7 @@ def spin_live(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"Mean over {content['sessions']} sessions of `tumble simulate spin --floor-tilt 2`, seeds 1 and "
-        "following, with bias instability that nobody tells the procedure. Live, it is done after two turns."
+        "following, with bias instability that the procedure is not given. Live, it is done after two turns."
     )
 
 
@@ -782,7 +782,7 @@ def redundancy_adoptions(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown "
-        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
+        "(median). The meaning of wrong is defined in `benchmarks/redundancy_judge.py`."
     )
 
 
@@ -799,7 +799,7 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"{content['missions']} missions. Velocity and angle: what a fault of the primary adds to the output "
-        "as long as the primary is the source, median. How each column is counted: "
+        "as long as the primary is the source, median. Definition of each column: "
         "[benchmarks/README.md](../benchmarks/README.md)."
     )
 
@@ -859,7 +859,7 @@ def flight_campaign(content: Content) -> Iterator[str]:
         yield _row([title, f"{health['hours']:.2f} h", *named, reasons, missing, anew])
     yield ""
     yield (
-        f"{content['missions']} missions, seeds from {content['seed']} on. How each column is counted: "
+        f"{content['missions']} missions, seeds from {content['seed']} on. Definition of each column: "
         "[benchmarks/README.md](../benchmarks/README.md)."
     )
 
@@ -970,7 +970,7 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
         (
             "Redundant set with a fault in one unit, of any kind: that unit is named",
             f"**{_of_each(named, 'right')}**",
-            f"a sound one first: {_of_each(named, 'wrong')}; nothing told: {_of_each(named, 'missed')}",
+            f"a sound one first: {_of_each(named, 'wrong')}; nothing reported: {_of_each(named, 'missed')}",
         ),
         (
             "All of it on a Cortex-M4F",
@@ -1025,7 +1025,7 @@ def missed(results: Mapping[str, Content]) -> Iterator[str]:
 
 def compare(content: Content) -> Iterator[str]:
     """Table of calibrations of one unit that are reported to differ, and of changes that are found."""
-    yield "| change of one bias, sigmas of the difference | said to differ | that bias is named |"
+    yield "| change of one bias, sigmas of the difference | reported to differ | that bias is named |"
     yield "|---|---|---|"
     yield _row(["none", f"{100 * (1.0 - content['same']):.1f} %", ""])
     for change, of in content["found"].items():

@@ -33,7 +33,7 @@ FaultKind = Literal[
 AxisName = Literal["x", "y", "z"]
 
 FAULTS: dict[FaultKind, str] = {
-    "scale": "one axis has its scale multiplied by `size`, 1.2 if not given; the truth says so too",
+    "scale": "one axis has its scale multiplied by `size`, 1.2 if not given; the truth states it too",
     "stuck": "one axis repeats its last reading from `start` on",
     "frozen": "all axes repeat their last reading from `start` to `end`",
     "moved": "the unit slips about one axis by `size` deg at `start`, 2 if not given",
