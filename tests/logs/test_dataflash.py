@@ -116,6 +116,15 @@ def test_unreadable_line_of_text_is_left_out_and_reported(tmp_path):
     assert "left out 1 line that cannot be read" in " ".join(recording.metadata.remarks)
 
 
+def test_lines_before_a_log_of_text_are_passed_over(tmp_path):
+    time, force, turn = turning(np.random.default_rng(9), 300)
+    path = tmp_path / "flight.log"
+    path.write_text("ArduCopter V3.1\n\n" + DataFlashWriter().triads("IMU", time, force, turn).text())
+    recording, found = samples_of(path)
+    assert recording.metadata.format == "dataflash"
+    assert len(found["time"]) == 300
+
+
 def test_every_imu_of_a_log_is_inspected(tmp_path):
     time, force, turn = turning(np.random.default_rng(8), 500)
     writer = DataFlashWriter().triads("IMU", time, force, turn).triads("ACC", time, force, turn)

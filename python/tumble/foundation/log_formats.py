@@ -103,6 +103,7 @@ LOG_FORMATS = (
         "tumble inspect flight.bin:imu_0",
         (".bin",),
         (b"\xa3\x95\x80", b"FMT, 128,", b"FMT,128,"),
+        rb"(?m)^FMT, ?128, ?89,",
         extra="formats",
         firmware="ardupilot",
         body=FRD,
