@@ -3,7 +3,7 @@
 `python -m benchmarks.flights.logs FOLDER [--only TEXT] [--no-faults]`
 
 FOLDER holds each file of `tests/flights.yaml` as OWNER+NAME/PATH, at its commit; absent files are left out.
-Then faults are put into the ten longest at 45 Hz and more. `benchmarks/README.md` defines
+Then faults are put into the ten largest real ones at 45 Hz and more. `benchmarks/README.md` defines
 the figures.
 """
 
@@ -28,6 +28,7 @@ from rich.progress import track
 from scipy.stats import chi2
 
 import tumble
+from benchmarks.flights import sdlog2
 from benchmarks.flights.replay import EVALUATE_EVERY, UNITS_OF_LOGS, events_of, table
 from benchmarks.redundancy_fault import Kind, draw_fault
 from benchmarks.redundancy_figures import by_kind, wide_console
@@ -59,8 +60,13 @@ SHARE = (0.4, 0.6)
 """Shares of a log between which a fault begins."""
 SUBSYSTEMS = {16: "EKF check", 17: "EKF failsafe", 24: "EKF primary"}
 """Subsystems of ERR that concern inertial navigation (AP_Logger.h)."""
+RESETS = {60: "EKF height reset", 62: "EKF yaw reset"}
+"""Events of EV that concern it, likewise."""
+HEALTH = {"AHlt": "accelerometer", "AH": "accelerometer", "GHlt": "gyroscope", "GH": "gyroscope"}
+"""Fields of IMU by which ArduPilot says that a sensor is sound."""
+IMUS = ("IMU", "IMU2", "IMU3")
 TELLING = re.compile(
-    r"lane|primary|accels? incons|gyros? incons|variance|imu\d? (fail|bad|error)", re.IGNORECASE
+    r"\blane|\bprimary|accels? incons|gyros? incons|variance|imu\d? (fail|bad|error)", re.IGNORECASE
 )
 
 
@@ -84,11 +90,12 @@ def is_here(folder: Path, row: Mapping[str, Any]) -> bool:
 def replayed(folder: Path, row: Mapping[str, Any]) -> dict[str, Any]:
     """Replays a log, and returns what is reported of it and what its autopilot reported."""
     path = place(folder, row)
-    result = tumble.redundancy(row["imus"][0], row["imus"][1:], log=path, settings=SETTINGS)
+    result = _as_logged(path, row)
     named = [event for event in events_of(result) if _names(event)]
     return {
         "file": f"{row['repository']}: {row['path']}",
         "units": len(row["imus"]),
+        "simulated": bool(row.get("simulated")),
         "rate": _rate(result),
         "seconds": result.end - result.start,
         "verdicts": len(named),
@@ -96,10 +103,29 @@ def replayed(folder: Path, row: Mapping[str, Any]) -> dict[str, Any]:
         "disagree": sum(event[2] == "disagree" for event in events_of(result)),
         "judged at rest": any(event[2] == "evaluated" for event in events_of(result)),
         "adopted": sum(event[2] == "adopted" for event in events_of(result)),
-        "autopilot": list(autopilot(path)),
+        "autopilot": list(sdlog2.autopilot(path) if _is_sdlog2(row) else autopilot(path)),
         "looked_at": row.get("verdicts") == len(named),
         "why": row.get("why", ""),
     }
+
+
+def _as_logged(path: Path, row: Mapping[str, Any]) -> RedundancyResult:
+    """Replays a log as it is, or by way of a log for each unit where the program has no reader."""
+    if _is_sdlog2(row):
+        return _by_way_of_logs(sdlog2.recorded(path, row["imus"]))
+    return tumble.redundancy(row["imus"][0], row["imus"][1:], log=path, settings=SETTINGS)
+
+
+def _is_sdlog2(row: Mapping[str, Any]) -> bool:
+    return bool(row.get("format") == "sdlog2")
+
+
+def _by_way_of_logs(samples: Sequence[Samples]) -> RedundancyResult:
+    with tempfile.TemporaryDirectory(prefix="flights-") as name:
+        logs = [Path(name) / f"u{number}.parquet" for number in range(len(samples))]
+        for path, each in zip(logs, samples, strict=True):
+            pq.write_table(table(each), path)
+        return tumble.redundancy(logs[0], logs[1:], settings=SETTINGS, read=UNITS_OF_LOGS)
 
 
 def _names(event: Event) -> bool:
@@ -112,13 +138,16 @@ def _rate(result: RedundancyResult) -> float:
 
 
 def autopilot(path: Path) -> Iterator[str]:
-    """Returns what ArduPilot reported of its IMUs and filters: errors, lanes, messages."""
-    log = DFReader.DFReader_binary(str(path))
-    lane = None
-    while (message := log.recv_match(type=["ERR", "MSG", "NKF4", "XKF4"])) is not None:
+    """Returns what ArduPilot reported of its IMUs and filters: health, errors, resets, lanes, messages."""
+    log, lane, sound = _opened(path), None, dict[tuple[int, str], int]()
+    while (message := log.recv_match(type=[*IMUS, "ERR", "EV", "MSG", "NKF4", "XKF4"])) is not None:
         kind, time = message.get_type(), f"{message._timestamp - log.clock.timebase:.1f} s"
-        if kind == "ERR" and message.Subsys in SUBSYSTEMS:
+        if kind in IMUS:
+            yield from (f"{each} at {time}" for each in _changes(message, sound))
+        elif kind == "ERR" and message.Subsys in SUBSYSTEMS:
             yield f"{SUBSYSTEMS[message.Subsys]} {message.ECode} at {time}"
+        elif kind == "EV" and message.Id in RESETS:
+            yield f"{RESETS[message.Id]} at {time}"
         elif kind == "MSG" and TELLING.search(message.Message):
             yield f"{message.Message} at {time}"
         elif kind in ("NKF4", "XKF4") and hasattr(message, "PI"):
@@ -127,8 +156,27 @@ def autopilot(path: Path) -> Iterator[str]:
             lane = message.PI
 
 
+def _opened(path: Path) -> DFReader.DFReader:
+    if path.read_bytes()[:2] == b"\xa3\x95":
+        return DFReader.DFReader_binary(str(path))
+    return DFReader.DFReader_text(str(path))
+
+
+def _changes(message: DFReader.DFMessage, sound: dict[tuple[int, str], int]) -> Iterator[str]:
+    """Returns which sensors of an IMU turned unhealthy, or sound again."""
+    number = getattr(message, "I", IMUS.index(message.get_type()))
+    for field, sensor in HEALTH.items():
+        if (value := getattr(message, field, None)) is None:
+            continue
+        if value != sound.get((number, sensor), 1):
+            yield f"{sensor} of IMU {number} {'sound' if value else 'unhealthy'}"
+        sound[number, sensor] = value
+
+
 def recorded(folder: Path, row: Mapping[str, Any]) -> list[Samples]:
     """Reads what each IMU of a log gave, from the first sample of all on."""
+    if _is_sdlog2(row):
+        return sdlog2.recorded(place(folder, row), row["imus"])
     found = []
     for imu in row["imus"]:
         chunks = list(open_recording(f"{place(folder, row)}:{imu}").chunks())
@@ -148,12 +196,7 @@ def faulted(samples: Sequence[Samples], kind: Kind, faulty: int, seed: Sequence[
     start = float(random.uniform(*SHARE)) * end
     fault = draw_fault(random, kind, start, LEAST)
     given = [fault.inject(each) if number == faulty else each for number, each in enumerate(samples)]
-    with tempfile.TemporaryDirectory(prefix="flights-") as name:
-        logs = [Path(name) / f"u{number}.parquet" for number in range(len(given))]
-        for path, each in zip(logs, given, strict=True):
-            pq.write_table(table(each), path)
-        result = tumble.redundancy(logs[0], logs[1:], settings=SETTINGS, read=UNITS_OF_LOGS)
-    judgement = judge(events_of(result), faulty, start, end)
+    judgement = judge(events_of(_by_way_of_logs(given)), faulty, start, end)
     return {
         "kind": kind,
         "faulty": faulty,
@@ -190,14 +233,23 @@ def interval(count: int, hours: float) -> tuple[float, float]:
 
 
 def summary(logs: Sequence[Mapping[str, Any]], faults: Sequence[Mapping[str, Any]]) -> Content:
-    """Puts all figures together: of logs at 45 Hz and more, and of slower ones."""
-    fast = [each for each in logs if each["rate"] >= FAST_HZ]
-    groups = {"45 Hz and more": fast, "slower": [each for each in logs if each["rate"] < FAST_HZ]}
+    """Puts all figures together."""
     return {
         "logs": list(logs),
-        "groups": {name: _rates(those) for name, those in groups.items() if those},
+        "groups": groups_of(logs),
         "faults": by_kind(faults, {"all": KINDS}),
     }
+
+
+def groups_of(logs: Sequence[Mapping[str, Any]]) -> Content:
+    """Returns rates of real logs at 45 Hz and more, of slower ones, and of simulated ones."""
+    real = [each for each in logs if not each["simulated"]]
+    groups = {
+        "45 Hz and more": [each for each in real if each["rate"] >= FAST_HZ],
+        "slower": [each for each in real if each["rate"] < FAST_HZ],
+        "simulated by ArduPilot": [each for each in logs if each["simulated"]],
+    }
+    return {name: _rates(those) for name, those in groups.items() if those}
 
 
 def _rates(logs: Sequence[Mapping[str, Any]]) -> Content:
@@ -222,7 +274,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for each in logs:
         console.print(each, highlight=False)
     if not options.no_faults:
-        fast = [row for row, log in zip(here, logs, strict=True) if log["rate"] >= FAST_HZ]
+        fast = [
+            row
+            for row, log in zip(here, logs, strict=True)
+            if log["rate"] >= FAST_HZ and not log["simulated"]
+        ]
         longest = sorted(fast, key=lambda row: -place(options.folder, row).stat().st_size)[:LOGS]
         figures = summary(logs, with_faults(options.folder, longest, console))
         console.print({name: figures[name] for name in ("groups", "faults")}, highlight=False)
