@@ -876,7 +876,8 @@ def flight_logs(content: Content) -> Iterator[str]:
         figures = [f"{log['rate']:.0f}", f"{log['seconds']:.0f}", f"{log['verdicts']} {reasons}".strip()]
         at_rest = "judged" if log["judged at rest"] else ""
         then = [at_rest, str(log["disagree"]), told.replace("|", "\\|"), log["why"]]
-        yield _row([log["file"], str(log["units"]), *figures, *then])
+        name = f"{log['file']} (simulated)" if log["simulated"] else log["file"]
+        yield _row([name, str(log["units"]), *figures, *then])
     yield ""
     yield "| logs | number | hours | verdicts | an hour, 95 % |"
     yield "|---|---|---|---|---|"

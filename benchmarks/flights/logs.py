@@ -63,7 +63,7 @@ SUBSYSTEMS = {16: "EKF check", 17: "EKF failsafe", 24: "EKF primary"}
 RESETS = {60: "EKF height reset", 62: "EKF yaw reset"}
 """Events of EV that concern it, likewise."""
 HEALTH = {"AHlt": "accelerometer", "AH": "accelerometer", "GHlt": "gyroscope", "GH": "gyroscope"}
-"""Fields of IMU by which ArduPilot says that a sensor is sound."""
+"""Fields of IMU by which ArduPilot states that a sensor is sound."""
 IMUS = ("IMU", "IMU2", "IMU3")
 TELLING = re.compile(
     r"\blane|\bprimary|accels? incons|gyros? incons|variance|imu\d? (fail|bad|error)", re.IGNORECASE

@@ -1,6 +1,6 @@
 """Logs of PX4 before 2017 (sdlog2), as pymavlink reads them: all IMUs at the rate of the logger.
 
-Such a log is told apart by messages TIME, which date all that come after them (PX4 1.4, sdlog2_messages.h).
+Its messages TIME date all that come after them (PX4 1.4, sdlog2_messages.h).
 """
 
 from __future__ import annotations
