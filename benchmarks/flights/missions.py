@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from benchmarks.flights.body import Body, fly
-from benchmarks.flights.units import Line, Shaking, Unit, digitised, draw_unit, read, stalled
+from benchmarks.flights.units import (
+    Line,
+    Shaking,
+    Unit,
+    digitised,
+    draw_thermometer,
+    draw_unit,
+    read,
+    stalled,
+)
 from benchmarks.redundancy_fault import InjectedFault, Kind, draw_fault
 from benchmarks.redundancy_set import Samples
 from tumble.foundation.recording import FloatArray
@@ -115,7 +124,11 @@ class Mission:
     def fly(self) -> tuple[Flight | None, Flight]:
         """Simulates the flight before, where there is one, and the flight with the faults."""
         random = np.random.default_rng([self.seed, 3])
-        units = tuple(draw_unit(random, rate, number) for number, rate in enumerate(self.rates_hz))
+        warmth = np.random.default_rng([self.seed, 4])
+        units = tuple(
+            replace(draw_unit(random, rate, number), thermometer=draw_thermometer(warmth))
+            for number, rate in enumerate(self.rates_hz)
+        )
         if not self.has_aged:
             return None, self._flown(random, units)
         before = self._before(random, units)

@@ -20,6 +20,7 @@ import tumble
 from benchmarks.flights.missions import Flight, Mission
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import Samples
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Precision, TriadName
 from tumble.logs import ReadOptions
 from tumble.procedures.redundancy.result import RedundancyResult, SecondaryError
@@ -63,9 +64,10 @@ def write(flight: Flight, folder: Path) -> tuple[list[Path], Path]:
     """Writes the log of each unit, and what is stated of all: the logs, primary first, and the settings."""
     folder.mkdir(parents=True, exist_ok=True)
     logs = []
-    for number, samples in enumerate(flight.recorded):
+    for number, (unit, samples) in enumerate(zip(flight.units, flight.recorded, strict=True)):
         logs.append(folder / f"u{number}.parquet")
-        pq.write_table(table(samples), logs[-1])
+        temperature = unit.logged_temperature(samples.arrival, flight.warming)
+        pq.write_table(table(samples, temperature), logs[-1])
     units = {f"u{number}": each for number, each in enumerate(_stated(flight))}
     settings = folder / "units.yaml"
     stated = yaml.safe_dump({"evaluate_every": EVALUATE_EVERY, "units": units})
@@ -73,11 +75,13 @@ def write(flight: Flight, folder: Path) -> tuple[list[Path], Path]:
     return logs, settings
 
 
-def table(samples: Samples) -> pa.Table:
-    """Returns samples as a log has them: whole microseconds, single precision."""
+def table(samples: Samples, temperature: FloatArray | None = None) -> pa.Table:
+    """Returns samples as a log has them: whole microseconds, single precision; temperature (n,) degC."""
     columns = {"time_us": np.round(1e6 * samples.time).astype(np.int64)}
     for name, readings in (("a", samples.specific_force), ("g", samples.angular_rate)):
         columns |= {f"{name}{axis}": readings[:, i].astype(np.float32) for i, axis in enumerate("xyz")}
+    if temperature is not None:
+        columns["temperature"] = temperature.astype(np.float32)
     return pa.table(columns)
 
 

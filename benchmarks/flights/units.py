@@ -33,6 +33,16 @@ AGEING: Pair = (0.1, 0.006)
 THERMAL: Pair = (0.2e-3 * STANDARD_GRAVITY, 2.6e-4)
 """Change of the bias, a kelvin, 1 sigma an axis."""
 WARMING_SECONDS = (60.0, 300.0)
+AMBIENT = 25.0
+"""degC at the start of each flight."""
+THERMOMETERS = 0.5
+"""Share of the units that log a temperature."""
+THERMOMETER_OFFSET = 2.0
+"""K, 1 sigma, by which a thermometer is wrong throughout."""
+THERMOMETER_NOISE = 0.05
+"""K, 1 sigma."""
+THERMOMETER_STEPS = (1.0 / 340.0, 1.0 / 132.48, 0.125)
+"""K: resolutions of an MPU-6000, an ICM-20948 and a BMI088 (their data sheets)."""
 ARM = 0.12
 """m, largest of each axis."""
 ARM_ERROR = 0.002
@@ -121,6 +131,23 @@ class Triad:
 
 
 @dataclass(frozen=True, slots=True)
+class Thermometer:
+    """Errors of what a unit logs of its temperature."""
+
+    offset: float
+    """K."""
+    step: float
+    """K."""
+    seed: int
+    """Seed of its noise."""
+
+    def read(self, temperature: FloatArray) -> FloatArray:
+        """Returns what it gives (n,) degC at temperatures (n,) degC."""
+        noise = THERMOMETER_NOISE * np.random.default_rng(self.seed).standard_normal(len(temperature))
+        return np.asarray(np.round((temperature + self.offset + noise) / self.step) * self.step)
+
+
+@dataclass(frozen=True, slots=True)
 class Unit:
     """A unit, and what is stated of it."""
 
@@ -138,6 +165,8 @@ class Unit:
     jitter: float
     """s, 1 sigma of a stamp."""
     warming_seconds: float
+    thermometer: Thermometer | None = None
+    """None where it logs no temperature."""
 
     def aged(self, random: np.random.Generator, share: float) -> Unit:
         """Returns it as it is at the next flight: each bias elsewhere."""
@@ -152,6 +181,12 @@ class Unit:
     def warmth(self, time: FloatArray, warming: float) -> FloatArray:
         """Returns by how many kelvins (n,) it is warmer than at the start, at times (n,) s."""
         return np.asarray(-warming * np.expm1(-time / self.warming_seconds))
+
+    def logged_temperature(self, time: FloatArray, warming: float) -> FloatArray | None:
+        """Returns the temperature (n,) degC that it logs at times (n,) s; None where it logs none."""
+        if self.thermometer is None:
+            return None
+        return self.thermometer.read(AMBIENT + self.warmth(time, warming))
 
     def ideal(self, body: Body, time: FloatArray, warming: float) -> dict[TriadName, FloatArray]:
         """Returns what it reads (n, 3) without noise, vibration, resolution and range."""
@@ -179,6 +214,17 @@ def draw_unit(random: np.random.Generator, rate_hz: float, number: int) -> Unit:
         delay=0.0 if number == 0 else float(random.uniform(0.0, DELAY)),
         jitter=min(JITTER / rate_hz, LARGEST_JITTER),
         warming_seconds=float(random.uniform(*WARMING_SECONDS)),
+    )
+
+
+def draw_thermometer(random: np.random.Generator) -> Thermometer | None:
+    """Draws whether a unit logs its temperature, and how well."""
+    if random.random() >= THERMOMETERS:
+        return None
+    return Thermometer(
+        offset=float(THERMOMETER_OFFSET * random.standard_normal()),
+        step=float(random.choice(THERMOMETER_STEPS)),
+        seed=int(random.integers(2**32)),
     )
 
 

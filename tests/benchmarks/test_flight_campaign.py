@@ -11,7 +11,17 @@ from benchmarks.flights.body import GRID_HZ, attitudes, fly, interpolated
 from benchmarks.flights.missions import CYCLE, PlacedFault, draw
 from benchmarks.flights.replay import missing_output, replayed, write
 from benchmarks.flights.score import error_of, judged, on_faulty, scored
-from benchmarks.flights.units import Line, Shaking, digitised, draw_unit, read, stalled
+from benchmarks.flights.units import (
+    AMBIENT,
+    THERMOMETER_NOISE,
+    Line,
+    Shaking,
+    digitised,
+    draw_thermometer,
+    draw_unit,
+    read,
+    stalled,
+)
 from benchmarks.redundancy_fault import draw_fault
 from benchmarks.redundancy_set import SENSORS, Samples
 from scipy.spatial.transform import Rotation
@@ -148,6 +158,26 @@ def test_logs_hold_what_the_units_read_to_the_microsecond(tmp_path):
     table = pq.read_table(logs[1])
     np.testing.assert_allclose(1e-6 * table["time_us"].to_numpy(), flight.recorded[1].time, atol=5.1e-7)
     np.testing.assert_allclose(table["ay"].to_numpy(), flight.recorded[1].specific_force[:, 1], rtol=1e-6)
+
+
+def test_a_log_holds_the_warming_where_its_unit_has_a_thermometer(tmp_path):
+    _, flight = draw(9).fly()
+    logs, _ = write(flight, tmp_path)
+    tables = [pq.read_table(log) for log in logs]
+    has = ["temperature" in table.column_names for table in tables]
+    assert has == [unit.thermometer is not None for unit in flight.units] == [False, True]
+    unit, logged = flight.units[1], tables[1]["temperature"].to_numpy()
+    true = AMBIENT + unit.thermometer.offset + unit.warmth(flight.recorded[1].arrival, flight.warming)
+    np.testing.assert_allclose(logged, true, atol=6.0 * THERMOMETER_NOISE + unit.thermometer.step)
+    steps = logged / unit.thermometer.step
+    np.testing.assert_allclose(steps, np.round(steps), atol=2e-3)
+
+
+def test_half_of_the_units_have_a_thermometer():
+    print("seed 5")
+    random = np.random.default_rng(5)
+    drawn = [draw_thermometer(random) for _ in range(400)]
+    assert 160 < sum(each is not None for each in drawn) < 240
 
 
 def test_the_true_errors_leave_nothing_of_a_secondary(body):
