@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.report.canvas import Axes
+from tumble.report.canvas import Axes, Scale
 from tumble.report.numbers import MINUS
 from tumble.report.svg import GRID, INK, SOFT
 
@@ -59,6 +59,7 @@ def value_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 5
 
 def numbered_value_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
     """Writes numbers at the left, and the quantity and its unit above."""
+    axes.scales["y"] = Scale(ticks, texts, title)
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             0,
@@ -70,8 +71,11 @@ def numbered_value_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str]
             va="center",
             size=LABEL_SIZE,
             color=SOFT,
+            of_axis=True,
         )
-    axes.text(0, 1, title, frames=("panel", "panel"), shift=(0, 5), size=LABEL_SIZE + 0.5, color=INK)
+    axes.text(
+        0, 1, title, frames=("panel", "panel"), shift=(0, 5), size=LABEL_SIZE + 0.5, color=INK, of_axis=True
+    )
 
 
 def horizontal_axis(
@@ -104,6 +108,7 @@ def log_axis(axes: Axes, low: float, high: float, title: str) -> None:
     numbered_horizontal_axis(
         axes, decades, [f"{10.0**decade:.{max(0, -decade)}f}" for decade in decades], title
     )
+    axes.scales["x"].logarithmic = True
 
 
 def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
@@ -118,10 +123,12 @@ def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
     texts = [f"{digit}e{decade}".replace("-", MINUS) for digit, decade in inside]
     axes.grid(ticks, "y", GRID)
     numbered_value_axis(axes, ticks, texts, title)
+    axes.scales["y"].logarithmic = True
 
 
 def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
     """Writes numbers below, and the quantity and its unit below them."""
+    axes.scales["x"] = Scale(ticks, texts, title)
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             tick,
@@ -133,6 +140,7 @@ def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence
             va="top",
             size=LABEL_SIZE,
             color=SOFT,
+            of_axis=True,
         )
     axes.text(
         0.5,
@@ -144,6 +152,7 @@ def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence
         va="top",
         size=LABEL_SIZE,
         color=INK,
+        of_axis=True,
     )
 
 
@@ -151,7 +160,9 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
     """Names the places 0, 1, 2 ... along the bottom; of many names only every so-manyth is written."""
     axes.set_xlim(-0.6, len(labels) - 0.4)
     stride = max(1, -(-len(labels) // most))
-    for place, label in list(enumerate(labels))[::stride]:
+    shown = list(enumerate(labels))[::stride]
+    axes.scales["x"] = Scale([place for place, _ in shown], [label for _, label in shown])
+    for place, label in shown:
         axes.text(
             place,
             0,
@@ -163,6 +174,7 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
             rotation=35,
             size=LABEL_SIZE,
             color=SOFT,
+            of_axis=True,
         )
 
 

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from markupsafe import Markup, escape
 
 from tumble.report.canvas import Figure
+from tumble.report.panel_svg import figure_svg
 
 INK = "#1b2227"
 SOFT = "#5d6870"
@@ -42,17 +43,27 @@ _NAMESPACE = "http://www.w3.org/2000/svg"
 _FONTS = "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
 
 
-def inline_svg(figure: Figure, prefix: str, label: str) -> Markup:
+class Drawing(Markup):
+    """A figure as an `<svg>` element; `figure` is what it was drawn from, `name` its own on its page."""
+
+    figure: Figure
+    name: str
+    label: str
+
+
+def inline_svg(figure: Figure, prefix: str, label: str) -> Drawing:
     """Turns the figure into an `<svg>` element for a page, in the page's colours.
 
     Its identifiers start with `prefix`, so that no two figures of a page share one. `label` is what
     a screen reader says.
     """
-    body = figure.svg(lambda colour: f"var(--{PAGE_COLOURS[colour]})", prefix)
+    body = figure_svg(figure, lambda colour: f"var(--{PAGE_COLOURS[colour]})", prefix)
     size = f"{figure.width:g} {figure.height:g}"
-    return Markup(
+    drawing = Drawing(
         f'<svg viewBox="0 0 {size}" xmlns="{_NAMESPACE}" role="img" aria-label="{escape(label)}">{body}</svg>'
     )
+    drawing.figure, drawing.name, drawing.label = figure, prefix, label
+    return drawing
 
 
 def standalone_svg(figure: Figure, title: str) -> str:
@@ -60,5 +71,6 @@ def standalone_svg(figure: Figure, title: str) -> str:
     width, height = f"{figure.width:g}", f"{figure.height:g}"
     return (
         f'<svg viewBox="0 0 {width} {height}" xmlns="{_NAMESPACE}" width="{width}" height="{height}" '
-        f'font-family="{_FONTS}" role="img"><title>{escape(title)}</title>{figure.svg(str, "f")}</svg>\n'
+        f'font-family="{_FONTS}" role="img"><title>{escape(title)}</title>'
+        f"{figure_svg(figure, str, 'f')}</svg>\n"
     )
