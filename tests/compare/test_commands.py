@@ -145,7 +145,7 @@ def test_the_same_result_is_had_from_python(folder):
     result = tumble.compare([folder / "january.yaml", folder / "june.yaml"])
     assert result.verdict == "same"
     assert result["january and june"].joint.degrees_of_freedom == 24
-    assert len(result.to_frame()) == 24
+    assert len(result.to_pandas()) == 24
     assert "are the same within what is known" in result._repr_html_()
 
 

@@ -40,7 +40,7 @@ def test_a_unit_over_time_is_pooled_with_its_model(fleet):
     assert found.limit == 0.5
     assert found.probability > 0.95
     assert history.due == min(each.due for each in history.parameters if each.due) > found.measured.dates[-1]
-    assert len(history.to_frame()) == 5 * 12
+    assert len(history.to_pandas()) == 5 * 12
     assert fleet.due("0003") == history.due
 
 

@@ -83,7 +83,7 @@ def test_results_are_listed_latest_first_and_by_what_is_asked(registry, tmp_path
     assert {row["serial"] for row in registry.list(serial="0")} == {"0"}
     assert len(registry.list(lot="1")) == len(registry.list(serial="1")) == 1
     assert len(registry.list(procedure="spin")) == 0
-    frame = registry.list().to_frame()
+    frame = registry.list().to_pandas()
     assert list(frame["date"]) == sorted(dates, reverse=True)
 
 

@@ -237,4 +237,4 @@ def test_lists_and_data_frames_will_do_in_place_of_a_log(hand, found):
     columns |= {f"g{axis}": samples.gyroscope[:, k] for k, axis in enumerate("xyz")}
     again = tumble.multipose(pandas.DataFrame(columns))
     assert np.allclose(again.accelerometer.M, found.accelerometer.M)
-    assert len(list(found.to_frame()["parameter"])) == 24
+    assert len(list(found.to_pandas()["parameter"])) == 24

@@ -148,4 +148,4 @@ def test_notebook_shows_every_channel_and_a_frame_holds_every_term(log):
         assert f"<td>{channel.name}</td>" in table
     assert "white noise" in table
     assert "at rest" in table
-    assert len(result.to_frame()) == 30
+    assert len(result.to_pandas()) == 30

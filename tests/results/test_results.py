@@ -42,7 +42,7 @@ def test_a_batch_is_a_collection_of_its_targets(batch):
 
 
 def test_the_frame_of_a_batch_holds_every_parameter_with_its_sigma(batch):
-    frame = batch.to_frame()
+    frame = batch.to_pandas()
     assert len(frame) == 2 * 2 * 12
     for target in batch:
         for triad in (target.accelerometer, target.gyroscope):
@@ -52,7 +52,7 @@ def test_the_frame_of_a_batch_holds_every_parameter_with_its_sigma(batch):
     wide = frame.pivot(index="target", columns=["sensor", "parameter"], values="value")
     assert wide.loc["target_1", ("gyroscope", "bias x")] == batch["target_1"].gyroscope.b[0]
     pd.testing.assert_frame_equal(
-        batch["target_2"].to_frame(), frame[frame.target == "target_2"].reset_index(drop=True)
+        batch["target_2"].to_pandas(), frame[frame.target == "target_2"].reset_index(drop=True)
     )
 
 
@@ -63,7 +63,7 @@ def test_a_target_that_failed_is_in_the_frame_with_its_reason():
     dead = tumble.Recording.from_arrays(
         "dead", chunk.time, np.ones_like(chunk.accelerometer), chunk.gyroscope
     )
-    frame = tumble.turntable(session.reference, [session.targets[0], dead]).to_frame()
+    frame = tumble.turntable(session.reference, [session.targets[0], dead]).to_pandas()
     (row,) = frame[frame.target == "dead"].to_dict("records")
     assert row["verdict"] == "not calibrated"
     assert row["reason"]
@@ -75,7 +75,7 @@ def test_a_spin_is_a_collection_of_its_spins_and_a_table(log):
     result = tumble.spin(log)
     assert len(result) == 1
     assert result["spin 1"] is result[0] is next(iter(result))
-    frame = result.to_frame()
+    frame = result.to_pandas()
     found = frame[(frame.spin == "all") & frame.parameter.str.startswith("gyroscope bias")]
     np.testing.assert_array_equal(found.value, result.gyroscope_bias.value)
     assert (found.unit == "rad/s").all()
@@ -108,7 +108,8 @@ def test_a_batch_saved_again_keeps_targets_of_before(tmp_path, batch):
     assert Calibration.load(tmp_path / "target_1.yaml").name == "target_1"
 
 
-def test_a_saved_spin_is_what_the_command_writes(tmp_path, log):
+def test_a_saved_spin_is_what_the_command_writes(tmp_path, log, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
     assert typed("spin", log, "-o", tmp_path / "typed").code == 0
     files = tumble.spin(log).save(tmp_path / "called")
     assert sorted(path.name for path in files.values()) == sorted(contents(tmp_path / "called"))
@@ -135,7 +136,7 @@ def test_a_saved_alignment_is_what_the_command_writes(tmp_path):
     typed("align", "--primary", logs[0], "--secondary", logs[1], "-o", tmp_path / "typed")
     result = tumble.align(logs[0], logs[1])
     assert result[0] is result["target_1"]
-    frame = result.to_frame()
+    frame = result.to_pandas()
     assert list(frame.value.dropna()) == [each.value for each in result[0].parameters if each.observable]
     result.save(tmp_path / "called")
     assert contents(tmp_path / "called") == contents(tmp_path / "typed")
@@ -156,7 +157,7 @@ def test_a_replay_is_a_collection_of_stored_errors_and_a_table(flown):
     result = tumble.redundancy("imu1", "imu2", log=flown, settings=QUICK)
     assert [error.name for error in result] == ["imu2 accelerometer", "imu2 gyroscope"]
     assert result["imu2 gyroscope"] is result[1]
-    frame = result.to_frame()
+    frame = result.to_pandas()
     biases = frame[(frame.sensor == "gyroscope") & frame.parameter.str.startswith("bias")]
     np.testing.assert_array_equal(biases.value, result["imu2 gyroscope"].bias)
     assert frame[~frame.observable].reason.all()
@@ -174,7 +175,7 @@ def test_a_saved_replay_is_what_the_command_writes(flown, tmp_path, monkeypatch)
 
 
 def test_an_inspection_is_a_table_of_channels(log):
-    frame = tumble.inspect(log).to_frame()
+    frame = tumble.inspect(log).to_pandas()
     assert list(frame.name) == [
         f"{triad} {axis}" for triad in ("accelerometer", "gyroscope") for axis in "xyz"
     ]
@@ -184,5 +185,85 @@ def test_an_inspection_is_a_table_of_channels(log):
 def test_without_pandas_one_line_says_what_to_install(batch, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(TumbleError, match="needs pandas, which is not installed; run pip install pandas"):
-        batch.to_frame()
+        batch.to_pandas()
     assert len(list(batch.rows())) == 2 * 2 * 12
+
+
+def test_without_xarray_one_line_says_what_to_install(batch, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(TumbleError, match="needs xarray, which is not installed; run pip install xarray"):
+        batch.to_xarray()
+
+
+def test_a_data_set_has_a_dimension_for_each_key_of_a_parameter(batch):
+    dataset = batch.to_xarray()
+    assert dict(dataset.sizes) == {"target": 2, "sensor": 2, "parameter": 12}
+    place = {"target": "target_2", "sensor": "gyroscope", "parameter": "bias y"}
+    assert dataset.value.sel(place).item() == batch["target_2"].gyroscope.b[1]
+
+
+def test_a_table_without_values_has_one_dimension_in_a_data_set(log):
+    assert dict(tumble.inspect(log).to_xarray().sizes) == {"row": 6}
+
+
+def test_estimates_are_the_arrays_of_the_parameters(batch):
+    triad = batch["target_1"].gyroscope
+    value, sigma = triad.estimates("bias")
+    np.testing.assert_array_equal(value, triad.b)
+    np.testing.assert_array_equal(sigma, [each.sigma for each in triad.parameters[:3]])
+    assert type(value) is type(sigma) is np.ndarray
+    with pytest.raises(KeyError, match="lever arm: is none of bias, scale, non-orthogonality, mounting"):
+        triad.estimates("lever arm")
+
+
+def test_hidden_estimates_are_nan_with_infinite_sigma(log):
+    spin = tumble.spin(log)[0]
+    hidden = replace(spin, parameters=tuple(replace(each, observable=False) for each in spin.parameters))
+    value, sigma = hidden.estimates("accelerometer bias")
+    assert np.isnan(value).all()
+    assert np.isinf(sigma).all()
+
+
+def test_a_batch_of_one_target_has_a_calibration(batch):
+    assert batch.calibrations["target_2"] == batch.calibration_of(batch["target_2"])
+    with pytest.raises(TumbleError, match="calibrations of 2 units; take them by name from calibrations"):
+        assert batch.calibration
+    alone = replace(batch, targets=batch.targets[1:])
+    assert alone.calibration == batch.calibrations["target_2"]
+
+
+def test_a_redundant_set_has_calibrations_by_name(flown):
+    result = tumble.redundancy("imu1", "imu2", log=flown, settings=QUICK)
+    assert result.calibration == result.calibrations["imu2"] == result.calibration_of("imu2")
+
+
+def test_every_table_shows_itself_in_a_notebook(batch, log):
+    for table in (batch, batch[0], tumble.spin(log), tumble.spin(log)[0], tumble.inspect(log)):
+        assert "<table>" in table._repr_html_()
+    assert "<b>spin</b>" in tumble.open_recording(log)._repr_html_()
+
+
+def test_packages_list_the_names_they_give_and_no_more():
+    for package in (tumble, tumble.logs, tumble.live):
+        assert set(dir(package)) == set(package.__all__)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: tumble.noise(3), "int is neither a path nor a table with named columns"),
+        (lambda: tumble.turntable("a.csv", None), "NoneType is neither a path nor a table"),
+        (lambda: tumble.compare("a.yaml"), "is one source; give a list of two calibrations or more"),
+        (lambda: Calibration.load(3), "3: is no path but int; give the path of a calibration"),
+    ],
+)
+def test_arguments_of_another_type_are_refused_in_words(call, words, tmp_path, monkeypatch, log):
+    (tmp_path / "a.csv").write_bytes(log.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TumbleError, match=words):
+        call()
+
+
+def test_gravity_that_is_no_number_is_refused_in_words(log):
+    with pytest.raises(TumbleError, match="gravity: 'high' is no number but str"):
+        tumble.spin(log, gravity="high")

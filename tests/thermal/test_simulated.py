@@ -263,7 +263,7 @@ def test_shocks_to_the_unit_are_left_out_and_reported():
 
 def test_result_is_a_table_a_notebook_and_files(tmp_path):
     result = tumble.thermal(session().recording)
-    frame = result.to_frame()
+    frame = result.to_pandas()
     assert set(frame["channel"]) == {axis.name for axis in result}
     assert "<table>" in result._repr_html_()
     assert "ThermalResult" in repr(result)

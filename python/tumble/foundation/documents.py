@@ -8,6 +8,7 @@ import re
 import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
 
@@ -134,6 +135,9 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
 
     Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
     """
+    if not isinstance(path, str | PathLike):
+        kind = type(path).__name__
+        raise CalibrationFileError(f"{short(path)}: is no path but {kind}; give the path of a {schema.what}")
     path = Path(path)
     remedy = f"see tumble schema {schema.name}"
     if too_long := name_too_long(path):

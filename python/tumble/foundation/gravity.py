@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Final, Protocol
 
 from tumble import _core
@@ -62,6 +63,10 @@ def local_gravity(
 
     Raises `ProcedureError` where it cannot be the gravity of any place on Earth.
     """
+    given = {"gravity": gravity, "latitude": latitude, "height": height, "gravity_uncertainty": uncertainty}
+    for name, value in given.items():
+        if value is not None and not isinstance(value, Real):
+            raise ProcedureError(f"{name}: {value!r} is no number but {type(value).__name__}; give a number")
     if uncertainty is not None and not 0.0 <= uncertainty <= LARGEST_UNCERTAINTY:
         raise ProcedureError(
             f"uncertainty of gravity of {uncertainty:g} m/s^2: give its 1-sigma in m/s^2, 0 to "

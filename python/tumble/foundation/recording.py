@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from tumble.foundation import arrays
+from tumble.foundation import arrays, frames
 from tumble.foundation.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
 from tumble.foundation.errors import ArrayError, LogError
-from tumble.foundation.units import TRIADS, Channel, Triad, channels_of
+from tumble.foundation.units import TRIADS, UNITS, Channel, Triad, channels_of
 from tumble.foundation.words import plain
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
 
 FEW_SAMPLES = 10
 """Samples that are looked at sooner one by one than by numpy."""
@@ -211,9 +217,73 @@ class Recording:
         )
         return cls(metadata, lambda: iter((chunk,)))
 
+    def to_pandas(self) -> DataFrame:
+        """Returns all samples as a data frame, which a procedure reads as it does a recording.
+
+        Its index is time, s; `attrs["units"]` has the unit of each column. Raises `TumbleError` where pandas
+        is not installed.
+        """
+        pandas = frames.library("pandas", "to_pandas() needs pandas", "take chunks()")
+        samples = self._samples()
+        columns: dict[str, FloatArray] = {
+            channel: getattr(samples, triad)[:, axis]
+            for triad in self.metadata.triads
+            for axis, channel in enumerate(channels_of(triad))
+        }
+        units: dict[str, str] = {"time": "s"} | {
+            channel: UNITS[triad] for triad in self.metadata.triads for channel in channels_of(triad)
+        }
+        if samples.temperature is not None:
+            columns["temperature"], units["temperature"] = samples.temperature, "degC"
+        frame: DataFrame = pandas.DataFrame(columns, index=pandas.Index(samples.time, name="time"))
+        frame.attrs["units"] = units
+        return frame
+
+    def to_xarray(self) -> Dataset:
+        """Returns all samples as a data set: `accelerometer` and `gyroscope` over `time`, s, and `axis`.
+
+        Each variable states its unit. Raises `TumbleError` where xarray is not installed.
+        """
+        xarray = frames.library("xarray", "to_xarray() needs xarray", "take chunks()")
+        samples = self._samples()
+        variables: dict[str, Any] = {
+            triad: (("time", "axis"), getattr(samples, triad), {"units": UNITS[triad]})
+            for triad in self.metadata.triads
+        }
+        if samples.temperature is not None:
+            variables["temperature"] = ("time", samples.temperature, {"units": "degC"})
+        place = {"time": ("time", samples.time, {"units": "s"}), "axis": list("xyz")}
+        dataset: Dataset = xarray.Dataset(variables, coords=place, attrs={"name": self.name})
+        return dataset
+
+    def _samples(self) -> Chunk:
+        """Returns all samples in one piece."""
+        chunks = list(self.chunks())
+        if not chunks:
+            return Chunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+        with_temperature = all(chunk.temperature is not None for chunk in chunks)
+        return Chunk(
+            np.concatenate([chunk.time for chunk in chunks]),
+            np.concatenate([chunk.accelerometer for chunk in chunks]),
+            np.concatenate([chunk.gyroscope for chunk in chunks]),
+            np.concatenate([chunk.temperature for chunk in chunks]) if with_temperature else None,
+        )
+
+    def _repr_html_(self) -> str:
+        about = self.metadata
+        units = {"accelerometer": about.accelerometer_unit, "gyroscope": about.gyroscope_unit}
+        facts = {"source": about.source, "format": about.format, "serial": about.serial or "not stated"}
+        facts |= {
+            triad: f"{unit.name} ({unit.reason})" for triad, unit in units.items() if triad in about.triads
+        }
+        rows = "".join(
+            f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in facts.items()
+        )
+        return f"<table><caption><b>{escape(self.name)}</b></caption>{rows}</table>"
+
 
 class Table(Protocol):
-    """Named columns in memory: a data frame of pandas or polars, a table of pyarrow, a mapping of arrays."""
+    """Named columns in memory: of pandas, polars, xarray or pyarrow, or a mapping of arrays."""
 
     def __getitem__(self, name: Any, /) -> Any:  # noqa: ANN401 - such libraries type it in ways of their own
         """Returns the column of that name."""
@@ -243,7 +313,12 @@ def named_columns(source: object) -> dict[Any, str] | None:
     }
 
 
+def is_table(source: object) -> bool:
+    """Returns whether a source has named columns."""
+    return named_columns(source) is not None
+
+
 def sources_of(given: RecordingSource | Sequence[RecordingSource]) -> list[RecordingSource]:
     """Lists what may be one source or several."""
-    one = isinstance(given, str | Path | Recording) or named_columns(given) is not None
+    one = isinstance(given, str | Path | Recording) or not isinstance(given, Iterable) or is_table(given)
     return [cast("RecordingSource", given)] if one else list(cast("Sequence[RecordingSource]", given))

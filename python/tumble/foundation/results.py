@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar
+
+import numpy as np
 
 from tumble import _core
-from tumble.foundation.frames import frame_of
+from tumble.foundation.errors import ProcedureError
+from tumble.foundation.frames import dataset_of, frame_of, html_table
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import LogFacts, Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+    from xarray import Dataset
 
 TriadName = Literal["accelerometer", "gyroscope"]
 
@@ -68,9 +73,20 @@ class Tabular:
     def rows(self) -> Iterator[Row]:
         """Returns the result line by line, every line with the same columns."""
 
-    def to_frame(self) -> DataFrame:
+    def to_pandas(self) -> DataFrame:
         """Returns `rows()` as a data frame; raises `TumbleError` where pandas is not installed."""
         return frame_of(self.rows())
+
+    def to_xarray(self) -> Dataset:
+        """Returns `rows()` as a data set, with a dimension for each column that names a number.
+
+        `result.to_xarray().value.sel(sensor="gyroscope", parameter="bias x")` is one of them. Tables without
+        a column `value` have one dimension, `row`. Raises `TumbleError` where xarray is not installed.
+        """
+        return dataset_of(self.rows())
+
+    def _repr_html_(self) -> str:
+        return html_table(self.rows())
 
 
 class Named(Protocol):
@@ -114,6 +130,15 @@ class Collection(Generic[Item]):
             if item.name == wanted:
                 return item
         raise KeyError(f"{wanted}: is none of {', '.join(item.name for item in items)}")
+
+
+def only(units: Sequence[object]) -> int:
+    """Returns the place of the only unit; raises `ProcedureError` where there is not exactly one."""
+    if len(units) != 1:
+        raise ProcedureError(
+            f"there are calibrations of {count_of('unit', len(units))}; take them by name from calibrations"
+        )
+    return 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,6 +195,35 @@ class Parameter:
         }
 
 
+class AxisEstimates(NamedTuple):
+    """Numbers of one kind for the axes of a triad, as plain arrays."""
+
+    value: FloatArray
+    """(3,) NaN where the data do not show it."""
+    sigma: FloatArray
+    """(3,) 1-sigma; infinite where the data do not show it."""
+
+
+def estimates_of(parameters: Iterable[Parameter], name: str) -> AxisEstimates:
+    """Gathers the parameters whose name, but for its last word, is `name`: `bias` for those of x, y and z.
+
+    Raises `KeyError` with the names there are.
+    """
+    groups: dict[str, list[Parameter]] = {}
+    for parameter in parameters:
+        groups.setdefault(parameter.name.rpartition(" ")[0], []).append(parameter)
+    if name not in groups:
+        raise KeyError(f"{name}: is none of {', '.join(filter(None, groups))}")
+    return axis_estimates(groups[name])
+
+
+def axis_estimates(parameters: Iterable[Parameter]) -> AxisEstimates:
+    """Gathers parameters of one kind, an axis each."""
+    found = [(each.value, each.sigma) if each.observable else (np.nan, np.inf) for each in parameters]
+    value, sigma = np.array(found, dtype=np.float64).T
+    return AxisEstimates(value.copy(), sigma.copy())
+
+
 @dataclass(frozen=True, slots=True)
 class TriadResult:
     """Calibration of three accelerometers or three gyroscopes: `y = M u + b`, `M = K L Q`."""
@@ -217,6 +271,13 @@ class TriadResult:
     have in common; None where nobody states that."""
     widening: float = 1.0
     """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
+
+    def estimates(self, name: str) -> AxisEstimates:
+        """Returns values and sigmas of `bias`, `scale`, `non-orthogonality` or `mounting`, (3,) each.
+
+        Units are those of the parameters: of the triad, 1, and deg for angles.
+        """
+        return estimates_of(self.parameters, name)
 
     @property
     def model_met(self) -> bool:

@@ -130,7 +130,7 @@ class Registry:
 
     >>> import tumble
     >>> registry = tumble.Registry("lab.db")  # doctest: +SKIP
-    >>> registry.list(serial="0042").to_frame()  # doctest: +SKIP
+    >>> registry.list(serial="0042").to_pandas()  # doctest: +SKIP
     """
 
     def __init__(self, address: str | Path, *, patience: float = PATIENCE) -> None:
@@ -518,9 +518,9 @@ class Registry:
 
         return listed(self)
 
-    def to_frame(self) -> DataFrame:
+    def to_pandas(self) -> DataFrame:
         """Return all results as a data frame; raises `TumbleError` where pandas is not installed."""
-        return self.list(most=1 << 31).to_frame()
+        return self.list(most=1 << 31).to_pandas()
 
 
 def _stated(facts: UnitFacts) -> dict[str, Value]:

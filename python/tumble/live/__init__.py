@@ -48,3 +48,7 @@ __all__ = [
     "parse_address",
     "schemes",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -51,3 +51,7 @@ __getattr__ = lazy.attributes(
         "tumble.logs.writers": ("open_mcap_writer", "open_writer"),
     },
 )
+
+
+def __dir__() -> list[str]:
+    return __all__

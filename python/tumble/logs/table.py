@@ -1,6 +1,7 @@
-"""Tables in memory: data frames of pandas and polars, tables of pyarrow, mappings, structured arrays.
+"""Tables in memory: data frames of pandas and polars, data sets of xarray, tables of pyarrow, mappings.
 
 They are known by what they can do, give names of columns and a column by its name; no library is imported.
+Units stand in the names of columns, or in the attributes `units` of a data frame or of a variable of xarray.
 """
 
 from __future__ import annotations
@@ -60,20 +61,48 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
 
 def _columns(table: Table, name: str) -> dict[str, Any]:
     """Returns the columns by name, and the index of a data frame where it may hold the time."""
+    if hasattr(table, "data_vars"):
+        return _variables(table)
     named = named_columns(table)
     if named is None:
         raise ArrayError(
             f"{name}: {type(table).__name__} is neither a path nor a table with named columns; wrap arrays "
             "with Recording.from_arrays"
         )
-    columns = {text: table[key] for key, text in named.items()}
+    units = getattr(table, "attrs", {}).get("units", {})
+    columns = {_with_unit(text, units.get(text)): table[key] for key, text in named.items()}
     index = getattr(table, "index", None)
     if not (hasattr(index, "name") and hasattr(index, "dtype")):
         return columns
     assert index is not None
     # That of a frame that nobody gave one counts rows.
     counts_rows = index.name is None and getattr(index.dtype, "kind", "") not in "fmM"
-    return columns if counts_rows else {str(index.name or "time"): index} | columns
+    time = str(index.name or "time")
+    return columns if counts_rows else {_with_unit(time, units.get(time)): index} | columns
+
+
+def _variables(dataset: Any) -> dict[str, Any]:  # noqa: ANN401 - xarray is not imported
+    """Returns the columns of a data set: a variable over time each, or one for each axis of a triad."""
+    columns = {}
+    for name in (*dataset.coords, *dataset.data_vars):
+        variable = dataset[name]
+        unit = variable.attrs.get("units")
+        others = [dimension for dimension in variable.dims if dimension != variable.dims[0]]
+        if len(others) == 1 and variable.shape[1] == arrays.AXES:
+            for axis, letter in enumerate("xyz"):
+                columns[_with_unit(f"{name}_{letter}", unit)] = variable.values[:, axis]
+        elif not others and variable.dims and len(variable) and not _is_text(variable):
+            columns[_with_unit(str(name), unit)] = variable.values
+    return columns
+
+
+def _is_text(variable: Any) -> bool:  # noqa: ANN401 - xarray is not imported
+    return variable.dtype.kind in "US" or any(isinstance(value, str) for value in variable.values[:1])
+
+
+def _with_unit(name: str, unit: object) -> str:
+    """Returns the name of a column with the unit that stands beside it."""
+    return f"{name} [{unit}]" if isinstance(unit, str) and unit else name
 
 
 def _wanted(name: str, imus: Mapping[str, ImuColumns], wanted: str | None) -> str:

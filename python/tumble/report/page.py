@@ -5,16 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import PAGE, write_text
 from tumble.report.identity import Identity
 from tumble.report.numbers import typeset
 from tumble.report.text import VERDICT_SIGNS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +49,36 @@ class ResultPage(Generic[Result]):
         """Returns the page as HTML."""
         return render(self.package, self.template, self.identify(result), page=self.gather(result))
 
+    def plot(self, result: Result, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        return plot(self.gather(result), figure, type(result).__name__)
+
     def write(self, result: Result, path: Path) -> None:
         """Writes the page; the file takes its name only once it is whole.
 
         Raises `OutputError` where it cannot be written; what stood there before is untouched.
         """
         write_text(path, self.render(result), PAGE)
+
+
+def plot(page: object, figure: str | None, owner: str) -> Figure:
+    """Draws the figures of a page with matplotlib; `owner` is what errors name.
+
+    Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+    """
+    try:
+        import_module("matplotlib.figure")
+    except ImportError:
+        raise TumbleError(
+            "plot() needs matplotlib, which is not installed; run pip install 'tumble-imu[plot]', or save() "
+            "the page, which has the same figures"
+        ) from None
+    from tumble.report.matplotlib_figure import drawn
+
+    return drawn(page, figure, owner)
 
 
 def render(package: str, template: str, identity: Identity, **values: object) -> str:

@@ -5,15 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tumble.foundation.log_time import UNKNOWN_TIME, LogTime
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import Collection, Parameter, Row, Tabular, Verdict
+from tumble.foundation.results import (
+    AxisEstimates,
+    Collection,
+    Parameter,
+    Row,
+    Tabular,
+    Verdict,
+    estimates_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)
-class UnitAlignment:
+class UnitAlignment(Tabular):
     """Alignment of a secondary to the primary. Values that are not observable are NaN, sigma infinite."""
 
     name: str
@@ -70,6 +82,14 @@ class UnitAlignment:
     """Everything found: `rotation x` ..., `time offset`, `clock skew`, `lever arm x` ..., and the biases."""
     warnings: tuple[str, ...] = ()
 
+    def rows(self) -> Iterator[Row]:
+        """Returns a line for each parameter."""
+        return (parameter.row() for parameter in self.parameters)
+
+    def estimates(self, name: str) -> AxisEstimates:
+        """Returns values and sigmas of `rotation`, `lever arm` or another vector, (3,) each."""
+        return estimates_of(self.parameters, name)
+
     def parameter(self, name: str) -> Parameter:
         """Finds a parameter by its name; raises `KeyError` where there is none."""
         for parameter in self.parameters:
@@ -104,6 +124,15 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
         for unit in self.units:
             for parameter in unit.parameters:
                 yield {"secondary": unit.name} | parameter.row()
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.align.report.page import ALIGN_REPORT
+
+        return ALIGN_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble align` writes; returns the path of each file by what it is.

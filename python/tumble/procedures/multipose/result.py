@@ -15,6 +15,8 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Rest, Row, Tabular, Trace, TriadResult, Verdict
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tumble.calibration.document import Calibration
 
 WORTH_ADDING = 0.9
@@ -249,6 +251,15 @@ class MultiposeResult(Tabular):
         from tumble.procedures.multipose.calibration import calibration_of
 
         return calibration_of(self)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
+
+        return MULTIPOSE_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble multipose` writes; returns the path of each file by what it is.

@@ -11,10 +11,21 @@ import numpy as np
 
 from tumble.foundation.noise_terms import BIAS_INSTABILITY, RANDOM_WALK, WHITE
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import Addition, Collection, Parameter, Row, Tabular, Verdict
+from tumble.foundation.results import (
+    Addition,
+    AxisEstimates,
+    Collection,
+    Parameter,
+    Row,
+    Tabular,
+    Verdict,
+    axis_estimates,
+)
 from tumble.foundation.units import UNITS, Triad
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tumble.calibration.document import Calibration
 
 ASKED_FOR = (WHITE, BIAS_INSTABILITY, RANDOM_WALK)
@@ -39,7 +50,7 @@ class DeviationCurve:
 
 
 @dataclass(frozen=True, slots=True)
-class ChannelNoise:
+class ChannelNoise(Tabular):
     """Noise of one channel."""
 
     name: str
@@ -63,6 +74,10 @@ class ChannelNoise:
     def unit(self) -> str:
         """Unit of the deviations."""
         return UNITS[self.triad]
+
+    def rows(self) -> Iterator[Row]:
+        """Returns a line for each parameter."""
+        return (parameter.row() for parameter in self.terms)
 
     def term(self, name: str) -> Parameter:
         """Returns one term by its word; raises `KeyError` where there is none of that name."""
@@ -163,6 +178,11 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
         found = [channel.term(name) for channel in self.channels if channel.triad == triad]
         return np.array([each.value if each.observable else np.nan for each in found])
 
+    def estimates(self, triad: Triad, name: str) -> AxisEstimates:
+        """Returns values and sigmas of a term, (3,) each: `N`, `B` and the core's other words."""
+        found = [channel.term(name) for channel in self.channels if channel.triad == triad]
+        return axis_estimates(found)
+
     def rows(self) -> Iterator[Row]:
         """Returns a line for each term of each channel."""
         for channel in self.channels:
@@ -175,6 +195,15 @@ class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
         from tumble.procedures.noise.calibration import calibration_of
 
         return calibration_of(self)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.noise.report.page import NOISE_REPORT
+
+        return NOISE_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble noise` writes; returns the path of each file by what it is.

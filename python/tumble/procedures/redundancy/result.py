@@ -14,11 +14,24 @@ from numpy.typing import NDArray
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular, Verdict
+from tumble.foundation.results import (
+    INTERVAL,
+    NOT_SHOWN,
+    AxisEstimates,
+    Collection,
+    Parameter,
+    Row,
+    Tabular,
+    Verdict,
+    estimates_of,
+    only,
+)
 from tumble.foundation.units import UNITS
 from tumble.procedures.redundancy.known_faults import OF_THE_SET, KnownFault, known_faults
 
 if TYPE_CHECKING:
+    import matplotlib.figure
+
     from tumble.calibration.document import Calibration
 
 Sensor = Literal["accelerometer", "gyroscope"]
@@ -43,7 +56,7 @@ class RedundancyEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class SecondaryError:
+class SecondaryError(Tabular):
     """Error of one sensor of a secondary against the primary: `y_secondary = M y_primary + b`, both as read.
 
     Frames: M leads from the primary's case frame to the axes of the secondary, mounting included.
@@ -87,6 +100,14 @@ class SecondaryError:
     def shown_bias(self) -> FloatArray:
         """(3,) bias, NaN on axes of which none was found, as those that the unit or the primary lacks."""
         return np.where(np.isfinite(self.bias_sigma), self.bias, np.nan)
+
+    def rows(self) -> Iterator[Row]:
+        """Returns a line for each parameter."""
+        return (parameter.row() for parameter in self.parameters())
+
+    def estimates(self, name: str) -> AxisEstimates:
+        """Returns values and sigmas of `bias`, `lever arm` (3,), or `M` (9,), row by row."""
+        return estimates_of(self.parameters(), name)
 
     def parameters(self) -> Iterator[Parameter]:
         """Returns every number of it: bias, matrix, and the lever arm where there is one."""
@@ -275,6 +296,33 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         from tumble.procedures.redundancy.calibration import calibration_of
 
         return calibration_of(self, secondary)
+
+    @property
+    def calibration(self) -> Calibration:
+        """Calibration file of the only secondary; `calibrations` has those of several.
+
+        Raises `ProcedureError` where there are several, or it has no stored error.
+        """
+        names = self._calibrated()
+        return self.calibration_of(names[only(names)])
+
+    @property
+    def calibrations(self) -> dict[str, Calibration]:
+        """Calibration files of all secondaries with a stored error, by name."""
+        return {name: self.calibration_of(name) for name in self._calibrated()}
+
+    def _calibrated(self) -> list[str]:
+        """Returns the names of the secondaries with a stored error."""
+        return list(dict.fromkeys(error.unit for error in self.errors))
+
+    def plot(self, figure: str | None = None) -> matplotlib.figure.Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.redundancy.report.page import REDUNDANCY_REPORT
+
+        return REDUNDANCY_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble redundancy` writes; returns the path of each file by what it is.

@@ -15,6 +15,7 @@ from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import (
     INTERVAL,
+    AxisEstimates,
     Collection,
     Parameter,
     Rest,
@@ -23,11 +24,14 @@ from tumble.foundation.results import (
     Trace,
     TriadName,
     Verdict,
+    estimates_of,
 )
 from tumble.foundation.units import UNITS
 from tumble.foundation.words import count_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tumble.calibration.document import Calibration
 
 SpinMethod = Literal["level-free", "published"]
@@ -83,7 +87,7 @@ class SpinBlocks:
 
 
 @dataclass(frozen=True, slots=True)
-class Spin:
+class Spin(Tabular):
     """One spin: rest, turning on the spot, rests between."""
 
     label: str
@@ -125,6 +129,14 @@ class Spin:
     """(4, 3) scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope likewise, rad/s."""
     blocks: SpinBlocks
     warnings: tuple[str, ...] = ()
+
+    def rows(self) -> Iterator[Row]:
+        """Returns a line for each parameter."""
+        return (parameter.row() for parameter in self.parameters)
+
+    def estimates(self, name: str) -> AxisEstimates:
+        """Returns values and sigmas of `gyroscope bias`, `accelerometer bias` or `lever arm`, (3,) each."""
+        return estimates_of(self.parameters, name)
 
     @property
     def name(self) -> str:
@@ -261,6 +273,15 @@ class SpinResult(Tabular, Collection[Spin]):
         from tumble.procedures.spin.calibration import calibration_of
 
         return calibration_of(self)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.spin.report.page import SPIN_REPORT
+
+        return SPIN_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble spin` writes; returns the path of each file by what it is.

@@ -11,10 +11,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import INTERVAL, Addition, Collection, Parameter, Row, Tabular, Verdict
+from tumble.foundation.results import (
+    INTERVAL,
+    NOT_SHOWN,
+    Addition,
+    AxisEstimates,
+    Collection,
+    Parameter,
+    Row,
+    Tabular,
+    Verdict,
+    axis_estimates,
+)
 from tumble.foundation.units import UNITS, Triad
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tumble.calibration.document import Calibration
 
 LARGEST_HYSTERESIS = 0.25
@@ -37,7 +50,7 @@ class OrderScore:
 
 
 @dataclass(frozen=True, slots=True)
-class AxisDrift:
+class AxisDrift(Tabular):
     """Temperature drift of one axis: `y = (1 + s(t)) M u + b + d(t)`, t from the reference in K."""
 
     name: str
@@ -122,6 +135,10 @@ class AxisDrift:
     def is_one_curve(self) -> bool:
         """Returns whether one curve describes both warming and cooling."""
         return 0.5 * abs(self.clear_hysteresis) <= LARGEST_HYSTERESIS * self.swing.value
+
+    def rows(self) -> Iterator[Row]:
+        """Returns a line for each parameter."""
+        return (parameter.row() for parameter in self.parameters())
 
     def parameters(self) -> Iterator[Parameter]:
         """Returns every coefficient, the change of scale and the hysteresis, with intervals."""
@@ -214,6 +231,19 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
         both = all(axis.hysteresis.observable for axis in self.axes)
         return "measured" if both else "partly measured"
 
+    def estimates(self, triad: Triad, name: str) -> AxisEstimates:
+        """Returns values and sigmas of a parameter of each axis, (3,) each, such as `hysteresis`.
+
+        An axis whose drift has no such term counts as not observable.
+        """
+        found = [
+            next(
+                (each for each in axis.parameters() if each.name == name), unknown(name, axis.unit, NOT_SHOWN)
+            )
+            for axis in self.of_triad(triad)
+        ]
+        return axis_estimates(found)
+
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter of each axis."""
         for axis in self.axes:
@@ -226,6 +256,15 @@ class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
         from tumble.procedures.thermal.calibration import calibration_of
 
         return calibration_of(self)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.procedures.thermal.report.page import THERMAL_REPORT
+
+        return THERMAL_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble thermal` writes; returns the path of each file by what it is.

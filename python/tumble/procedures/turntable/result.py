@@ -22,11 +22,14 @@ from tumble.foundation.results import (
     TriadName,
     TriadResult,
     Verdict,
+    only,
 )
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import join
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tumble.calibration.document import Calibration
 
 GOOD = ("pass", "calibrated")
@@ -206,14 +209,14 @@ class TargetResult(Tabular):
 
     def rows(self) -> Iterator[Row]:
         """Returns a line for each parameter; one without a parameter where the target was not calibrated."""
-        about = {"target": self.name, "serial": self.serial, "verdict": self.verdict}
+        about = {"serial": self.serial, "verdict": self.verdict}
         triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad and not self.failure]
         for triad in triads:
             for parameter in triad.parameters:
-                yield about | {"sensor": triad.triad} | parameter.row()
+                yield {"target": self.name, "sensor": triad.triad} | parameter.row() | about
         if not triads:
             nothing = Parameter("", "", math.nan, math.inf, math.nan, math.nan, False, self.failure_reason)
-            yield about | {"sensor": ""} | nothing.row()
+            yield {"target": self.name, "sensor": ""} | nothing.row() | about
 
     @property
     def misfits(self) -> tuple[TriadResult, ...]:
@@ -358,6 +361,29 @@ class TurntableResult(Tabular, Collection[TargetResult]):
         from tumble.procedures.turntable.calibration import calibration_of
 
         return calibration_of(self, target)
+
+    @property
+    def calibration(self) -> Calibration:
+        """Calibration file of the only target; `calibrations` has those of several.
+
+        Raises `ProcedureError` where there are several, or it could not be calibrated.
+        """
+        return self.calibration_of(self.targets[only(self.targets)])
+
+    @property
+    def calibrations(self) -> dict[str, Calibration]:
+        """Calibration files of all targets that could be calibrated, by name."""
+        return {each.name: self.calibration_of(each) for each in self.targets if not each.failure}
+
+    def plot(self, figure: str | None = None, *, target: str | None = None) -> Figure:
+        """Draws the figures of the batch's page, or of a target's, with matplotlib.
+
+        All are drawn below one another, or the one of the name `figure`. Raises `TumbleError` where
+        matplotlib is not installed or the page has no such figure, `KeyError` where no target has that name.
+        """
+        from tumble.procedures.turntable.report.pages import plot_batch, plot_target
+
+        return plot_batch(self, figure) if target is None else plot_target(self, self[target], figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Writes what `tumble turntable` writes; returns the path of each file by what it is.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,8 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
 
     Method: docs/theory/compare.md.
     """
+    if isinstance(sources, str | PathLike) or not isinstance(sources, Sequence):
+        raise ProcedureError(f"{sources!r}: is one source; give a list of two calibrations or more")
     if len(sources) < len(("first", "second")):
         raise ProcedureError("give two calibrations or more")
     if not 0.0 < largest_rate < np.inf:

@@ -6,12 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import isfinite, nan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Collection, Row, Tabular, TriadName, Verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LEVEL = 0.05
 """Chance at which two calibrations of one truth are taken to differ."""
@@ -225,6 +229,15 @@ class CompareResult(Tabular, Collection[Pair]):
         for pair in self.pairs:
             for each in pair.differences:
                 yield {"calibrations": pair.name} | each.row()
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draws the figures of the page with matplotlib: all below one another, or the one of that name.
+
+        Raises `TumbleError` where matplotlib is not installed, or the page has no such figure.
+        """
+        from tumble.tools.compare.report.page import COMPARE_REPORT
+
+        return COMPARE_REPORT.plot(self, figure)
 
     def save(self, folder: Path | str) -> dict[str, Path]:
         """Write what `tumble compare` writes, a page; give its path by what it is.

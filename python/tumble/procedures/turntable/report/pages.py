@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import chain, count
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.foundation.files import PAGE, prepare_folder, write_text
@@ -17,7 +18,10 @@ from tumble.procedures.turntable.report.records import record_of
 from tumble.procedures.turntable.report.target_page import target_page
 from tumble.procedures.turntable.result import TargetResult, TurntableResult
 from tumble.report.identity import Identity
-from tumble.report.page import render
+from tumble.report.page import plot, render
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _TARGETS_PER_TASK = 8
 
@@ -54,6 +58,16 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
     return render(
         "tumble.procedures.turntable.report", "target.html.j2", identity, page=page, batch_page=TURNTABLE_PAGE
     )
+
+
+def plot_target(result: TurntableResult, target: TargetResult, figure: str | None) -> Figure:
+    """Draws the figures of a target's page with matplotlib, or the one of that name."""
+    return plot(target_page(result, target), figure, target.name)
+
+
+def plot_batch(result: TurntableResult, figure: str | None) -> Figure:
+    """Draws the figures of the batch's page with matplotlib, or the one of that name."""
+    return plot(batch_page(result, records_of(result)), figure, type(result).__name__)
 
 
 def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str:
