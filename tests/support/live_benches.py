@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from contextlib import contextmanager
 
@@ -12,6 +11,7 @@ import yaml
 
 from tumble.live import multi_source
 from tumble.procedures.turntable import live
+from tumble.tools.record import live_procedure
 from tumble.tools.simulate import LiveSimulation
 from tumble.tools.table import guarded, text
 from tumble.tools.table.profile import load_profile
@@ -94,7 +94,7 @@ def waiting_bench(monkeypatch, procedure=live.LiveTurntable, **changes):
             bench.allow(session._time)
 
         patch.setattr(procedure, "_watched", watched_and_allowed)
-        patch.setattr(sys.modules[procedure.__module__], "BETWEEN_REPORTS", 0.01)
+        patch.setattr(live_procedure, "BETWEEN_REPORTS", 0.01)
         patch.setattr(multi_source, "HostClock", SensorClock)
         patch.setattr(text, "load_profile", patient_profile)
         patch.setattr(guarded, "AT_LEAST", ANSWERS_WITHIN)

@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from tumble.cli.live_screen import event_of
 from tumble.foundation.goal import Goal, GoalProgress
 from tumble.poses.pose_list import SIX_FACES
-from tumble.procedures.turntable.command_live_screen import drawn, event_of, prompt
+from tumble.procedures.turntable.command_live_screen import drawn, prompt
 from tumble.procedures.turntable.live import PoseProgress, TurnProgress, TurntableStep, UnitAtPose, UnitState
 
 [BIAS] = Goal.parse("bias 0.001").terms

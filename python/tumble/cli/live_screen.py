@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from tumble.cli.errors import tell_as_event
 from tumble.cli.screen import print_json_line
@@ -13,6 +15,7 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
+    from rich.console import Group
     from rich.text import Text
 
     from tumble.foundation.goal import GoalProgress
@@ -20,7 +23,74 @@ if TYPE_CHECKING:
 BAR_WIDTH = 10
 DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
 STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
+TROUBLE = ("warning", "ended early")
+"""Kinds of steps that are shown even in quiet mode."""
 SHOWN = {"waiting": "waiting", "rest": "still", "motion": "moves", "silent": "SILENT", "lost": "LOST"}
+
+
+class ShownStep(Protocol):
+    """Step of a live session."""
+
+    @property
+    def kind(self) -> str:
+        """What happened."""
+
+    @property
+    def text(self) -> str:
+        """Text of a warning or of an early end."""
+
+    @property
+    def goals(self) -> tuple[GoalProgress, ...]:
+        """Progress towards what was asked for."""
+
+
+Step = TypeVar("Step", bound=ShownStep)
+
+
+@dataclass(frozen=True, slots=True)
+class LiveScreen(Generic[Step]):
+    """Shows the steps of a session: drawn on a terminal, else as lines on standard error, or as JSON."""
+
+    prompt: Callable[[Step], str]
+    """Describes the latest event and the next step; empty where nothing is new."""
+    drawn: Callable[[Step], Group]
+    """Draws the state of the session."""
+    stays: tuple[str, ...]
+    """Kinds of steps that stay on a terminal, above what is drawn."""
+
+    @contextmanager
+    def shown(self, as_json: bool, quiet: bool) -> Iterator[Callable[[Step], None]]:
+        """Gives what shows each step while the block runs."""
+        from rich.live import Live
+
+        from tumble.cli.screen import message_console
+
+        console = message_console()
+        if as_json:
+            yield lambda step: print_json_line(event_of(step))
+        elif not console.is_terminal or quiet:
+            yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else self.prompt(step))
+        else:
+            with Live(console=console, auto_refresh=False) as screen:
+
+                def show(step: Step) -> None:
+                    if step.kind in self.stays:
+                        style = "yellow" if step.text else ""
+                        screen.console.print(self.prompt(step), style=style, highlight=False)
+                    screen.update(self.drawn(step), refresh=True)
+
+                yield show
+
+
+def event_of(step: Any) -> dict[str, Any]:  # noqa: ANN401 - a data class
+    """Returns a step as plain data: `event` first, goals by their name."""
+    content = asdict(step)
+    return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
+
+
+def _print_line(text: str) -> None:
+    if text:
+        print(text, file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -121,7 +121,7 @@ def _recorded(
     from tumble.cli.stopping import stopped_by_signals
     from tumble.foundation.goal import Goal
     from tumble.live import open_set
-    from tumble.procedures.multipose.command_live_screen import shown
+    from tumble.procedures.multipose.command_live_screen import SCREEN
     from tumble.procedures.multipose.guide import HELD
     from tumble.procedures.multipose.live import LiveMultipose
     from tumble.procedures.multipose.procedure import multipose
@@ -145,7 +145,7 @@ def _recorded(
         procedure=procedure,
         resume=asked.resume,
     )
-    with stopped_by_signals(session.stop), shown(voice.as_json, voice.quiet) as show:
+    with stopped_by_signals(session.stop), SCREEN.shown(voice.as_json, voice.quiet) as show:
         for step in session.steps():
             show(step)
     return session, is_whole(units.losses)

@@ -3,57 +3,15 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
-from tumble.cli.live_screen import SHOWN, STYLES, bar, goal_contents, goal_lines, goal_words
-from tumble.cli.screen import print_json_line
+from tumble.cli.live_screen import SHOWN, STYLES, TROUBLE, LiveScreen, bar, goal_lines, goal_words
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
     from rich.console import Group
 
     from tumble.procedures.multipose.live import MultiposeStep
-
-Show: TypeAlias = "Callable[[MultiposeStep], None]"
-"""Told every step of the session."""
-
-TROUBLE = ("warning", "ended early")
-"""Steps that are reported even if quiet."""
-SAID = ("rest done", "orientation wanted", "warning", "done", "ended early")
-"""Kinds of steps that stay on a terminal, above what is drawn."""
-
-
-@contextmanager
-def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
-    """Give what shows each step while the block runs, on standard error; JSON on standard output."""
-    from rich.live import Live
-
-    from tumble.cli.screen import message_console
-
-    console = message_console()
-    if as_json:
-        yield lambda step: print_json_line(event_of(step))
-    elif not console.is_terminal or quiet:
-        yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
-    else:
-        with Live(console=console, auto_refresh=False) as screen:
-
-            def show(step: MultiposeStep) -> None:
-                if step.kind in SAID and step.kind != "orientation wanted":
-                    screen.console.print(prompt(step), style="yellow" if step.text else "", highlight=False)
-                screen.update(drawn(step), refresh=True)
-
-            yield show
-
-
-def event_of(step: MultiposeStep) -> dict[str, Any]:
-    """Returns a step as plain data: `event` first, goals by their name."""
-    content = asdict(step)
-    return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
 def prompt(step: MultiposeStep) -> str:
@@ -110,6 +68,5 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _print_line(text: str) -> None:
-    if text:
-        print(text, file=sys.stderr, flush=True)
+SCREEN: LiveScreen[MultiposeStep] = LiveScreen(prompt, drawn, ("rest done", *TROUBLE, "done"))
+"""Shows what happens in a session."""

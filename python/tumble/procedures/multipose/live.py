@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
-from pydantic import JsonValue
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.goal import Goal, GoalProgress
-from tumble.foundation.plain import finite_or_none
 from tumble.foundation.recording import FloatArray, Recording
 from tumble.foundation.words import LISTENING, Listening
 from tumble.live import LiveChunk, LiveSet
@@ -30,14 +28,10 @@ from tumble.procedures.multipose.guide import HELD, OrientationGuide
 from tumble.procedures.multipose.held import HeldRests, during, rests_by_hand
 from tumble.procedures.multipose.procedure import FEW_TO_CHECK, TooLittleShownError, multipose
 from tumble.procedures.multipose.result import MultiposeResult
-from tumble.tools.record.acquired import Acquisition
-from tumble.tools.record.finding import Finding
-from tumble.tools.record.frozen import FrozenUnits
+from tumble.tools.record.live_procedure import LiveProcedure
 from tumble.tools.record.objections import BROKEN, Objection, broken, faults
 from tumble.tools.record.presence import seconds_shown
-from tumble.tools.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition
-from tumble.tools.record.rest import RestUnderWay
-from tumble.tools.record.silence import Silence
+from tumble.tools.record.procedure import SHORTEST_REST, RecordStep, UnitCondition
 
 MultiposeStepKind: TypeAlias = Literal[
     Listening, "orientation wanted", "rest done", "progress", "warning", "done", "ended early"
@@ -45,14 +39,10 @@ MultiposeStepKind: TypeAlias = Literal[
 Calibrate: TypeAlias = Callable[[Recording], MultiposeResult]
 """Runs the procedure on what there is, as `multipose` does."""
 
-SESSION_FOLDER = "session"
-"""Name of the recording in the folder of the results."""
 ORIENTATIONS = 18
 """Number of orientations that is enough where no goal is stated."""
 MOST_RESTS = 120
 """Number of rests after which a goal is out of reach, because of bias instability."""
-BETWEEN_REPORTS = 0.2
-"""s of the samples' clock between two looks at them."""
 BEFORE_REST = 2.0
 """s of samples before a rest by which its beginning is seen."""
 NOW = 0.2
@@ -102,7 +92,7 @@ class MultiposeStep:
     """Text of a warning or of an early end: cause and remedy."""
 
 
-class LiveMultipose:
+class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
     """One session by hand: exhaust `steps`, then calibrate what was recorded into `session`.
 
     `units` is read and recorded into `folder`/session; `sources` is what was typed for its one unit. It asks
@@ -131,53 +121,37 @@ class LiveMultipose:
     ) -> None:
         _refuse_what_no_hand_shows(goal, orientations)
         (self.name,) = sources
-        self.session = folder / SESSION_FOLDER
+        super().__init__(
+            units,
+            folder,
+            sources=sources,
+            serials={self.name: serial},
+            goal=goal,
+            procedure=procedure or SessionProcedure(name="multipose"),
+            so_far=MultiposeSoFar(),
+            resume=resume,
+            by_hand=True,
+            clock=clock,
+        )
         self.guide = OrientationGuide(held)
-        self._goal = goal
         self._wanted = ORIENTATIONS if goal is None and orientations is None else orientations
         self._duration = duration
         self._calibrate = calibrate
-        self._procedure = procedure or SessionProcedure(name="multipose")
-        self._acquired = Acquisition()
-        self._frozen = FrozenUnits()
-        self._recorder = Recorder(
-            units,
-            self.session,
-            typed=sources,
-            serials={self.name: serial},
-            resume=resume,
-            on_samples=self._take,
-            report_every=BETWEEN_REPORTS / units.clock_rate,
-            by_hand=True,
-        )
         self._time = -math.inf
-        self._rest = RestUnderWay()
         self._trembled = False
         """Indicates whether the present rest trembled at any check."""
         self._held = HeldRests()
         self._asked: FloatArray | None = None
         self._asks_again = False
         """Indicates whether to repeat the request for an orientation."""
-        self._told: set[str] = set()
-        self._so_far = MultiposeSoFar()
-        self._finding: Finding[MultiposeSoFar] = Finding(clock)
         self._rests_found = 0
         """Number of rests from which the running fit computes."""
         self._rests_followed = 0
         """Number of rests from which the next orientation follows."""
-        self._silent = Silence(lambda: units.listened)
-        self._is_complete = False
-        self._was_stopped = False
         self._by_will = False
         """Indicates whether it ended when the user asked for it."""
-        self._why_early = "all sources have ended"
         if resume:
             self._go_on()
-
-    def stop(self) -> None:
-        """Requests `steps` to end soon; may be called by a handler of signals."""
-        self._was_stopped = True
-        self._recorder.stop()
 
     @property
     def is_heard(self) -> bool:
@@ -187,15 +161,7 @@ class LiveMultipose:
     @property
     def is_reached(self) -> bool:
         """Returns whether the goal was reached, or without one, all orientations or the end by the user."""
-        return self._goal_is_met and (self._is_complete or self._goal is not None or self._by_will)
-
-    @property
-    def _goals(self) -> tuple[GoalProgress, ...]:
-        return self._so_far.goals or (self._goal.progress(()) if self._goal else ())
-
-    @property
-    def _goal_is_met(self) -> bool:
-        return all(each.ratio <= 1.0 for each in self._goals)
+        return self.goal_is_met and (self._is_complete or self._goal is not None or self._by_will)
 
     def steps(self) -> Iterator[MultiposeStep]:
         """Guide, record and watch until all is shown, or until `stop`; give what happens as it happens.
@@ -204,13 +170,7 @@ class LiveMultipose:
 
         Raises `LogError` where the source cannot be opened, `OutputError` where the disk is full.
         """
-        self._recorder.describe(self._procedure)
-        try:
-            with self._recorder:
-                for step in self._recorder.steps(self._duration):
-                    yield from self._steps_of(step)
-        finally:
-            self._finding.close()
+        yield from self._guided(self._duration)
 
     def _steps_of(self, step: RecordStep) -> Iterator[MultiposeStep]:
         if step.kind == LISTENING:
@@ -289,7 +249,7 @@ class LiveMultipose:
         wanted = self._wanted or 0
         if self._goal is not None:
             enough = result.directions >= 9 + FEW_TO_CHECK
-            return enough and self._goal_is_met and result.directions >= wanted
+            return enough and self.goal_is_met and result.directions >= wanted
         # Where the turns did not show the gyroscope yet, as many orientations again may.
         patience = 1 if result.gyroscope is not None else 2
         return result.directions >= patience * wanted
@@ -343,21 +303,8 @@ class LiveMultipose:
         result = self._so_far.result
         return max(self.guide.orientations, result.directions if result else 0)
 
-    def _describe_what_was_reached(self) -> None:
-        """Keeps the sigma reached of each term of the goal, for those who certify."""
-        reached: dict[str, JsonValue] = {
-            f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._goals
-        }
-        options = {**self._procedure.options, **reached}
-        self._procedure = self._procedure.model_copy(update={"options": options})
-        self._recorder.describe(self._procedure)
-
-    def _warnings(self, step: RecordStep, objections: Iterable[Objection]) -> Iterator[MultiposeStep]:
-        """Reports each trouble once."""
-        for each in objections:
-            if each.key not in self._told:
-                self._told.add(each.key)
-                yield self._step("warning", step, each.unit, each.text)
+    def _warning(self, step: RecordStep, about: str, text: str) -> MultiposeStep:
+        return self._step("warning", step, about, text)
 
     def _step(
         self, kind: MultiposeStepKind, step: RecordStep, subject: str = "", text: str = ""

@@ -21,6 +21,7 @@ from tumble.cli.output import output_path
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
 Show: TypeAlias = "Callable[[LiveStep], None]"
 """Told every step of the procedure."""
 
-SESSION_FOLDER = "session"
-"""Where the samples of a live spin are, in the folder of its results."""
 REPLAY = "replay:"
 """Beginning of a source that is a log, and so already recorded."""
 BAR_WIDTH = 18

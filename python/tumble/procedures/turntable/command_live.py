@@ -115,12 +115,13 @@ def record_live(
     SIGTERM; what was recorded stays.
     """
     from tumble.cli.stopping import stopped_by_signals
+    from tumble.foundation.file_names import SESSION_FOLDER
     from tumble.foundation.goal import Goal
     from tumble.live import open_set
     from tumble.live.naming import parse_named_sources
     from tumble.poses.pose_list import SIX_FACES
-    from tumble.procedures.turntable.command_live_screen import shown
-    from tumble.procedures.turntable.live import POSE_SECONDS, REFERENCE, SESSION_FOLDER, LiveTurntable
+    from tumble.procedures.turntable.command_live_screen import SCREEN
+    from tumble.procedures.turntable.live import POSE_SECONDS, REFERENCE, LiveTurntable
     from tumble.procedures.turntable.session_poses import poses_of
     from tumble.procedures.turntable.table_plan import turned_table
     from tumble.tools.record.command_screen import is_whole
@@ -158,7 +159,7 @@ def record_live(
             procedure=_procedure(live, seconds, maker, resume=resume),
             resume=resume,
         )
-        with stopped_by_signals(session.stop), shown(voice.as_json, voice.quiet) as show:
+        with stopped_by_signals(session.stop), SCREEN.shown(voice.as_json, voice.quiet) as show:
             for step in session.steps():
                 show(step)
     if session.was_stopped:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeAlias
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from tumble.cli.live_screen import DONE, OPEN, SHOWN, STYLES, bar, goal_contents, goal_lines, goal_words
-from tumble.cli.screen import print_json_line
+from tumble.cli.live_screen import DONE, OPEN, SHOWN, STYLES, TROUBLE, LiveScreen, bar, goal_lines, goal_words
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
@@ -20,42 +16,8 @@ if TYPE_CHECKING:
 
     from tumble.procedures.turntable.live import PoseProgress, TurntableStep
 
-Show: TypeAlias = "Callable[[TurntableStep], None]"
-"""Told every step of the session."""
-
-TROUBLE = ("warning", "ended early")
-"""Events that are shown even in quiet mode."""
 A_ROW = 6
 """Poses beside each other."""
-
-
-@contextmanager
-def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
-    """Give what shows each step while the block runs, on standard error; JSON on standard output."""
-    from rich.live import Live
-
-    from tumble.cli.screen import message_console
-
-    console = message_console()
-    if as_json:
-        yield lambda step: print_json_line(event_of(step))
-    elif not console.is_terminal or quiet:
-        yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
-    else:
-        with Live(console=console, auto_refresh=False) as screen:
-
-            def show(step: TurntableStep) -> None:
-                if step.kind in (*TROUBLE, "done"):
-                    screen.console.print(prompt(step), style="yellow" if step.text else "", highlight=False)
-                screen.update(drawn(step), refresh=True)
-
-            yield show
-
-
-def event_of(step: TurntableStep) -> dict[str, Any]:
-    """Returns a step as plain data: `event` first, goals by their name."""
-    content = asdict(step)
-    return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
 def prompt(step: TurntableStep) -> str:
@@ -80,11 +42,6 @@ def drawn(step: TurntableStep) -> Group:
     from rich.console import Group
 
     return Group(_poses(step), *_turns(step), *_table(step), _units(step), *goal_lines(step.goals))
-
-
-def _print_line(text: str) -> None:
-    if text:
-        print(text, file=sys.stderr, flush=True)
 
 
 def _poses(step: TurntableStep) -> Table:
@@ -136,3 +93,7 @@ def _units(step: TurntableStep) -> Table:
         rate = "" if math.isnan(unit.rate) else f"{unit.rate:.4g} Hz"
         units.add_row(unit.name, f"[{STYLES[unit.condition]}]{SHOWN[unit.condition]}", rate)
     return units
+
+
+SCREEN: LiveScreen[TurntableStep] = LiveScreen(prompt, drawn, (*TROUBLE, "done"))
+"""Shows what happens in a session."""

@@ -12,12 +12,10 @@ from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
-from pydantic import JsonValue
 
 from tumble.acquisition.acquire import acquire, rests_of
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.goal import Goal, GoalProgress
-from tumble.foundation.plain import finite_or_none
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import LISTENING, Listening, join
 from tumble.live import LiveChunk, LiveSet
@@ -28,14 +26,11 @@ from tumble.procedures.turntable.guide import Guide, WantedPose, WantedTurn
 from tumble.procedures.turntable.procedure import open_session
 from tumble.procedures.turntable.session_poses import keep_poses
 from tumble.procedures.turntable.so_far import OpenSession, SoFar, evaluate
-from tumble.tools.record.acquired import Acquisition
-from tumble.tools.record.finding import Finding
-from tumble.tools.record.frozen import FrozenUnits
+from tumble.tools.record.live_procedure import LiveProcedure
 from tumble.tools.record.objections import BROKEN, Objection, broken
 from tumble.tools.record.presence import frozen_while_others_moved, seconds_shown
-from tumble.tools.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition, UnitProgress
-from tumble.tools.record.rest import RestUnderWay
-from tumble.tools.record.silence import Absence, Silence
+from tumble.tools.record.procedure import SHORTEST_REST, RecordStep, UnitCondition, UnitProgress
+from tumble.tools.record.silence import Absence
 
 TurntableStepKind: TypeAlias = Literal[
     Listening,
@@ -52,10 +47,6 @@ POSE_SECONDS = 10.0
 """s at each pose if nothing is stated."""
 REFERENCE = "reference"
 """Name of the unit that is the reference if none is named."""
-SESSION_FOLDER = "session"
-"""Name of the recording in the folder of the results."""
-BETWEEN_REPORTS = 0.2
-"""s of the samples' clock between two looks at them."""
 TIPPED_AFTER = 4.0
 """s at rest off all poses, after which that is said."""
 LONGEST_GAP = 0.1
@@ -167,7 +158,7 @@ class Driver(Protocol):
         """
 
 
-class LiveTurntable:
+class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
     """One session on a table: exhaust `steps`, then calibrate what was recorded into `session`.
 
     `units` are read and recorded into `folder`/session; `sources` is what was typed for each of them. The
@@ -204,51 +195,34 @@ class LiveTurntable:
             )
         if len(sources) == 1:
             raise ProcedureError("no target was given; name at least one unit besides the reference")
-        self.session = folder / SESSION_FOLDER
+        super().__init__(
+            units,
+            folder,
+            sources=sources,
+            serials=serials,
+            goal=goal,
+            procedure=procedure or SessionProcedure(name="turntable"),
+            so_far=SoFar(),
+            resume=resume,
+            clock=clock,
+        )
         self._targets = tuple(name for name in sources if name != reference)
         self.guide = Guide.of(poses, pose_seconds, turns=turns, targets=self._targets)
         self._reference = reference
         self._poses = poses
-        self._goal = goal
         self._open_reference = open_reference or partial(open_session, poses=None)
         self._driver = driver
-        self._procedure = procedure or SessionProcedure(name="turntable")
-        self._acquired = Acquisition()
-        self._frozen = FrozenUnits()
-        self._recorder = Recorder(
-            units,
-            self.session,
-            typed=sources,
-            serials=serials,
-            resume=resume,
-            on_samples=self._take,
-            report_every=BETWEEN_REPORTS / units.clock_rate,
-        )
         self._time = -math.inf
-        self._rest = RestUnderWay()
-        """Present rest of the reference."""
         self._on_pose = -math.inf
         """s at which the table last rested at a pose; a rest is seen to end a little late."""
         self._asked = ""
-        self._told: set[tuple[str, str]] = set()
-        self._so_far = SoFar()
-        self._finding: Finding[SoFar] = Finding(clock)
         self._finding_is_final = False
         self._found_last = False
         """Indicates whether the last estimate includes all that was asked for."""
-        self._is_complete = False
-        self._was_stopped = False
-        self._silent = Silence(lambda: units.listened)
         self._missing = Absence(lambda: units.listened)
         """Absence of targets that alone lack something."""
-        self._why_early = "all sources have ended"
         if resume:
             self._go_on()
-
-    def stop(self) -> None:
-        """Requests `steps` to end soon; may be called by a handler of signals."""
-        self._was_stopped = True
-        self._recorder.stop()
 
     @property
     def was_stopped(self) -> bool:
@@ -275,15 +249,6 @@ class LiveTurntable:
         """Returns whether all that was asked for was done."""
         return self._is_complete
 
-    @property
-    def goal_is_met(self) -> bool:
-        """Returns whether there is no goal, or it was met."""
-        return all(each.ratio <= 1.0 for each in self._goals)
-
-    @property
-    def _goals(self) -> tuple[GoalProgress, ...]:
-        return self._so_far.goals or (self._goal.progress(()) if self._goal else ())
-
     def steps(self) -> Iterator[TurntableStep]:
         """Guide, record and watch until all is done, or until `stop`; give what happens as it happens.
 
@@ -292,14 +257,8 @@ class LiveTurntable:
         Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full, `TableError`
         where the table does not obey.
         """
-        self._recorder.describe(self._procedure)
         keep_poses(self.session, self._poses)
-        try:
-            with self._recorder:
-                for step in self._recorder.steps():
-                    yield from self._steps_of(step)
-        finally:
-            self._finding.close()
+        yield from self._guided()
 
     def _steps_of(self, step: RecordStep) -> Iterator[TurntableStep]:
         if step.kind == LISTENING:
@@ -319,9 +278,9 @@ class LiveTurntable:
             self._tick_what_was_recorded()
             yield from self._found_at_last(step)
             self._is_complete = self._all_is_done and self.goal_is_met
-            self._describe_what_was_reached()
+            self._note_what_was_reached()
         elif self._was_stopped:
-            self._describe_what_was_reached()
+            self._note_what_was_reached()
         if self._is_complete:
             yield self._step("done", step)
         elif not self._was_stopped:
@@ -531,7 +490,7 @@ class LiveTurntable:
         if missed:
             yield from self._warnings(step, [self._out_of_reach(missed[0])])
         self._is_complete = True
-        self._describe_what_was_reached()
+        self._note_what_was_reached()
         self._recorder.stop()
 
     def _ask_for_more(self, missed: list[GoalProgress]) -> bool:
@@ -560,26 +519,13 @@ class LiveTurntable:
         )
         return Objection(missed.target, f"out of reach {missed.term.name}", text)
 
-    def _describe_what_was_reached(self) -> None:
-        """Keeps the sigma reached of each term of the goal, and poses missed, for those who certify."""
-        reached: dict[str, JsonValue] = {
-            f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._so_far.goals
-        }
-        missed: dict[str, JsonValue] = {
-            f"poses missed by {name}": join(poses) for name, poses in self.guide.missed.items()
-        }
-        options = {**self._procedure.options, **reached, **missed}
-        self._procedure = self._procedure.model_copy(update={"options": options})
-        self._recorder.describe(self._procedure)
+    def _note_what_was_reached(self) -> None:
+        """Keeps the sigmas that were reached, and the poses that targets missed."""
+        missed = self.guide.missed.items()
+        self._describe_what_was_reached({f"poses missed by {name}": join(poses) for name, poses in missed})
 
-    def _warnings(
-        self, step: RecordStep, objections: tuple[Objection, ...] | list[Objection]
-    ) -> Iterator[TurntableStep]:
-        """Reports each trouble once."""
-        for each in objections:
-            if (each.unit, each.key) not in self._told:
-                self._told.add((each.unit, each.key))
-                yield self._step("warning", step, each.unit, each.text)
+    def _warning(self, step: RecordStep, about: str, text: str) -> TurntableStep:
+        return self._step("warning", step, about, text)
 
     def _step(
         self, kind: TurntableStepKind, step: RecordStep, subject: str = "", text: str = ""
