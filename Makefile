@@ -44,7 +44,7 @@ test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Pyt
 test-commands: $(VENV)/.native $(VENV)/.requirements-test  ## Run the commands of README and how-tos
 	$(BIN)/python scripts/check_commands.py --run
 
-bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
+bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed and memory, print docs/benchmarks (forty minutes)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.disturbed
 	$(BIN)/python -m benchmarks.stamps

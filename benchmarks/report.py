@@ -1,4 +1,4 @@
-"""Print the tables of docs/benchmarks.md and the figures of the README from `benchmarks/results`.
+"""Print the tables of docs/benchmarks and the figures of the README from `benchmarks/results`.
 
 `python -m benchmarks.report [--root FOLDER] [--check]`
 """
@@ -26,6 +26,7 @@ from benchmarks.speed import GOALS
 from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
 from benchmarks.spin_live import WAYS as SPIN_WAYS
+from benchmarks.subjects import SUBJECTS
 from benchmarks.truths import BIASES, DESIGN_MRAD, TRUTHS
 
 ROOT = Path(__file__).parent.parent
@@ -1024,6 +1025,16 @@ def missed(results: Mapping[str, Content]) -> Iterator[str]:
     yield f"All other goals, {sum(goal.is_met for goal in goals)} of {len(goals)}, are reached."
 
 
+def subjects(results: Mapping[str, Content]) -> Iterator[str]:
+    """Returns the pages, and how many goals are reached on each."""
+    yield "| subject | measured | goals reached |"
+    yield "|---|---|---|"
+    for subject in SUBJECTS:
+        goals = all_goals({name: results[name] for name in subject.tables if name in results})
+        reached = f"{sum(goal.is_met for goal in goals)} of {len(goals)}" if goals else ""
+        yield _row([f"[{subject.title}]({subject.page}.md)", subject.measured, reached])
+
+
 def compare(content: Content) -> Iterator[str]:
     """Table of calibrations of one unit that are reported to differ, and of changes that are found."""
     yield "| change of one bias, sigmas of the difference | reported to differ | that bias is named |"
@@ -1077,6 +1088,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
 SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
     "figures": five_figures,
     "device": device,
+    "subjects": subjects,
     "missed": missed,
     "cases": cases,
 }
@@ -1085,7 +1097,10 @@ SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
 PAGES = {
     "README.md": ("figures",),
     "docs/how-to/firmware.md": ("device",),
-    "docs/benchmarks.md": ("missed", "cases", *TABLES),
+    "docs/benchmarks/README.md": ("subjects", "figures"),
+    "docs/benchmarks/missed.md": ("missed",),
+    "docs/benchmarks/before-and-now.md": ("cases",),
+    **{f"docs/benchmarks/{subject.page}.md": subject.tables for subject in SUBJECTS},
 }
 """Tables on each page."""
 

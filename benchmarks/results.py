@@ -1,4 +1,4 @@
-"""Figures on disk: one JSON file a benchmark under `results`, from which docs/benchmarks.md is printed."""
+"""Figures on disk: one JSON file a benchmark under `results`, from which docs/benchmarks is printed."""
 
 from __future__ import annotations
 

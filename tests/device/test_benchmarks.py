@@ -76,9 +76,10 @@ def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
         (tmp_path / page).write_text("before\n" + "".join(markers) + "after\n", encoding="utf-8")
     assert report.main(["--root", str(tmp_path), "--check"]) == 1
     report.main(["--root", str(tmp_path)])
-    text = (tmp_path / "docs" / "benchmarks.md").read_text(encoding="utf-8")
-    assert text.startswith("before\n")
-    assert text.endswith("after\n")
+    pages = sorted((tmp_path / "docs" / "benchmarks").glob("*.md"))
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    assert all(text.startswith("before\n") and text.endswith("after\n") for text in texts)
+    text = "".join(texts)
     assert "| accelerometer | bias |" in text
     assert "| `rotate-truth` |" in text
     assert "| gyroscope bias |" in text
