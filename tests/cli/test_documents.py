@@ -39,7 +39,19 @@ PRINTS = {
     "compare-result": "compare {0}/multipose/multipose.yaml {0}/turntable/target_1.yaml -o {0}/out",
     "export": "export {0}/turntable/target_1.yaml --format imucal -o {0}/target_1.json",
     "import": "import {0}/target_1.json -o {0}/imported",
-    "registry": "registry add {0}/turntable/target_1.yaml --registry {0}/lab.db",
+    **{
+        f"registry-{name}": f"registry {command} --registry {{0}}/lab.db"
+        for name, command in {
+            "add": "add {0}/turntable/target_1.yaml --model M1",
+            "list": "list",
+            "show": "show target_1",
+            "history": "history target_1",
+            "lot": "history --model M1",
+            "due": "due target_1",
+            "equipment": "equipment",
+            "verify": "verify",
+        }.items()
+    },
     "error": "spin {0}/nothing.csv",
 }
 """A command for each document, in an order in which each finds what it needs."""

@@ -12,7 +12,7 @@ import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.options import expanded
-from tumble.cli.registry_option import with_registry
+from tumble.cli.registry_option import RegistryOptions
 from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.procedures import PROCEDURES
@@ -187,9 +187,8 @@ def command_line(words: Sequence[str]) -> typer.Typer:
             app.add_typer(found, name=name, help=entry.summary)
             continue
         is_listed = found is _listed_only
-        command = expanded(found)
-        if name in _PROCEDURES and not is_listed:
-            command = with_registry(command)
+        enters_results = name in _PROCEDURES and not is_listed
+        command = expanded(found, RegistryOptions if enters_results else None)
         help_text = entry.summary if is_listed else None
         app.command(name, cls=AbbreviatingCommand, help=help_text)(command)
     return app

@@ -33,7 +33,7 @@ class ShownStep(Protocol):
 
     @property
     def kind(self) -> str:
-        """What happened."""
+        """Kind of what happened."""
 
     @property
     def text(self) -> str:

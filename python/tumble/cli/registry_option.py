@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import shlex
 import sys
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from importlib import import_module
-from typing import Annotated, Any, TypeAlias, get_type_hints
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
 from tumble.cli.exit_code import ExitCode
+from tumble.cli.options import OptionsAround
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.files import files_written
 from tumble.foundation.words import count_of
@@ -30,34 +30,23 @@ RegistryOption: TypeAlias = Annotated[
 ]
 
 
-def with_registry(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give the command of a procedure `--registry`, and enter there what it has written."""
-    signature = inspect.signature(command)
-    hints = get_type_hints(command, include_extras=True)
-    own = [
-        parameter.replace(annotation=hints.get(name, parameter.annotation), kind=parameter.KEYWORD_ONLY)
-        for name, parameter in signature.parameters.items()
-    ]
-    added = inspect.Parameter(
-        "registry", inspect.Parameter.KEYWORD_ONLY, default="", annotation=RegistryOption
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegistryOptions(OptionsAround):
+    """Registry that gets what the command of a procedure has written."""
 
-    @functools.wraps(command)
-    def wrapper(registry: str = "", **arguments: Any) -> None:  # noqa: ANN401
+    registry: RegistryOption = ""
+
+    def run(self, command: Callable[[], None]) -> None:
+        """Run the command and enter its results; the exit code is 3 where they could not be entered."""
         end: typer.Exit | None = None
         try:
-            command(**arguments)
+            command()
         except typer.Exit as error:
             end = error
-        if registry and not _entered(registry):
+        if self.registry and not _entered(self.registry):
             raise typer.Exit(ExitCode.NOT_ALL_WELL)
         if end is not None:
             raise end
-
-    parameters = [*own, added]
-    wrapper.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    wrapper.__annotations__ = {each.name: each.annotation for each in parameters} | {"return": None}
-    return wrapper
 
 
 def laboratory(module: str) -> Any:  # noqa: ANN401 - a module has no type of its own

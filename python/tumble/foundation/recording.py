@@ -130,6 +130,18 @@ class Metadata:
             object.__setattr__(self, name, plain(getattr(self, name)))
         object.__setattr__(self, "remarks", tuple(map(plain, self.remarks)))
 
+    @classmethod
+    def of_arrays(
+        cls, name: str, *, serial: str = "", clock: str = "", triads: tuple[Triad, ...] = TRIADS
+    ) -> Metadata:
+        """Creates the metadata of arrays in SI units."""
+        accelerometer, gyroscope, time = (
+            ResolvedUnit(unit, 1.0, "arrays are SI") for unit in (*UNITS.values(), "s")
+        )
+        return cls(
+            name, name, "arrays", accelerometer, gyroscope, time, serial=serial, clock=clock, triads=triads
+        )
+
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Channels that were recorded."""
@@ -204,17 +216,7 @@ class Recording:
             )
         except ArrayError as error:
             raise ArrayError(error.why, about=name) from None
-        metadata = Metadata(
-            name=name,
-            source=name,
-            format="arrays",
-            accelerometer_unit=ResolvedUnit("m/s^2", 1.0, "arrays are SI"),
-            gyroscope_unit=ResolvedUnit("rad/s", 1.0, "arrays are SI"),
-            time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
-            serial=serial,
-            clock=clock,
-            triads=triads,
-        )
+        metadata = Metadata.of_arrays(name, serial=serial, clock=clock, triads=triads)
         return cls(metadata, lambda: iter((chunk,)))
 
     def to_pandas(self) -> DataFrame:

@@ -64,11 +64,18 @@ _RESULTS = tuple(
     )
     for each in PROCEDURES
 )
-_REGISTRY = DocumentSchema(
-    "registry",
-    "what tumble registry --json prints",
-    "tumble.laboratory.summary_document",
-    "RegistryDocument",
+_REGISTRY = tuple(
+    DocumentSchema(
+        f"registry-{word}",
+        f"what tumble registry {command} --json prints",
+        "tumble.laboratory.summary_document",
+        f"{word.capitalize()}Document",
+    )
+    for word, command in (
+        *((each, each) for each in ("add", "list", "show", "history")),
+        ("lot", "history --lot"),
+        *((each, each) for each in ("due", "equipment", "verify")),
+    )
 )
 _SETTINGS = DocumentSchema(
     "settings",
@@ -96,7 +103,7 @@ PRINTED = {
         ),
         _printed("tables", "table", "TablesDocument", "tables that tumble table list --json lists"),
         _printed("table-position", "table", "PositionDocument", "where tumble table --json says a table is"),
-        _REGISTRY,
+        *_REGISTRY,
         _SETTINGS,
         _ERROR,
     )

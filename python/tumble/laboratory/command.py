@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from tumble.calibration.limits import Limits
     from tumble.laboratory.history import Fleet
     from tumble.laboratory.registry import Registry
-
-SCHEMA: Final = "tumble-registry/1"
 
 registry_app = typer.Typer(
     no_args_is_help=True,
@@ -129,7 +127,7 @@ def add_command(
             {"result": each.identity, "name": each.name, "serial": each.serial, "new": each.is_new}
             for each in added
         ]
-        _print("added", {"added": rows})
+        _print("add", "added", {"added": rows})
         return
     for each in added:
         state = "added" if each.is_new else "there already"
@@ -159,7 +157,7 @@ def list_command(
         serial=serial, model=model or None, lot=lot or None, procedure=procedure or None
     )
     if as_json:
-        _print(LISTED, {"results": list(found)})
+        _print("list", LISTED, {"results": list(found)})
         return
     columns = ("date", "name", "serial", "model", "procedure", "verdict", "condition")
     rows = [(_short(row["calibration"]), *(str(row[name]) for name in columns)) for row in found]
@@ -187,7 +185,7 @@ def show_command(
 
     found = opened.show(result)
     if as_json:
-        _print(LISTED, shown_content(found))
+        _print("show", LISTED, shown_content(found))
     else:
         for line in shown_lines(found):
             print(line)
@@ -226,14 +224,14 @@ def history_command(
     if not unit:
         found = opened.lot(lot=lot, model=model, limits=held)
         if as_json:
-            _print(LISTED, {"units": found.units, "parameters": list(found.rows())})
+            _print("lot", LISTED, {"units": found.units, "parameters": list(found.rows())})
         else:
             print_summary(_table(LOT_COLUMNS, lot_rows(found)))
         return
     history = opened.history(unit, held)
     if as_json:
         content = {"unit": history.unit, "values": list(history.rows()), "due": list(history.due_rows())}
-        _print(LISTED, content)
+        _print("history", LISTED, content)
     else:
         print_summary(_table(DRIFT_COLUMNS, drift_rows(history)))
         for sentence in signal_sentences(history):
@@ -281,7 +279,7 @@ def due_command(
     is_due = any(each.due and each.due <= date_now()[:10] for each in found)
     if as_json:
         rows = [{"unit": each.unit, "due": each.due, "parameters": list(each.due_rows())} for each in found]
-        _print("due" if is_due else "not due", {"units": rows})
+        _print("due", "due" if is_due else "not due", {"units": rows})
     else:
         for each in found:
             print(f"{each.unit['serial'] or each.unit['name']}: {due_sentence(each)}")
@@ -310,7 +308,7 @@ def verify_command(
 
     found = _open(registry).verify(head=head)
     if as_json:
-        _print("intact" if found.intact else "damaged", {"verification": found.content()})
+        _print("verify", "intact" if found.intact else "damaged", {"verification": found.content()})
     else:
         for fault in found.faults:
             print(f"fault: {fault}")
@@ -405,7 +403,7 @@ def equipment_command(
         return
     found = equipment.listed(opened)
     if as_json:
-        _print(LISTED, {"equipment": list(found)})
+        _print("equipment", LISTED, {"equipment": list(found)})
     else:
         columns = ("kind", "name", "model", "serial", "certificate", "due", "state")
         print_summary(_table(columns, [tuple(str(row[column]) for column in columns) for row in found]))
@@ -416,8 +414,8 @@ def equipment_command(
         raise typer.Exit(ExitCode.NOT_ALL_WELL)
 
 
-def _print(verdict: str, content: Mapping[str, Any]) -> None:
-    print_document(SCHEMA, verdict, content)
+def _print(document: str, verdict: str, content: Mapping[str, Any]) -> None:
+    print_document(f"tumble-registry-{document}/1", verdict, content)
 
 
 def _open(address: str) -> Registry:

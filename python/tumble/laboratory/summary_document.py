@@ -1,41 +1,121 @@
-"""JSON that `tumble registry` prints."""
+"""JSON that the commands of `tumble registry` print, a document each."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from pydantic import Field
 
 from tumble.foundation.printed import Printed
-from tumble.laboratory.command import SCHEMA
+
+TableRow: TypeAlias = dict[str, Any]
+"""Row of a table of the registry, by column (docs/how-to/registry.md)."""
 
 
-class RegistryDocument(Printed):
-    """Rows of the registry: each command prints the keys that belong to it."""
+class AddedRow(Printed):
+    """A result that was given to the registry."""
 
-    schema_: Literal["tumble-registry/1"] = Field(SCHEMA, alias="schema")
-    verdict: Literal["added", "listed", "due", "not due", "intact", "damaged"]
-    added: list[dict[str, Any]] | None = None
-    """Results of `add`, with whether each is new."""
-    results: list[dict[str, Any]] | None = None
-    """Results of `list`, the latest first."""
-    result: str | None = None
-    """Identity of the result that `show` found."""
-    unit: dict[str, Any] | None = None
-    """Unit of `show` and `history`."""
-    session: dict[str, Any] | None = None
-    recordings: list[dict[str, Any]] | None = None
-    parameters: list[dict[str, Any]] | None = None
-    """Parameters of `show`, or of the lot of `history`."""
-    decisions: list[dict[str, Any]] | None = None
-    superseded_by: Any = None
-    values: list[dict[str, Any]] | None = None
-    """Values of `history` over time."""
-    due: list[dict[str, Any]] | None = None
-    """Due date of each parameter of `history`."""
-    units: int | list[dict[str, Any]] | None = None
-    """Units of `due`, or how many `history` of a lot has."""
-    equipment: list[dict[str, Any]] | None = None
+    result: str
+    """Its identity."""
+    name: str
+    serial: str
+    new: bool
+    """True where it was not there before."""
+
+
+class AddDocument(Printed):
+    """Results that `add` was given."""
+
+    schema_: Literal["tumble-registry-add/1"] = Field("tumble-registry-add/1", alias="schema")
+    verdict: Literal["added"]
+    added: list[AddedRow]
+
+
+class ListDocument(Printed):
+    """Results, the latest first."""
+
+    schema_: Literal["tumble-registry-list/1"] = Field("tumble-registry-list/1", alias="schema")
+    verdict: Literal["listed"]
+    results: list[TableRow]
+
+
+class ShowDocument(Printed):
+    """One result with all that belongs to it."""
+
+    schema_: Literal["tumble-registry-show/1"] = Field("tumble-registry-show/1", alias="schema")
+    verdict: Literal["listed"]
+    result: TableRow
+    unit: TableRow
+    session: TableRow
+    """The run that found it, with its `options`."""
+    recordings: list[TableRow]
+    parameters: list[TableRow]
+    decisions: list[TableRow]
+    superseded_by: list[str]
+
+
+class HistoryDocument(Printed):
+    """Values of a unit over time."""
+
+    schema_: Literal["tumble-registry-history/1"] = Field("tumble-registry-history/1", alias="schema")
+    verdict: Literal["listed"]
+    unit: TableRow
+    values: list[TableRow]
+    due: list[TableRow]
+    """Due date of each parameter."""
+
+
+class LotDocument(Printed):
+    """Capability of a lot or model, printed by `history` with `--lot` or `--model`."""
+
+    schema_: Literal["tumble-registry-lot/1"] = Field("tumble-registry-lot/1", alias="schema")
+    verdict: Literal["listed"]
+    units: int
+    """Number of units."""
+    parameters: list[TableRow]
+
+
+class DueUnit(Printed):
+    """One unit with its due date."""
+
+    unit: TableRow
+    due: str
+    """Date such as `2027-06-30`; empty where there is none."""
+    parameters: list[TableRow]
+
+
+class DueDocument(Printed):
+    """Units with the dates at which they are due."""
+
+    schema_: Literal["tumble-registry-due/1"] = Field("tumble-registry-due/1", alias="schema")
+    verdict: Literal["due", "not due"]
+    units: list[DueUnit]
+
+
+class EquipmentDocument(Printed):
     """Equipment with the dates at which it is due."""
-    verification: dict[str, Any] | None = None
-    """Counts and faults of `verify`."""
+
+    schema_: Literal["tumble-registry-equipment/1"] = Field("tumble-registry-equipment/1", alias="schema")
+    verdict: Literal["listed"]
+    equipment: list[TableRow]
+
+
+class Verified(Printed):
+    """Counts and faults."""
+
+    entries: int
+    documents: int
+    head: str
+    """Hash of the last entry."""
+    unreferenced: int
+    """Documents that no row refers to; they do no harm."""
+    faults: list[str]
+    intact: bool
+
+
+class VerifyDocument(Printed):
+    """Outcome of a check of the whole registry."""
+
+    schema_: Literal["tumble-registry-verify/1"] = Field("tumble-registry-verify/1", alias="schema")
+    verdict: Literal["intact", "damaged"]
+    verification: Verified

@@ -13,11 +13,11 @@ from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData, decompressors
 
-from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
+from tumble.logs.bags import BagMessage, remedy
 from tumble.logs.damage import damage_said
-from tumble.logs.message_form import Definition
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
+from tumble.logs.rosbag import RosBag
 from tumble.logs.rosmsg import ROS1
 from tumble.logs.track import LARGEST_RATIO, LoggedImu
 
@@ -52,43 +52,20 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     return imu_of(RosBag1(path), imu)
 
 
-class RosBag1:
+class RosBag1(RosBag):
     """A `.bag` file."""
 
     format = "ros1"
-    remarks: tuple[str, ...] = ()
+    encoding = ROS1
+    encoding_name = "ros1"
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        with damage_said(path, remedy(path)), _ReaderWithoutIndex(path) as reader:
-            self._types = {connection.topic: connection.msgtype for connection in reader.connections}
-            self._definitions = {
-                connection.topic: Definition(
-                    "ros1", connection.msgtype, connection.msgdef.data.encode("utf-8", "replace")
-                )
-                for connection in reader.connections
-            }
-
-    def all_topics(self) -> dict[str, str]:
-        """Type of every topic, by name."""
-        return self._types
-
-    def definitions(self) -> dict[str, Definition]:
-        """Definitions of the messages of each topic."""
-        return self._definitions
-
-    def topics(self) -> list[Topic]:
-        """Topics of the kinds we read."""
-        kinds = {name: kind_of(message_type) for name, message_type in self._types.items()}
-        return [Topic(name, kind, ROS1) for name, kind in kinds.items() if kind is not None]
-
-    def facts(self) -> dict[str, str]:
-        """Tumble writes no ROS 1 bags."""
-        return {}
+    @staticmethod
+    def _reader(path: Path) -> _ReaderWithoutIndex:
+        return _ReaderWithoutIndex(path)
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
-        with damage_said(self.path, remedy(self.path)), _ReaderWithoutIndex(self.path) as reader:
+        with damage_said(self.path, remedy(self.path)), self._reader(self.path) as reader:
             assert reader.bio is not None
             wanted = {
                 connection.id: connection.topic

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,20 @@ from tumble.calibration.document import Calibration, Triad
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.files import FileKind
-from tumble.foundation.recording import FloatArray
+from tumble.foundation.plain import plain
 from tumble.foundation.units import TRIADS, UNITS
 from tumble.foundation.units import Triad as TriadName
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, Part
-from tumble.tools.exchange.target import AS_CALIBRATED, Content, Setting, Settings, Target, Written
+from tumble.tools.exchange.target import (
+    AS_CALIBRATED,
+    Content,
+    Read,
+    Setting,
+    Settings,
+    Target,
+    Write,
+    Written,
+)
 
 BYTES = "latin-1"
 """Encoding by which text is bytes."""
@@ -99,13 +107,12 @@ def _record(identity: int, triad: TriadName, section: Triad) -> dict[str, Any]:
     }
 
 
+_DRIFT = ("reference", "range", "bias", "scale")
+"""Fields of a temperature drift that records keep."""
+
+
 def _drift(drift: TemperatureDrift) -> dict[str, Any]:
-    return {
-        "reference": drift.reference,
-        "range": drift.range.tolist(),
-        "bias": [power.tolist() for power in drift.bias],
-        "scale": [power.tolist() for power in drift.scale],
-    }
+    return {name: plain(getattr(drift, name)) for name in _DRIFT}
 
 
 def read_bytes(text: str) -> list[Content]:
@@ -170,51 +177,39 @@ def _error_section(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _drift_section(found: dict[str, Any]) -> dict[str, Any]:
-    def rows(powers: Sequence[Sequence[float]]) -> tuple[FloatArray, ...]:
-        return tuple(np.array(power, dtype=np.float64) for power in powers)
-
-    edges = np.array(found["range"], dtype=np.float64)
-    return {
-        "reference": found["reference"],
-        "range": edges,
-        "bias": rows(found["bias"]),
-        "scale": rows(found["scale"]),
-    }
+    return {name: found[name] for name in _DRIFT}
 
 
-_target = partial(
-    Target,
-    holds=dict.fromkeys(TRIADS, _HELD),
-    source="docs/record-format.md",
-    axes=AS_CALIBRATED,
-    encoding=BYTES,
+def _form(
+    word: str, form: str, ending: str, begins: bytes, write: Write, read: Read, *further: Setting
+) -> Target:
+    """Creates the target of one form in which records are written."""
+    identity = Setting("identity", "of the unit, a whole number that tells it from all others")
+    return Target(
+        word=word,
+        title=f"the records that a device keeps, {form}",
+        ending=ending,
+        kind=FileKind("records of a device", re.compile(begins)),
+        write=write,
+        read=read,
+        own_settings=(identity, *further),
+        holds=dict.fromkeys(TRIADS, _HELD),
+        source="docs/record-format.md",
+        axes=AS_CALIBRATED,
+        encoding=BYTES,
+    )
+
+
+RECORD = _form("record", "bytes", ".bin", rb"\ATR[\x01-\x03]", write_bytes, read_bytes)
+RECORD_HEXADECIMAL = _form(
+    "record-hex", "hexadecimal", ".hex", rb"\A54520[1-3]", write_hexadecimal, read_hexadecimal
 )
-_IDENTITY = Setting("identity", "of the unit, a whole number that tells it from all others")
-
-RECORD = _target(
-    word="record",
-    title="the records that a device keeps, bytes",
-    ending=".bin",
-    kind=FileKind("records of a device", re.compile(rb"\ATR[\x01-\x03]")),
-    write=write_bytes,
-    own_settings=(_IDENTITY,),
-    read=read_bytes,
-)
-RECORD_HEXADECIMAL = _target(
-    word="record-hex",
-    title="the records that a device keeps, hexadecimal",
-    ending=".hex",
-    kind=FileKind("records of a device", re.compile(rb"\A54520[1-3]")),
-    write=write_hexadecimal,
-    own_settings=(_IDENTITY,),
-    read=read_hexadecimal,
-)
-RECORD_C = _target(
-    word="record-c",
-    title="the records that a device keeps, arrays of C",
-    ending=".h",
-    kind=FileKind("records of a device", re.compile(rb"\A/\* Records of ")),
-    write=write_c,
-    own_settings=(_IDENTITY, Setting("name", "that those of the arrays begin with", "calibration")),
-    read=read_c,
+RECORD_C = _form(
+    "record-c",
+    "arrays of C",
+    ".h",
+    rb"\A/\* Records of ",
+    write_c,
+    read_c,
+    Setting("name", "that those of the arrays begin with", "calibration"),
 )

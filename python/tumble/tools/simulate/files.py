@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from tumble.foundation.recording import Chunk
+from tumble.foundation.documents import write_document
+from tumble.foundation.files import prepare_folder
+from tumble.foundation.plain import plain
+from tumble.foundation.recording import Chunk, Recording, SampleProgress
+from tumble.logs import Facts, open_writer
 from tumble.poses.pose_list import PoseList
 from tumble.tools.simulate.unit import TriadTruth
 
@@ -22,6 +27,33 @@ TRUTH = "tumble-truth/1"
 
 ROWS = 65_536
 """Samples written at a time."""
+
+
+def write_record(
+    recording: Recording,
+    samples: int,
+    directory: str | Path,
+    name: str,
+    log_format: LogFormat,
+    header: str,
+    truth: Mapping[str, Any],
+    progress: SampleProgress | None,
+) -> dict[str, Path]:
+    """Writes a log and `truth.yaml`, in constant memory; returns the path of each by what it is.
+
+    Raises `OutputError` where the folder cannot be written to.
+    """
+    folder = prepare_folder(directory)
+    paths = {"log": folder / f"{name}.{log_format}", "truth": folder / "truth.yaml"}
+    done = 0
+    with open_writer(paths["log"], log_format, Facts(serial=recording.metadata.serial)) as writer:
+        for chunk in recording.chunks():
+            writer.write(chunk)
+            done += len(chunk)
+            if progress is not None:
+                progress(done, samples)
+    write_document(paths["truth"], header, {key: plain(value) for key, value in truth.items()})
+    return paths
 
 
 def pieces(samples: Chunk) -> Iterator[Chunk]:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation.documents import write_document
-from tumble.foundation.files import prepare_folder
 from tumble.foundation.noise_terms import TERM_UNITS
 from tumble.foundation.plain import plain
 from tumble.foundation.recording import SampleProgress
-from tumble.logs import Facts, open_writer
-from tumble.tools.simulate.files import TRUTH, LogFormat, options
+from tumble.tools.simulate.files import TRUTH, LogFormat, options, write_record
 from tumble.tools.simulate.static.procedure import SimulatedStatic
 
 _HEADER = """\
@@ -30,17 +27,16 @@ def write_static(
 
     Raises `OutputError` where the folder cannot be written to.
     """
-    folder = prepare_folder(directory)
-    paths = {"log": folder / f"{name}.{format}", "truth": folder / "truth.yaml"}
-    done = 0
-    with open_writer(paths["log"], format, Facts(serial=static.recording.metadata.serial)) as writer:
-        for chunk in static.recording.chunks():
-            writer.write(chunk)
-            done += len(chunk)
-            if progress is not None:
-                progress(done, static.scenario.samples)
-    write_document(paths["truth"], _HEADER, static_truth(static))
-    return paths
+    return write_record(
+        static.recording,
+        static.scenario.samples,
+        directory,
+        name,
+        format,
+        _HEADER,
+        static_truth(static),
+        progress,
+    )
 
 
 def static_truth(static: SimulatedStatic) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tumble import _core
-from tumble.foundation.recording import Chunk, FloatArray, Metadata, Recording, ResolvedUnit
+from tumble.foundation.recording import Chunk, FloatArray, Metadata, Recording
 from tumble.foundation.units import TRIADS
 from tumble.tools.simulate.files import ROWS
 from tumble.tools.simulate.static.scenario import StaticScenario
@@ -38,15 +38,7 @@ def simulate_static(scenario: StaticScenario | None = None, **changes: Any) -> S
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or StaticScenario(), **changes)
-    metadata = Metadata(
-        name="static",
-        source="static",
-        format="arrays",
-        accelerometer_unit=ResolvedUnit("m/s^2", 1.0, "arrays are SI"),
-        gyroscope_unit=ResolvedUnit("rad/s", 1.0, "arrays are SI"),
-        time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
-        serial=f"SIM-{scenario.seed}",
-    )
+    metadata = Metadata.of_arrays("static", serial=f"SIM-{scenario.seed}")
     return SimulatedStatic(scenario, Recording(metadata, lambda: _draw(scenario)))
 
 

@@ -5,12 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tumble.foundation.documents import write_document
-from tumble.foundation.files import prepare_folder
-from tumble.foundation.plain import plain
 from tumble.foundation.recording import SampleProgress
-from tumble.logs import Facts, open_writer
-from tumble.tools.simulate.files import TRUTH, LogFormat, options
+from tumble.tools.simulate.files import TRUTH, LogFormat, options, write_record
 from tumble.tools.simulate.thermal.procedure import SimulatedThermal
 
 _HEADER = """\
@@ -28,21 +24,13 @@ def write_thermal(
 
     Raises `OutputError` where the folder cannot be written to.
     """
-    folder = prepare_folder(directory)
-    paths = {"log": folder / f"thermal.{format}", "truth": folder / "truth.yaml"}
-    done = 0
-    with open_writer(paths["log"], format, Facts(serial=session.recording.metadata.serial)) as writer:
-        for chunk in session.recording.chunks():
-            writer.write(chunk)
-            done += len(chunk)
-            if progress is not None:
-                progress(done, session.scenario.samples)
-    content: dict[str, Any] = {
+    truth: dict[str, Any] = {
         "schema": TRUTH,
         "seed": session.scenario.seed,
         **session.truth,
         "lag": session.scenario.lag,
         "options": options(session.scenario),
     }
-    write_document(paths["truth"], _HEADER, {key: plain(value) for key, value in content.items()})
-    return paths
+    return write_record(
+        session.recording, session.scenario.samples, directory, "thermal", format, _HEADER, truth, progress
+    )

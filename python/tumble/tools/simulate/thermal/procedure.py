@@ -10,7 +10,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.foundation.noise_terms import BIAS_INSTABILITY, TERM_UNITS, WHITE
-from tumble.foundation.recording import Chunk, FloatArray, Metadata, Recording, ResolvedUnit
+from tumble.foundation.recording import Chunk, FloatArray, Metadata, Recording
 from tumble.foundation.units import TRIADS, Triad
 from tumble.tools.simulate.files import ROWS
 from tumble.tools.simulate.thermal.scenario import ThermalScenario
@@ -59,15 +59,7 @@ def simulate_thermal(scenario: ThermalScenario | None = None, **changes: Any) ->
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or ThermalScenario(), **changes)
-    metadata = Metadata(
-        name="thermal",
-        source="thermal",
-        format="arrays",
-        accelerometer_unit=ResolvedUnit("m/s^2", 1.0, "arrays are SI"),
-        gyroscope_unit=ResolvedUnit("rad/s", 1.0, "arrays are SI"),
-        time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
-        serial=f"SIM-{scenario.seed}",
-    )
+    metadata = Metadata.of_arrays("thermal", serial=f"SIM-{scenario.seed}")
     return SimulatedThermal(scenario, Recording(metadata, lambda: _draw(scenario)))
 
 

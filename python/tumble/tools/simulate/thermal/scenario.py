@@ -9,11 +9,9 @@ import numpy as np
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import Triad
-from tumble.tools.simulate.grade import Grade, grade_names
-from tumble.tools.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, is_finite
+from tumble.tools.simulate.grade import Grade
+from tumble.tools.simulate.scenario import RecordScenario, ScenarioError
 
-SHORTEST, LONGEST_SAMPLES = 60.0, 2_000_000_000
-"""s, and samples."""
 MOST_POSES = 60
 HIGHEST_ORDER = 3
 """Powers of temperature that a calibration keeps."""
@@ -25,8 +23,11 @@ Powers = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class ThermalScenario:
+class ThermalScenario(RecordScenario):
     """A unit that rests, one pose after the other, while its temperature goes up and down."""
+
+    SHORTEST = 60.0
+    NUMBERS = ("duration", "rate_hz", "low", "high", "cycles", "lag", "gravity")
 
     seed: int = 1
     duration: float = 3600.0
@@ -58,21 +59,7 @@ class ThermalScenario:
     gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
-        for name in ("duration", "rate_hz", "low", "high", "cycles", "lag", "gravity"):
-            if not is_finite(getattr(self, name)):
-                raise ScenarioError(f"{name} is no finite number; give one")
-        if isinstance(self.grade, str) and self.grade not in grade_names():
-            raise ScenarioError(f"grade {self.grade!r} is unknown; give one of {', '.join(grade_names())}")
-        if not SLOWEST_RATE_HZ <= self.rate_hz <= FASTEST_RATE_HZ:
-            raise ScenarioError(
-                f"a rate of {self.rate_hz:g} Hz cannot be simulated; give {SLOWEST_RATE_HZ:g} to "
-                f"{FASTEST_RATE_HZ:g}"
-            )
-        if self.duration < SHORTEST or self.samples > LONGEST_SAMPLES:
-            raise ScenarioError(
-                f"{self.duration:g} s at {self.rate_hz:g} Hz cannot be simulated; give {SHORTEST:g} s "
-                f"or more, and at most {LONGEST_SAMPLES} samples"
-            )
+        self._check_record()
         if not self.low <= self.high:
             raise ScenarioError(f"low {self.low:g} degC lies above high {self.high:g}; exchange them")
         if not 1 <= self.poses <= MOST_POSES:
@@ -84,19 +71,9 @@ class ThermalScenario:
                 raise ScenarioError(f"{name} has more than {HIGHEST_ORDER} powers; leave out the highest")
 
     @property
-    def samples(self) -> int:
-        """Samples of the log."""
-        return round(self.duration * self.rate_hz)
-
-    @property
     def reference(self) -> float:
         """Middle of the range, degC."""
         return 0.5 * (self.low + self.high)
-
-    @property
-    def unit_grade(self) -> Grade:
-        """The grade, whether given by its name or as it is."""
-        return Grade.named(self.grade) if isinstance(self.grade, str) else self.grade
 
     def bias(self, triad: Triad) -> FloatArray:
         """Returns the coefficients (k, 3) of the bias of a triad, a row for each power from 1, unit/K^k."""
