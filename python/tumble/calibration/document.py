@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, JsonValue, model_validator
 
+from tumble.calibration.budget import Budget
+from tumble.calibration.decision import Decision
 from tumble.calibration.limits import Limits
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation import arrays
@@ -159,6 +161,9 @@ class Triad(Document):
     """Covariance of [M row by row, b], without the inherited part."""
     inherited: Inherited | None = None
     """Contribution of the uncertainty of reference and gravity; absent where neither is stated."""
+    budget: tuple[Budget, ...] | None = Field(default=None, strict=False)
+    """Uncertainty of each parameter that the data showed, source by source; absent where no source but the
+    session is stated."""
 
     @property
     def total_covariance(self) -> FloatArray | None:
@@ -298,6 +303,24 @@ class ReferenceUncertainty(Document):
     gyroscope: str
 
 
+class CertificateOfReference(Document):
+    """Certificate of the reference, to which the calibration is traceable."""
+
+    laboratory: str
+    number: str
+    date: str
+    """Date of the calibration of the reference, such as `2026-03-31`."""
+    due: str = ""
+    """Last day on which it holds; empty where the certificate does not state it."""
+    manufacturer: str = ""
+    model: str = ""
+    serial: str = ""
+    file: str
+    """Name of the file, without folders."""
+    sha256: str
+    """SHA-256 of the bytes of that file."""
+
+
 class Reference(Document):
     """The IMU that supplied the truth."""
 
@@ -307,6 +330,7 @@ class Reference(Document):
     """sha256 of the calibration the reference itself carried; empty if it carried none."""
     log: Log | None = None
     uncertainty: ReferenceUncertainty | None = None
+    certificate: CertificateOfReference | None = None
 
 
 class Method(Document):
@@ -356,6 +380,8 @@ class Calibration(Document):
     """`pass` or `fail` by the limits below, `calibrated` where there were none, or `model not met`."""
     limits: Limits | None = None
     """Limits against which it was checked."""
+    decision: Decision | None = None
+    """Verdicts by the decision rule of the limits; absent where they state none."""
     method: Method | None = None
     """Method of all parts that no contribution gave; absent where there is no such part."""
     contributions: tuple[Contribution, ...] | None = Field(default=None, strict=False)

@@ -11,6 +11,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from tumble.calibration.decision import DecisionRule
 from tumble.foundation.documents import Document, read_document
 from tumble.foundation.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
 from tumble.foundation.schemas import LIMITS
@@ -109,6 +110,8 @@ class Limits(Document):
     schema_: Literal["tumble-limits/1"] = Field(default=SCHEMA, alias="schema")
     accelerometer: TriadLimits | None = None
     gyroscope: TriadLimits | None = None
+    decision: DecisionRule | None = None
+    """Rule by which uncertainty counts; without one a value within its limit passes."""
 
     @model_validator(mode="after")
     def _limits_something(self) -> Limits:
