@@ -181,7 +181,12 @@ class ClockFigures(TypedDict):
     contradiction: tuple[float, float] | None
 
 class TriadFigures(TypedDict, total=False):
-    """One triad; `values` and `sigmas` are bias, scale, non-orthogonality, mounting, in SI units and rad."""
+    """One triad; `values` and `sigmas` are bias, scale, non-orthogonality, mounting, in SI units and rad.
+
+    `by_reference` (12, 12) is the derivative of [M row by row, b] by the [E row by row, e] of the reference,
+    `by_gravity` and `by_table` (12,) its change by 1 sigma of these, `parts_jacobian` (12, 12) the derivative
+    of `values` by [M row by row, b]; all are there where `inherited` is.
+    """
 
     M: FloatArray
     b: FloatArray
@@ -194,6 +199,10 @@ class TriadFigures(TypedDict, total=False):
     values: list[float]
     sigmas: list[float]
     inherited_sigmas: list[float]
+    by_reference: FloatArray
+    by_gravity: list[float]
+    by_table: list[float]
+    parts_jacobian: FloatArray
     drift: FloatArray
     drift_sigma: FloatArray
     rank: int

@@ -357,6 +357,11 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
             .map(|variance| variance.max(0.0).sqrt());
         figures.set_item("inherited", array2(py, inherited))?;
         figures.set_item("inherited_sigmas", of_parts.as_slice().to_vec())?;
+        let responses = &triad.inheritance;
+        figures.set_item("by_reference", array2(py, &responses.by_reference))?;
+        figures.set_item("by_gravity", responses.by_gravity.as_slice().to_vec())?;
+        figures.set_item("by_table", responses.by_table.as_slice().to_vec())?;
+        figures.set_item("parts_jacobian", array2(py, &triad.parts.jacobian()))?;
     }
     if let Some((drift, sigma)) = &triad.drift {
         figures.set_item("drift", array1(py, drift))?;

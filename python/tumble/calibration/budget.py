@@ -41,7 +41,7 @@ class BudgetEntry(Document):
     degrees_of_freedom: float | None = Field(default=None, gt=0.0)
     """Absent where infinite."""
     common: bool = False
-    """Says whether all targets of that reference, or place, share the error."""
+    """States whether all targets of that reference, or place, share the error."""
 
 
 class Budget(Document):

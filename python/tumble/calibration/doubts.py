@@ -10,6 +10,7 @@ from tumble.foundation.units import TRIADS
 
 _MEANINGS: dict[Verdict, str] = {
     "fail": "it is not within its limits",
+    "conditional fail": "it is not within its limits",
     "model not met": "its errors are larger than its sigmas say",
 }
 """Verdicts that whoever uses a calibration has to know of."""

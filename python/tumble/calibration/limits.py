@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -11,7 +11,8 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from tumble.calibration.decision import DecisionRule
+from tumble.calibration.budget import Budget
+from tumble.calibration.decision import Decision, DecisionRule, Uncertainty, decide
 from tumble.foundation.documents import Document, read_document
 from tumble.foundation.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
 from tumble.foundation.schemas import LIMITS
@@ -125,6 +126,10 @@ class Limits(Document):
         """Reads a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
         return read_document(path, cls, LIMITS)
 
+    def with_rule(self, rule: DecisionRule) -> Limits:
+        """Returns the same limits with a decision rule, where they state none of their own."""
+        return self if self.decision is not None else self.model_copy(update={"decision": rule})
+
     def check(self, target: Calibrated) -> tuple[LimitCheck, ...]:
         """Checks a target against every limit; empty where the target has no calibration at all.
 
@@ -138,6 +143,32 @@ class Limits(Document):
         if self.gyroscope is not None:
             checks += _check_triad("gyroscope", self.gyroscope, target.gyroscope)
         return tuple(checks)
+
+    def decide(
+        self,
+        target: Calibrated,
+        checks: Sequence[LimitCheck],
+        budgets: Mapping[TriadName, Sequence[Budget]] | None = None,
+    ) -> Decision | None:
+        """Returns the verdicts on a checked target by the decision rule; None where the file states none.
+
+        U is that of the budget of a parameter, else half of its 95 % interval.
+        """
+        if self.decision is None:
+            return None
+        known: dict[str, Uncertainty] = {}
+        for triad in (target.accelerometer, target.gyroscope):
+            if triad is not None:
+                seen = (each for each in triad.parameters if each.observable)
+                known |= {
+                    f"{triad.triad} {each.name}": Uncertainty(each.sigma, 0.5 * (each.high - each.low))
+                    for each in seen
+                }
+        for name, found in (budgets or {}).items():
+            for budget in found:
+                stated = Uncertainty(budget.combined_uncertainty, budget.expanded_uncertainty)
+                known[f"{name} {budget.parameter}"] = stated
+        return decide(self.decision, checks, known)
 
 
 def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:

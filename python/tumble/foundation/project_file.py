@@ -30,14 +30,17 @@ KEYS: Mapping[str, str] = {
     "operator": "who calibrates",
     "station": "where that is done",
     "registry": "file or URL of the registry of calibrations",
+    "reference_certificate": "certificate of the reference, in YAML",
+    "reference_model": "model of the reference, which its certificate has to be of",
     "limits": "limits file against which targets are checked",
+    "decision": "decision rule where the limits file states none: simple, guarded or guarded:GUARD",
     "manufacturer": "maker of the units",
     "model": "model of the units",
     "lot": "lot of the units",
     "language": "language of certificates: en, or en and zh",
 }
 """Settings and their meaning; `TUMBLE_` and the name in capitals is the variable of the environment."""
-PLACES = ("registry", "limits")
+PLACES = ("registry", "limits", "reference_certificate")
 """Settings that name a file: relative to the folder of the file they stand in."""
 LANGUAGES = ("en", "en,zh")
 

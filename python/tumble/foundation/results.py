@@ -28,6 +28,8 @@ Precision = Literal["f64", "f32"]
 
 Verdict = Literal[
     "pass",
+    "conditional pass",
+    "conditional fail",
     "fail",
     "calibrated",
     "model not met",

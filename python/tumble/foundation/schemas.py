@@ -32,6 +32,13 @@ CALIBRATION = DocumentSchema(
     "calibration", "calibration file", "tumble.calibration.document", "Calibration", is_stated=True
 )
 POSES = DocumentSchema("poses", "pose list", "tumble.poses.pose_list", "PoseFile")
+REFERENCE_CERTIFICATE = DocumentSchema(
+    "reference-certificate",
+    "certificate of a reference",
+    "tumble.calibration.reference_certificate",
+    "ReferenceCertificate",
+    is_stated=True,
+)
 LIMITS = DocumentSchema("limits", "limits file", "tumble.calibration.limits", "Limits")
 REDUNDANCY = DocumentSchema(
     "redundancy", "redundancy settings file", "tumble.procedures.redundancy.settings", "RedundancySettings"
@@ -44,7 +51,10 @@ SESSION = DocumentSchema("session", "recorded session", "tumble.logs.session", "
 
 SCHEMAS = {
     schema.name: schema
-    for schema in (CALIBRATION, POSES, LIMITS, REDUNDANCY, STORED_ERROR, TABLE_PROFILE, SESSION)
+    for schema in (
+        *(CALIBRATION, POSES, LIMITS, REFERENCE_CERTIFICATE),
+        *(REDUNDANCY, STORED_ERROR, TABLE_PROFILE, SESSION),
+    )
 }
 
 

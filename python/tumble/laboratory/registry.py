@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from sqlalchemy import Connection, Select, Table, func, insert, or_, select
 
+from tumble.calibration.decision import rule_in_words
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import make_file
 from tumble.foundation.provenance import date_now
@@ -550,12 +551,13 @@ def _parameter_rows(identity: str, result: Result, date: str) -> Iterator[dict[s
 
 
 def _decision_row(identity: str, result: Result, limits: str) -> dict[str, Value]:
+    decision = result.calibration.decision
     return {
         "calibration": identity,
         "limits": limits,
-        "rule": SIMPLE,
+        "rule": SIMPLE if decision is None else rule_in_words(decision),
         "verdict": result.run.verdict,
-        "why": "; ".join(beyond_limits(result)),
+        "why": "; ".join(beyond_limits(result) if decision is None else decision.not_passed()),
     }
 
 

@@ -6,6 +6,8 @@ from tumble.foundation.results import Verdict
 
 VERDICT_SIGNS: dict[Verdict, str] = {
     "pass": "✓",
+    "conditional pass": "✓",
+    "conditional fail": "✕",
     "fail": "✕",
     "calibrated": "●",
     "model not met": "≠",

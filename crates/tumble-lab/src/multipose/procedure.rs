@@ -29,6 +29,7 @@ use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use super::time_base::implausible_scale;
 use crate::acquisition::{Acquired, Tremor, interval};
 use crate::turntable::flicker::remembered;
+use crate::turntable::reference_uncertainty::Inheritance;
 use crate::turntable::{Label, TriadCalibration, force_sigma, rate_sigma, widening};
 
 /// The samples of one unit, all finite, in order of time.
@@ -832,6 +833,7 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
     let residuals = fit.residuals.iter().enumerate();
     Ok(TriadCalibration {
         inherited: None,
+        inheritance: Inheritance::default(),
         drift: None,
         model: fit.model,
         covariance,
@@ -860,6 +862,7 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
     let parts = fit.model.decompose()?;
     Ok(TriadCalibration {
         inherited: None,
+        inheritance: Inheritance::default(),
         drift: None,
         model: fit.model,
         covariance: fit.covariance,
@@ -921,6 +924,7 @@ fn rate_calibration(
     let of_turns_labels = data.turns.iter().map(|turn| Label::Turn(turn.before, turn.after));
     Ok(TriadCalibration {
         inherited: None,
+        inheritance: Inheritance::default(),
         drift: None,
         model,
         covariance,

@@ -111,38 +111,92 @@ impl Reference {
     }
 }
 
+/// Change of `[M row by row, b]` of a target.
+pub type Response = SVector<f64, 12>;
+
+/// Responses of a target's `[M row by row, b]` to what it inherits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inheritance {
+    /// Derivative by the `[E row by row, e]` of the reference, in the directions that its uncertainty has.
+    pub by_reference: Covariance<f64>,
+    /// Change by 1 sigma of gravity.
+    pub by_gravity: Response,
+    /// Change by 1 sigma of the rates of the table.
+    pub by_table: Response,
+}
+
+impl Default for Inheritance {
+    fn default() -> Self {
+        Self {
+            by_reference: Covariance::zeros(),
+            by_gravity: Response::zeros(),
+            by_table: Response::zeros(),
+        }
+    }
+}
+
+/// Response of a target's `[M row by row, b]` to a full step in a direction.
+fn response(found: &ErrorModel<f64>, deviated: &ErrorModel<f64>) -> Response {
+    let matrix = (deviated.matrix - found.matrix) / STEP;
+    let bias = (deviated.bias - found.bias) / STEP;
+    Response::from_fn(|i, _| {
+        if i < 9 {
+            matrix[(i / 3, i % 3)]
+        } else {
+            bias[i - 9]
+        }
+    })
+}
+
 /// Sum of the squared responses of a target's `[M row by row, b]` to the principal directions.
 pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) -> Covariance<f64> {
-    let mut covariance = Covariance::zeros();
-    for deviated in responses {
-        let matrix = (deviated.matrix - found.matrix) / STEP;
-        let bias = (deviated.bias - found.bias) / STEP;
-        let response = SVector::<f64, 12>::from_fn(|i, _| {
-            if i < 9 {
-                matrix[(i / 3, i % 3)]
-            } else {
-                bias[i - 9]
-            }
-        });
-        covariance += response * response.transpose(); // eq. 5
+    let responses = responses.iter().map(|deviated| response(found, deviated));
+    responses.map(|response| response * response.transpose()).sum() // eq. 5
+}
+
+/// Derivative of `[M row by row, b]` by `[E row by row, e]`, from the responses to the principal directions of `stated`.
+pub(super) fn derivative(
+    found: &ErrorModel<f64>,
+    responses: &[ErrorModel<f64>],
+    stated: &Covariance<f64>,
+) -> Covariance<f64> {
+    let eigen = stated.symmetric_eigen();
+    let mut derivative = Covariance::zeros();
+    for (k, deviated) in responses.iter().enumerate() {
+        let size = eigen.eigenvalues[k].max(0.0).sqrt();
+        if size > 0.0 {
+            let direction = eigen.eigenvectors.column(k).transpose();
+            derivative += response(found, deviated) * direction / size; // eq. 11
+        }
     }
-    covariance
+    derivative
+}
+
+/// Change of `[M row by row, b]` where all truths are wrong by one factor, of this relative sigma.
+pub(super) fn scaled(found: &ErrorModel<f64>, sigma: f64) -> Response {
+    Response::from_fn(|i, _| {
+        if i < 9 {
+            sigma * found.matrix[(i / 3, i % 3)]
+        } else {
+            0.0
+        }
+    })
 }
 
 /// Covariance of `[M row by row, b]` where all truths are wrong by one factor, of this relative variance.
 pub(crate) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
-    let response = SVector::<f64, 12>::from_fn(|i, _| if i < 9 { found.matrix[(i / 3, i % 3)] } else { 0.0 });
-    response * response.transpose() * variance // turntable.md, eq. 42
+    let response = scaled(found, variance.sqrt());
+    response * response.transpose() // turntable.md, eq. 42
 }
 
-/// Covariance of a target's `[M row by row, b]` from the uncertainty of gravity; `None` where nobody states one.
+/// Change of a target's `[M row by row, b]` by 1 sigma of gravity; `None` where nobody states one.
 ///
 /// # Errors
 /// [`TurntableError`] as the fits.
 pub(super) fn of_gravity(
     session: &TargetSession<'_>,
     found: &ErrorModel<f64>,
-) -> Result<Option<Covariance<f64>>, TurntableError> {
+) -> Result<Option<Response>, TurntableError> {
     let sigma = session.settings.gravity_sigma;
     if sigma <= 0.0 {
         return Ok(None);
@@ -158,7 +212,7 @@ pub(super) fn of_gravity(
         settings: &settings,
         ..*session
     };
-    Ok(Some(inherited(found, &[deviated.accelerometer()?.model]))) // eq. 9
+    Ok(Some(response(found, &deviated.accelerometer()?.model))) // eq. 9
 }
 
 /// Chance of residuals beyond which the statement of a reference does not explain its readings.

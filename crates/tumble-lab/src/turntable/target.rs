@@ -4,7 +4,7 @@ use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
 use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
-use super::reference_uncertainty::{inherited, of_gravity, scaled_alike};
+use super::reference_uncertainty::{derivative, inherited, of_gravity, scaled};
 use super::session::TargetSession;
 use super::settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 use super::triad::TriadCalibration;
@@ -117,22 +117,27 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
             rates.push(session.gyroscope(mounting.as_ref())?.0.model);
         }
     }
-    for (triad, responses) in [
-        (&mut target.accelerometer, forces),
-        (&mut target.gyroscope, rates),
+    for (triad, responses, stated) in [
+        (&mut target.accelerometer, forces, &uncertainty.accelerometer),
+        (&mut target.gyroscope, rates, &uncertainty.gyroscope),
     ] {
-        if let Some(triad) = triad.as_mut().filter(|_| !responses.is_empty()) {
+        if let (Some(triad), Some(stated)) = (triad, stated)
+            && !responses.is_empty()
+        {
             triad.inherited = Some(inherited(&triad.model, &responses));
+            triad.inheritance.by_reference = derivative(&triad.model, &responses, stated);
         }
     }
     if let Some(triad) = &mut target.accelerometer
-        && let Some(of_gravity) = of_gravity(session, &triad.model)?
+        && let Some(by_gravity) = of_gravity(session, &triad.model)?
     {
-        triad.add_inherited(of_gravity);
+        triad.add_inherited(by_gravity * by_gravity.transpose());
+        triad.inheritance.by_gravity = by_gravity;
     }
     if let (Some(table), Some(triad)) = (&session.reference.table, &mut target.gyroscope) {
-        let of_table = scaled_alike(&triad.model, table.accuracy.powi(2));
-        triad.add_inherited(of_table);
+        let by_table = scaled(&triad.model, table.accuracy);
+        triad.add_inherited(by_table * by_table.transpose());
+        triad.inheritance.by_table = by_table;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use tumble_core::turntable::observation::{FitInputs, Observation};
 use super::error::TurntableError;
 use super::flicker::variance_freedom;
 use super::reference::mean_covariance;
-use super::reference_uncertainty::scaled_alike;
+use super::reference_uncertainty::{Inheritance, scaled, scaled_alike};
 
 /// Calibration of one triad with all that goes with it.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct TriadCalibration {
     /// Covariance of `[M row by row, b]` that all targets of this reference, or of this gravity, have in common, beside the
     /// above; `None` where neither is stated.
     pub inherited: Option<Covariance<f64>>,
+    /// Responses that it follows from; zero where nothing is stated.
+    pub inheritance: Inheritance,
     /// True for each of `[M row by row, b]` that the data showed.
     pub observed: [bool; 12],
     /// `M = K L Q`.
@@ -61,7 +63,9 @@ impl TriadCalibration {
     #[must_use]
     pub(crate) fn with_gravity(mut self, relative: f64) -> Self {
         if relative > 0.0 {
-            self.add_inherited(scaled_alike(&self.model, relative.powi(2))); // uncertainty.md, eq. 9
+            let by_gravity = scaled(&self.model, relative); // uncertainty.md, eq. 9
+            self.add_inherited(by_gravity * by_gravity.transpose());
+            self.inheritance.by_gravity = by_gravity;
         }
         self
     }
@@ -173,6 +177,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         model: solved.model,
         covariance,
         inherited: None,
+        inheritance: Inheritance::default(),
         observed: solved.observed,
         parts,
         parts_covariance: parts.carry(&covariance),

@@ -37,6 +37,7 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
         "log": log_content(target.source, target.log),
         "verdict": target.verdict,
         "limits": batch.limits or None,
+        "decision": target.decision,
         "method": {"procedure": "turntable", "truth": batch.truth, "options": plain(batch.options)},
         "reference": {
             "name": reference.name,
@@ -44,6 +45,7 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
             "calibration_hash": reference.calibration_hash,
             "log": log_content(reference.source, reference.log),
             "uncertainty": asdict(reference.uncertainty),
+            "certificate": reference.certificate,
         },
         "gravity": gravity_content(batch),
     }
@@ -53,4 +55,6 @@ def _content(batch: TurntableResult, target: TargetResult) -> dict[str, Any]:
     for triad in (target.accelerometer, target.gyroscope):
         if triad is not None and triad.inherited is not None:
             content[triad.triad]["inherited"] = inherited_content(triad, batch.inherited_from(triad.triad))
+    for name, budgets in target.budgets.items():
+        content[name]["budget"] = budgets
     return content

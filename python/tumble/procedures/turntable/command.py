@@ -83,6 +83,9 @@ def turntable_command(
         **gravity.stated(),
         reference_calibration=known.applied(),
         reference_grade=known.grade,
+        reference_certificate=known.certified(),
+        reference_model=known.model,
+        target_grade=known.target_grade,
         clock=method.clock.value,
         g_sensitivity=method.g_sensitivity,
     )

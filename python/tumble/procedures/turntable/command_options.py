@@ -81,11 +81,58 @@ class ReferenceOptions(Options):
         ),
     ] = None
 
+    certificate: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference-certificate",
+            metavar="FILE",
+            help="Certificate of the reference, in YAML, in place of its calibration: its values are "
+            "applied, and each parameter has a budget of its uncertainty.",
+            show_default=False,
+        ),
+    ] = None
+    model: Annotated[
+        str,
+        typer.Option(
+            "--reference-model",
+            metavar="NAME",
+            help="Model of the reference, which its certificate has to be of.",
+            show_default=False,
+        ),
+    ] = ""
+    target_grade: Annotated[
+        str | None,
+        typer.Option(
+            "--target-grade",
+            metavar="NAME",
+            help="Grade of the targets, by which temperature moves their biases in the budgets: consumer, "
+            "industrial, tactical or reference.",
+            show_default=False,
+        ),
+    ] = None
+
     def applied(self) -> Calibration | None:
         """Read its calibration, if there is one."""
         from tumble.calibration.document import Calibration
 
         return Calibration.load(self.calibration) if self.calibration else None
+
+    def certified(self) -> Path | None:
+        """Return its certificate, checked before anything is recorded or read."""
+        from tumble.calibration.reference_certificate import (
+            read_reference_certificate,
+            refuse_other_model,
+        )
+
+        if self.certificate is None:
+            return None
+        if self.calibration is not None:
+            raise TumbleError(
+                "--reference-calibration and --reference-certificate both state the errors of the reference; "
+                "give one of them"
+            )
+        refuse_other_model(read_reference_certificate(self.certificate), str(self.certificate), self.model)
+        return self.certificate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,6 +224,15 @@ class BatchOptions(Options):
     limit_file: Annotated[
         Path | None, typer.Option("--limits", metavar="FILE", help="Limits that targets pass or fail.")
     ] = None
+    decision: Annotated[
+        str,
+        typer.Option(
+            metavar="simple|guarded[:GUARD]",
+            help="Decision rule where the limits file states none; GUARD is the width of the guard band in "
+            "U, 1 if not given.",
+            show_default=False,
+        ),
+    ] = ""
     name_by: Annotated[
         str,
         typer.Option(
@@ -200,9 +256,12 @@ class BatchOptions(Options):
 
     def limits(self) -> Limits | None:
         """Read the limits, if there are any."""
+        from tumble.calibration.decision import rule_named
         from tumble.calibration.limits import Limits
 
-        return Limits.load(self.limit_file) if self.limit_file else None
+        rule = rule_named(self.decision) if self.decision else None
+        limits = Limits.load(self.limit_file) if self.limit_file else None
+        return limits.with_rule(rule) if limits is not None and rule is not None else limits
 
 
 def _numbers(option: str, text: str) -> list[float]:

@@ -11,7 +11,14 @@ from tumble.procedures.turntable.batch import CALIBRATION_ENDING
 from tumble.procedures.turntable.production import Made, Production, write_views
 from tumble.procedures.turntable.summary import ScreenSummary, target_content
 
-WORST_FIRST: tuple[Verdict, ...] = ("not calibrated", "model not met", "fail", "calibrated")
+WORST_FIRST: tuple[Verdict, ...] = (
+    "not calibrated",
+    "model not met",
+    "fail",
+    "conditional fail",
+    "conditional pass",
+    "calibrated",
+)
 """Verdicts of targets, the worst first; without any of them all pass."""
 
 

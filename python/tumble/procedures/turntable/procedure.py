@@ -18,6 +18,7 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
+from tumble.calibration.reference_certificate import ReferenceCertificate
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.provenance import Provenance, date_now, log_digest
@@ -25,12 +26,18 @@ from tumble.foundation.recording import Recording, RecordingSource, sources_of
 from tumble.logs import ReadOptions, options_for, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.poses.pose_list import SIX_FACES, PoseList
+from tumble.procedures.turntable.budget import BudgetSources
+from tumble.procedures.turntable.certified import CertifiedReference, day_of
 from tumble.procedures.turntable.commanded import commanded_rates, rates_not_shown, refuse_without_gyroscope
 from tumble.procedures.turntable.matching import PoseMatch, match_poses
 from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import TREATMENTS
 from tumble.procedures.turntable.reference import pose_results, reference_result, reference_warnings
-from tumble.procedures.turntable.reference_uncertainty import ReferenceUncertainty, reference_uncertainty
+from tumble.procedures.turntable.reference_uncertainty import (
+    ReferenceUncertainty,
+    reference_uncertainty,
+    refuse_unknown_grade,
+)
 from tumble.procedures.turntable.result import TargetResult, TruthSource, TurntableResult
 from tumble.procedures.turntable.target import TargetProcedure
 
@@ -105,6 +112,9 @@ def open_session(
     gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
+    reference_certificate: ReferenceCertificate | str | Path | None = None,
+    reference_model: str = "",
+    target_grade: str | None = None,
     clock: Clocks = "auto",
     g_sensitivity: bool | None = None,
     limits: Limits | str | Path | None = None,
@@ -124,7 +134,16 @@ def open_session(
         if isinstance(reference_calibration, str | Path)
         else reference_calibration
     )
-    uncertainty = reference_uncertainty(applied, reference_grade)
+    refuse_unknown_grade("reference", reference_grade)
+    refuse_unknown_grade("target", target_grade)
+    certified = CertifiedReference.of(reference_certificate)
+    if certified is not None:
+        if applied is not None:
+            raise ProcedureError(
+                "the calibration of the reference and its certificate both state its errors; give one of them"
+            )
+        applied = certified.calibration
+        certified.refuse_other_model(reference_model)
     commanded = commanded_rates(truth, pose_list, rates, rate_accuracy)
     place = local_gravity(gravity, latitude, height, gravity_uncertainty)
     strength, source = place.value, place.source
@@ -153,6 +172,15 @@ def open_session(
         )
     if commanded:
         refuse_without_gyroscope(unit)
+    if certified is not None:
+        certified.refuse_unfit(unit)
+    uncertainty = reference_uncertainty(
+        applied,
+        reference_grade,
+        certified.certificate if certified else None,
+        day_of(unit),
+        unit.acquired.temperature,
+    )
     refuse_if_unfit(unit.name, unit, strength)
     match = match_poses(
         unit.recording,
@@ -164,7 +192,9 @@ def open_session(
     fitted = _fitted_reference(unit, match, settings, of_force, uncertainty)
     asked = procedure_of(reference)
     batch = TurntableResult(
-        reference=reference_result(unit, fitted, match, applied, uncertainty.sources),
+        reference=reference_result(
+            unit, fitted, match, applied, uncertainty.sources, certified.facts if certified else None
+        ),
         poses=pose_results(match, fitted),
         targets=(),
         truth=truth,
@@ -175,6 +205,7 @@ def open_session(
             "clock": clock,
             "g-sensitivity": "auto" if g_sensitivity is None else g_sensitivity,
             **({"reference grade": reference_grade} if reference_grade else {}),
+            **({"target grade": target_grade} if target_grade else {}),
             **(commanded.options() if commanded else {}),
             "poses": Path(pose_list.source).name if pose_list else "none",
             **(asked.options if asked else {}),
@@ -188,8 +219,19 @@ def open_session(
         software=f"tumble {_core.__version__}",
         commanded=commanded,
     )
+    table_sigma = commanded.for_core()[1] if commanded else 0.0
     procedure = TargetProcedure(
-        unit, fitted, match, settings, compared, strength, limit_list, response_asked_for=bool(g_sensitivity)
+        unit,
+        fitted,
+        match,
+        settings,
+        compared,
+        strength,
+        limit_list,
+        response_asked_for=bool(g_sensitivity),
+        sources=BudgetSources(uncertainty.errors, place.sigma or 0.0, table_sigma, target_grade)
+        if certified
+        else None,
     )
     procedure.first_with_gyroscope(unit.name, unit)
     provenance = Provenance(
@@ -212,6 +254,9 @@ def turntable(
     gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
+    reference_certificate: ReferenceCertificate | str | Path | None = None,
+    reference_model: str = "",
+    target_grade: str | None = None,
     clock: Clocks = "auto",
     g_sensitivity: bool | None = None,
     limits: Limits | str | Path | None = None,
@@ -234,8 +279,10 @@ def turntable(
     given.
 
     The uncertainty that the calibration of the reference states, or else its grade, goes to the targets.
-    The response of a gyroscope to specific force is fitted where `g_sensitivity` is true, or None and the
-    residuals show it.
+    With `reference_certificate`, a file or what was read of one, in place of a calibration, each parameter
+    has a budget; it has to be of `reference_model`, where that is stated. `target_grade` states how far
+    temperature moves the biases of targets. The response of a gyroscope to specific force is fitted where
+    `g_sensitivity` is true, or None and the residuals show it.
 
     All results are kept in memory, 0.1 MB a target; the command writes each as it is made.
 
@@ -258,6 +305,9 @@ def turntable(
         gravity_uncertainty=gravity_uncertainty,
         reference_calibration=reference_calibration,
         reference_grade=reference_grade,
+        reference_certificate=reference_certificate,
+        reference_model=reference_model,
+        target_grade=target_grade,
         clock=clock,
         g_sensitivity=g_sensitivity,
         limits=limits,

@@ -11,7 +11,7 @@ from tumble import _core
 from tumble.acquisition.acquire import rejected_rests_of, rests_of, scale_notice, trace_of
 from tumble.acquisition.imu import Imu, known, log_name
 from tumble.acquisition.notices import notices
-from tumble.calibration.document import Calibration
+from tumble.calibration.document import Calibration, CertificateOfReference
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.procedures.turntable.matching import PoseMatch
@@ -31,6 +31,7 @@ def reference_result(
     match: PoseMatch,
     applied: Calibration | None,
     uncertainty: UncertaintySources,
+    certificate: CertificateOfReference | None = None,
 ) -> ReferenceResult:
     """Describes the reference; `applied` is the calibration that was applied to it."""
     figures, mounting = fitted.figures, mounting_result(fitted)
@@ -52,6 +53,7 @@ def reference_result(
         missing_samples=unit.acquired.missing,
         log=unit.log,
         uncertainty=uncertainty,
+        certificate=certificate,
     )
 
 

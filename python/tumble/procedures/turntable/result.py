@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -30,9 +30,11 @@ from tumble.foundation.words import join
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tumble.calibration.document import Calibration
+    from tumble.calibration.budget import Budget
+    from tumble.calibration.decision import Decision
+    from tumble.calibration.document import Calibration, CertificateOfReference
 
-GOOD = ("pass", "calibrated")
+GOOD = ("pass", "conditional pass", "calibrated")
 """Verdicts that nobody has to look at."""
 
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal", "table"]
@@ -186,6 +188,10 @@ class TargetResult(Tabular):
     responses: tuple[AxisResponse, ...] = ()
     """The gyroscope at constant rates; empty where there were none."""
     checks: tuple[LimitCheck, ...] = ()
+    budgets: Mapping[TriadName, tuple[Budget, ...]] = field(default_factory=dict)
+    """Uncertainty of each parameter, source by source; empty without a certificate of the reference."""
+    decision: Decision | None = None
+    """Verdicts by the decision rule of the limits; None where they state none."""
     warnings: tuple[str, ...] = ()
     failure: str = ""
     """Reason why the target could not be calibrated, with its name; empty if it could."""
@@ -231,6 +237,8 @@ class TargetResult(Tabular):
             return "not calibrated"
         if self.misfits:
             return "model not met"
+        if self.decision is not None:
+            return self.decision.verdict
         if not self.checks:
             return "calibrated"
         return "pass" if all(check.passed for check in self.checks) else "fail"
@@ -304,6 +312,8 @@ class ReferenceResult:
     """Samples that the log lacks, as the pauses between the others show."""
     log: LogFacts = NO_LOG
     uncertainty: UncertaintySources = UncertaintySources()
+    certificate: CertificateOfReference | None = None
+    """Certificate to which results are traceable."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,8 @@ MOST_NAMED = 3
 SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
 COLOURS = {
     "pass": "green",
+    "conditional pass": "yellow",
+    "conditional fail": "red",
     "fail": "red",
     "calibrated": "default",
     "model not met": "red",
@@ -203,6 +205,7 @@ def json_content(run: TurntableRun, files: Mapping[str, Path]) -> dict[str, Any]
             "mounting": mounting and {"rotation_vector": mounting.rotation_vector, "sigma": mounting.sigma},
             "mounting_reason": reference.mounting_reason,
             "uncertainty": asdict(reference.uncertainty),
+            "certificate": reference.certificate and reference.certificate.content(),
         },
         "poses": [
             {"name": pose.name, "table_error_angle": pose.table_error_angle, "sigma": pose.table_error_sigma}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -11,6 +11,16 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import LimitCheck
 from tumble.procedures.turntable.result import UncertaintySources
 from tumble.procedures.turntable.summary import SCHEMA
+
+TargetVerdict: TypeAlias = Literal[
+    "pass",
+    "conditional pass",
+    "conditional fail",
+    "fail",
+    "calibrated",
+    "model not met",
+    "not calibrated",
+]
 
 
 class Mounting(Printed):
@@ -37,6 +47,8 @@ class PrintedReference(Printed):
     mounting_reason: str
     """Why the mounting angle was not estimated; empty if it was."""
     uncertainty: UncertaintySources
+    certificate: dict[str, Any] | None
+    """Certificate to which the results are traceable, as calibration files state it."""
 
 
 class PrintedPose(Printed):
@@ -63,7 +75,7 @@ class PrintedTarget(Printed):
     duration: float
     """s."""
     missing_samples: int
-    verdict: Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
+    verdict: TargetVerdict
     reason: str
     """Why it has no calibration, or is not within its limits."""
     warnings: list[str]
@@ -78,7 +90,7 @@ class TurntableDocument(PrintedResult):
     """All targets of a batch."""
 
     schema_: Literal["tumble-turntable-result/1"] = Field(SCHEMA, alias="schema")
-    verdict: Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
+    verdict: TargetVerdict
     """That of the worst target of the run."""
     truth: str
     gravity: PrintedGravity

@@ -19,13 +19,15 @@ from tumble.acquisition.acquire import (
 from tumble.acquisition.duplicate_sensors import duplicate_sensors
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
+from tumble.calibration.budget import Budget
 from tumble.calibration.limits import Limits
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.provenance import NO_LOG
-from tumble.foundation.results import Trace, TriadResult
+from tumble.foundation.results import Trace, TriadName, TriadResult
 from tumble.foundation.units import TRIADS
 from tumble.poses.triads import triad_result
+from tumble.procedures.turntable.budget import BudgetSources
 from tumble.procedures.turntable.matching import PoseMatch
 from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import Treatment, off_diagonals
@@ -58,6 +60,8 @@ class TargetProcedure:
     limits: Limits | None
     response_asked_for: bool = False
     """Indicates whether the response of gyroscopes to specific force is fitted by request."""
+    sources: BudgetSources | None = None
+    """Sources of the budgets; None without a certificate of the reference."""
     gyroscopes: dict[str, str] = field(default_factory=dict)
     """Name of the first unit with each gyroscope, by its digest."""
 
@@ -95,8 +99,35 @@ class TargetProcedure:
         stray = self._stray_rest(figures)
         if stray:
             return _failed(name, ProcedureError(stray, about=name), unit)
-        result = self._result(name, unit, figures)
-        return replace(result, checks=self.limits.check(result)) if self.limits else result
+        result = self._budgeted(self._result(name, unit, figures), unit, figures)
+        return self._decided(result) if self.limits else result
+
+    def _budgeted(self, result: TargetResult, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
+        """Returns a target with the budget of each triad, where the reference has a certificate."""
+        if self.sources is None:
+            return result
+        triads: dict[TriadName, TriadResult] = {}
+        budgets: dict[TriadName, tuple[Budget, ...]] = {}
+        for name in TRIADS:
+            triad, found = getattr(result, name), figures[name]
+            if triad is not None and found is not None:
+                triads[name], budgets[name] = self.sources.budgeted(triad, found, unit, result.rests)
+        return replace(
+            result,
+            accelerometer=triads.get("accelerometer"),
+            gyroscope=triads.get("gyroscope"),
+            budgets=budgets,
+        )
+
+    def _decided(self, result: TargetResult) -> TargetResult:
+        """Returns a target held against its limits, by their decision rule where they have one."""
+        assert self.limits is not None
+        checks = self.limits.check(result)
+        decision = self.limits.decide(result, checks, result.budgets)
+        warnings = result.warnings
+        if decision is not None and decision.verdict == "conditional pass":
+            warnings = (*warnings, *decision.not_passed())
+        return replace(result, checks=checks, decision=decision, warnings=warnings)
 
     def _triads(self, name: str, unit: Imu) -> tuple[bool, bool]:
         """Returns the triads that can be calibrated: both units have to show turns."""

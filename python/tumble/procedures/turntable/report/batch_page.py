@@ -30,7 +30,16 @@ from tumble.report.page import Picture
 from tumble.report.rests import RestRow, rest_rows
 from tumble.report.text import VERDICT_TITLES, temperature_sentence
 
-_SEVERITY = {"not calibrated": 0, "model not met": 1, "fail": 2, "calibrated": 3, "pass": 4}
+_WORST_FIRST = (
+    "not calibrated",
+    "model not met",
+    "fail",
+    "conditional fail",
+    "conditional pass",
+    "calibrated",
+    "pass",
+)
+_SEVERITY = {verdict: k for k, verdict in enumerate(_WORST_FIRST)}
 
 
 @dataclass(frozen=True, slots=True)

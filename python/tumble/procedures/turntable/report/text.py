@@ -46,6 +46,8 @@ def verdict_sentence(target: TargetResult) -> str:
             return "No limits were given, so there is no verdict."
         case "pass":
             return f"{_kept(len(target.checks))} The closest is {closest_sentence(target.checks)}."
+        case "conditional pass" | "conditional fail":
+            return _conditional(target)
         case _:
             return _exceeded(target.checks)
 
@@ -199,6 +201,14 @@ def gravity_sentence(result: TurntableResult) -> str:
 
 def _kept(count: int) -> str:
     return "The one limit is met." if count == 1 else f"All {count} limits are met."
+
+
+def _conditional(target: TargetResult) -> str:
+    """Describes the parameters in the guard band."""
+    named = [] if target.decision is None else list(target.decision.not_passed())
+    rest = len(named) - _MOST_NAMED
+    more = f"; and {rest} more" if rest > 0 else ""
+    return f"By the guarded rule: {'; '.join(named[:_MOST_NAMED])}{more}."
 
 
 def _exceeded(checks: Sequence[LimitCheck]) -> str:

@@ -1,0 +1,72 @@
+"""A reference with a certificate: its calibration, its validity, and facts that results keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tumble.acquisition.imu import Imu
+from tumble.calibration.document import Calibration, CertificateOfReference
+from tumble.calibration.reference_certificate import (
+    ReferenceCertificate,
+    read_reference_certificate,
+    refuse_other_model,
+    refuse_unfit_certificate,
+)
+from tumble.foundation.provenance import date_now, log_digest
+
+
+@dataclass(frozen=True, slots=True)
+class CertifiedReference:
+    """A certificate, and the file it was read from."""
+
+    certificate: ReferenceCertificate
+    about: str
+    """Its name in messages: its path, or its number."""
+    file: str = ""
+    """Name of the file, without folders; empty where it was read by others."""
+    sha256: str = ""
+
+    @classmethod
+    def of(cls, source: ReferenceCertificate | str | Path | None) -> CertifiedReference | None:
+        """Reads a certificate, where there is one; raises `CalibrationFileError` in one line."""
+        if source is None:
+            return None
+        if isinstance(source, ReferenceCertificate):
+            return cls(source, f"certificate {source.number}")
+        path = Path(source)
+        return cls(read_reference_certificate(path), str(path), path.name, log_digest(path))
+
+    @property
+    def calibration(self) -> Calibration:
+        """Calibration that is applied to the reference."""
+        return self.certificate.calibration()
+
+    @property
+    def facts(self) -> CertificateOfReference:
+        """Facts that calibration files keep of it."""
+        stated, unit = self.certificate, self.certificate.reference
+        return CertificateOfReference(
+            laboratory=stated.laboratory,
+            number=stated.number,
+            date=stated.date,
+            due=stated.due,
+            manufacturer=unit.manufacturer,
+            model=unit.model,
+            serial=unit.serial,
+            file=self.file,
+            sha256=self.sha256,
+        )
+
+    def refuse_other_model(self, model: str) -> None:
+        """Raises `CalibrationFileError` where it is of another model; an empty one is not known."""
+        refuse_other_model(self.certificate, self.about, model)
+
+    def refuse_unfit(self, unit: Imu) -> None:
+        """Raises `CalibrationFileError` where it does not hold for a recording of the reference."""
+        refuse_unfit_certificate(self.certificate, self.about, day_of(unit), unit.recording.metadata.serial)
+
+
+def day_of(unit: Imu) -> str:
+    """Returns the day of a recording, today where its stamps are no dates."""
+    return (unit.log.time.date or date_now())[:10]
