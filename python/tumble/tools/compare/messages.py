@@ -8,6 +8,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import join
+from tumble.tools.compare.inheritance import inherited_apart
 from tumble.tools.compare.unit import UnitModel
 
 INDEPENDENT = (
@@ -53,6 +54,11 @@ def _missing(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
 
 
 def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
+    if apart := [triad for triad in TRIADS if triad in inherited_apart(first, second)]:
+        yield (
+            f"{join(apart)}: errors inherited from reference or gravity are within the sigmas, "
+            "as these are not the same for both"
+        )
     if first.reference is not None and second.reference is not None:
         names = {(each.name, each.serial) for each in (first.reference, second.reference)}
         if len(names) == 1:

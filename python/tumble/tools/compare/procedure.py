@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import count
 from os import PathLike
 from pathlib import Path
@@ -23,6 +23,7 @@ from tumble.tools.compare.common import (
     turned_to_own_axes,
 )
 from tumble.tools.compare.history import FEWEST, histories, years_of
+from tumble.tools.compare.inheritance import inherited_apart
 from tumble.tools.compare.messages import INDEPENDENT, notes_on, temperature_notes, warnings_on
 from tumble.tools.compare.motion import motion_errors
 from tumble.tools.compare.parameters import differences
@@ -63,19 +64,28 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
         for triad in TRIADS
         if (temperature := common_temperature(calibrations, triad)) is not None
     }
-    for triad, temperature in temperatures.items():
-        for k, calibration in enumerate(calibrations):
-            if (drift := calibration.temperature_drifts().get(triad)) is not None:
-                units[k] = brought_to(units[k], triad, drift, temperature)
+    units = [
+        _at(temperatures, unit, calibration) for unit, calibration in zip(units, calibrations, strict=True)
+    ]
     own_axes = [ACCELEROMETER in unit.triads and in_own_axes(unit) for unit in units]
     framed = [own for own, unit in zip(own_axes, units, strict=True) if ACCELEROMETER in unit.triads]
     turned = any(framed) and not all(framed)
     if turned:
         units = [turned_to_own_axes(unit) for unit in units]
-    pairs = [
-        _pair((calibrations[0], calibrations[k]), (units[0], units[k]), temperatures, largest_rate, turned)
-        for k in range(1, len(units))
-    ]
+
+    def pair_with(k: int) -> Pair:
+        both = calibrations[0], calibrations[k]
+        models = units[0], units[k]
+        if apart := inherited_apart(*both):
+            whole = [
+                _at(temperatures, unit_model(each, unit.label, apart), each)
+                for each, unit in zip(both, models, strict=True)
+            ]
+            first, second = (turned_to_own_axes(unit) if turned else unit for unit in whole)
+            models = first, second
+        return _pair(both, models, temperatures, largest_rate, turned)
+
+    pairs = [pair_with(k) for k in range(1, len(units))]
     dates = tuple(date_of(each) for each in calibrations)
     history, history_notes = _history(calibrations, units, dates, own_axes=any(framed))
     return CompareResult(
@@ -94,6 +104,14 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
         options={"largest_rate": largest_rate},
         software=f"tumble {_core.__version__}",
     )
+
+
+def _at(temperatures: Mapping[Triad, float], unit: UnitModel, calibration: Calibration) -> UnitModel:
+    """Returns a unit at the temperatures of the comparison."""
+    for triad, temperature in temperatures.items():
+        if (drift := calibration.temperature_drifts().get(triad)) is not None:
+            unit = brought_to(unit, triad, drift, temperature)
+    return unit
 
 
 def _pair(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,8 +53,8 @@ class UnitModel:
         return triad not in self.triads
 
 
-def unit_model(calibration: Calibration, label: str) -> UnitModel:
-    """Gathers what a calibration says."""
+def unit_model(calibration: Calibration, label: str, inherited: Collection[TriadName] = ()) -> UnitModel:
+    """Gathers a calibration; its covariance contains the inherited part of the triads `inherited`."""
     sections = {
         triad: section
         for triad in TRIADS
@@ -67,7 +67,10 @@ def unit_model(calibration: Calibration, label: str) -> UnitModel:
     covariance[PLACES[TRIADS[1]], PLACES[TRIADS[0]]] = 0.0
     for triad, section in sections.items():
         values[PLACES[triad]] = np.concatenate([section.M.ravel(), section.b])
-        covariance[PLACES[triad], PLACES[triad]] = _covariance(section)
+        own = _covariance(section)
+        if triad in inherited and section.inherited is not None:
+            own = own + section.inherited.covariance  # compare.md, eq. 1b
+        covariance[PLACES[triad], PLACES[triad]] = own
     gyroscope = calibration.gyroscope
     response = None if gyroscope is None else gyroscope.g_sensitivity
     sigma = None if gyroscope is None else gyroscope.g_sensitivity_sigma
