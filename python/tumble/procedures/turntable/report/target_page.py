@@ -9,6 +9,12 @@ from markupsafe import Markup
 
 from tumble.foundation.results import INTERVAL, Rest, TriadName, TriadResult
 from tumble.procedures.turntable.report import text
+from tumble.procedures.turntable.report.budgets import (
+    BudgetSection,
+    DecisionSection,
+    budget_sections,
+    decision_section,
+)
 from tumble.procedures.turntable.report.improvement import improvement
 from tumble.procedures.turntable.report.off_diagonals import OffDiagonalRow, off_diagonal_rows
 from tumble.procedures.turntable.report.rates import ResponseSection, response_section
@@ -78,6 +84,8 @@ class TargetPage:
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
     parameters: tuple[ParameterSection, ...]
+    decision: DecisionSection | None
+    budgets: tuple[BudgetSection, ...]
     triads: tuple[TriadSection, ...]
     readings: tuple[Picture, ...]
     no_readings: str
@@ -105,6 +113,8 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         unobserved=tuple(text.unobserved_sentences(target)),
         warnings=target.warnings,
         parameters=tuple(_parameter_sections(target)),
+        decision=decision_section(target),
+        budgets=budget_sections(target),
         triads=tuple(_triad_section(triad) for triad in triads),
         readings=tuple(_reading_picture(result, target, reading) for reading in target.axis_readings),
         no_readings=_why_no_readings(result, target),
@@ -154,6 +164,7 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
         ("Reference", " · ".join(filter(None, (reference.name, reference.serial, reference.source)))),
         ("Calibration of the reference", carried),
         ("Uncertainty of the reference", text.uncertainty_sentence(result)),
+        *_certificate(result),
         ("Temperature of the reference", temperature_sentence(reference.temperature)),
         ("Samples missing in the log of the reference", str(reference.missing_samples)),
     ]
@@ -166,6 +177,18 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
         ]
     lines += [(f"Option {name}", _option(value)) for name, value in result.options.items()]
     return (*lines, ("Software", result.software or "not stated"))
+
+
+def _certificate(result: TurntableResult) -> list[tuple[str, str]]:
+    stated = result.reference.certificate
+    if stated is None:
+        return []
+    until = f", holds until {stated.due}" if stated.due else ""
+    unit = " ".join(filter(None, (stated.manufacturer, stated.model, stated.serial)))
+    of = f" of {unit}" if unit else ""
+    return [
+        ("Certificate of the reference", f"{stated.number}{of}, {stated.laboratory}, {stated.date}{until}")
+    ]
 
 
 def _origin(target: TargetResult) -> list[tuple[str, str]]:
