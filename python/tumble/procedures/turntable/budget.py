@@ -146,12 +146,13 @@ class BudgetSources:
         seen = unit.acquired.temperature
         if self.target_grade is None or seen is None:
             return
-        half = 0.5 * (seen[2] - seen[0])
+        low, mean, high = seen
+        kelvin = max(mean - low, high - mean)
         coefficient = getattr(Grade.named(self.target_grade), triad.triad).temperature_coefficient
-        sigma = np.full(3, coefficient * half / math.sqrt(3.0))  # eq. 13
-        if half > 0.0:
+        sigma = np.full(3, coefficient * kelvin / math.sqrt(3.0))  # eq. 13
+        if kelvin > 0.0:
             covariance = np.diag(np.concatenate([np.zeros(9), sigma**2]))
-            name = f"temperature within {half:.2g} K, grade {self.target_grade}"
+            name = f"temperature within {kelvin:.2g} K, grade {self.target_grade}"
             yield OwnError(name, "rectangular", sigma, covariance)
 
 
