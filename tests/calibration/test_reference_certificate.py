@@ -78,7 +78,10 @@ MISTAKES = {
     "due": ({"due": "2001-01-01"}, "before its date"),
     "k": ({"k": 0.0}, "k"),
     "no uncertainty": ({"accelerometer": section(scale={"value": [1, 1, 1], "U": 0.0})}, "give U above 0"),
-    "scale": ({"accelerometer": section(scale={"value": [0, 1, 1], "U": 1e-3})}, "give the ratio of reading to truth"),
+    "scale": (
+        {"accelerometer": section(scale={"value": [0, 1, 1], "U": 1e-3})},
+        "give the ratio of reading to truth",
+    ),
     "drift": ({"accelerometer": section(drift={"bias": -1.0})}, "at least 0"),
     "key": ({"acelerometer": {}}, "did you mean 'accelerometer'"),
 }

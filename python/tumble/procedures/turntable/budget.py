@@ -174,8 +174,10 @@ def _resolution(triad: TriadResult, unit: Imu, rests: Sequence[Rest]) -> Iterato
     step, noise = _steps(triad.triad, unit), triad.noise_density * math.sqrt(_rate(unit))
     seen = step > 0.0
     sigma = np.zeros(3)
-    spread = np.exp(-2.0 * (math.pi * noise[seen] / step[seen]) ** 2)
-    sigma[seen] = step[seen] / math.sqrt(12.0) * np.where(np.isfinite(spread), spread, 1.0)  # eq. 14
+    # Steps add a twelfth of their square to the variance of readings (Sheppard).
+    own_noise = np.nan_to_num((noise[seen] / step[seen]) ** 2 - 1.0 / 12.0)
+    spread = np.exp(-2.0 * math.pi**2 * np.maximum(0.0, own_noise))
+    sigma[seen] = step[seen] / math.sqrt(12.0) * spread  # eq. 14
     inverse = _normal_inverse(triad, rests)
     if inverse is None or not sigma.any():
         return

@@ -81,10 +81,10 @@ def turntable_command(
     opened = partial(
         open_session,
         **gravity.stated(),
+        reference_certificate=known.certified(),
         reference_calibration=known.applied(),
         reference_grade=known.grade,
-        reference_certificate=known.certified(),
-        reference_model=known.model,
+        reference_model=known.reference_model,
         target_grade=known.target_grade,
         clock=method.clock.value,
         g_sensitivity=method.g_sensitivity,
@@ -94,7 +94,7 @@ def turntable_command(
         truth=method.wanted_truth().value,
         rates=method.wanted_rates(),
         rate_accuracy=method.rate_accuracy,
-        limits=wanted.limits(),
+        limits=wanted.wanted_limits(),
         operator=maker.operator,
         station=maker.station,
     )

@@ -81,7 +81,7 @@ class ReferenceOptions(Options):
         ),
     ] = None
 
-    certificate: Annotated[
+    reference_certificate: Annotated[
         Path | None,
         typer.Option(
             "--reference-certificate",
@@ -91,7 +91,7 @@ class ReferenceOptions(Options):
             show_default=False,
         ),
     ] = None
-    model: Annotated[
+    reference_model: Annotated[
         str,
         typer.Option(
             "--reference-model",
@@ -124,15 +124,19 @@ class ReferenceOptions(Options):
             refuse_other_model,
         )
 
-        if self.certificate is None:
+        if self.reference_certificate is None:
             return None
         if self.calibration is not None:
             raise TumbleError(
                 "--reference-calibration and --reference-certificate both state the errors of the reference; "
                 "give one of them"
             )
-        refuse_other_model(read_reference_certificate(self.certificate), str(self.certificate), self.model)
-        return self.certificate
+        refuse_other_model(
+            read_reference_certificate(self.reference_certificate),
+            str(self.reference_certificate),
+            self.reference_model,
+        )
+        return self.reference_certificate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,7 +225,7 @@ class MethodOptions(Options):
 class BatchOptions(Options):
     """Which targets are calibrated, and what is written of them."""
 
-    limit_file: Annotated[
+    limits: Annotated[
         Path | None, typer.Option("--limits", metavar="FILE", help="Limits that targets pass or fail.")
     ] = None
     decision: Annotated[
@@ -254,13 +258,13 @@ class BatchOptions(Options):
     ] = False
     jobs: JobsOption = None
 
-    def limits(self) -> Limits | None:
+    def wanted_limits(self) -> Limits | None:
         """Read the limits, if there are any."""
         from tumble.calibration.decision import rule_named
         from tumble.calibration.limits import Limits
 
         rule = rule_named(self.decision) if self.decision else None
-        limits = Limits.load(self.limit_file) if self.limit_file else None
+        limits = Limits.load(self.limits) if self.limits else None
         return limits.with_rule(rule) if limits is not None and rule is not None else limits
 
 

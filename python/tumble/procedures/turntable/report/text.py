@@ -55,6 +55,8 @@ def verdict_sentence(target: TargetResult) -> str:
 def reason(target: TargetResult) -> str:
     """Reason why a target failed or has no calibration; empty where neither is so."""
     broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
+    if target.decision is not None and target.verdict == "conditional fail":
+        broken = "; ".join(target.decision.not_passed())
     objections = "; ".join(filter(None, (misfit_sentence(target), broken)))
     return target.failure_reason or target.failure or objections
 
