@@ -273,7 +273,7 @@ def key_of_run(
     session: Session, poses: PoseList | None, read: ReadOptions | None, latitude: float | None
 ) -> str:
     """Returns one digest of all that every result of a run follows from, besides the target's own log."""
-    batch = session.batch
+    batch, certificate = session.batch, session.batch.reference.certificate
     listed = [[pose.name, pose.up, pose.file] for pose in poses] if poses else None
     return digest_of(
         [
@@ -285,6 +285,7 @@ def key_of_run(
             batch.limits,
             batch.reference.log.sha256,
             batch.reference.calibration_hash,
+            certificate.content() if certificate is not None else None,
             listed,
             read,
         ]

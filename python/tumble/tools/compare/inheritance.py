@@ -33,12 +33,16 @@ def _share(first: Calibration, second: Calibration, triad: Triad) -> bool:
 
 
 def _same_reference(first: Reference | None, second: Reference | None) -> bool:
-    """Returns whether two references are one: by its log, its calibration, or its name and serial."""
+    """Returns whether two references are one, of one calibration.
+
+    Without a calibration they are one by log, or by name and serial.
+    """
     if first is None or second is None:
         return first is second
+    if first.calibration_hash or second.calibration_hash:
+        return first.calibration_hash == second.calibration_hash
     logs = [each.log.sha256 if each.log is not None else "" for each in (first, second)]
-    pairs = (logs, [first.calibration_hash, second.calibration_hash])
-    if any(one and one == other for one, other in pairs):
+    if logs[0] and logs[0] == logs[1]:
         return True
     return bool(first.serial) and (first.name, first.serial) == (second.name, second.serial)
 

@@ -69,7 +69,7 @@ def unit_model(calibration: Calibration, label: str, inherited: Collection[Triad
         values[PLACES[triad]] = np.concatenate([section.M.ravel(), section.b])
         own = _covariance(section)
         if triad in inherited and section.inherited is not None:
-            own = own + section.inherited.covariance  # compare.md, eq. 1b
+            own = own + section.inherited.covariance  # compare.md, eq. 13
         covariance[PLACES[triad], PLACES[triad]] = own
     gyroscope = calibration.gyroscope
     response = None if gyroscope is None else gyroscope.g_sensitivity
