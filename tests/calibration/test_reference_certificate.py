@@ -10,6 +10,7 @@ import yaml
 
 import certified_references as certified
 from tumble.calibration.reference_certificate import (
+    CertifiedTriad,
     read_reference_certificate,
     refuse_unfit_certificate,
     years_between,
@@ -41,6 +42,19 @@ def test_calibration_holds_the_values_and_u_over_k():
     assert np.allclose(np.degrees(sigma[3:6]), 0.01)
     assert np.allclose(np.degrees(sigma[6:]), 0.015)
     assert np.allclose(np.sqrt(np.diag(found.covariance)[9:]), [1e-3, 2e-3, 3e-3])
+
+
+def test_a_model_with_its_covariance_reads_as_its_parts_state_it():
+    stated = certified.certificate(accelerometer=section(mounting={"value": [1.0, 2.0, 3.0], "U": 0.03}))
+    before = stated.calibration().accelerometer
+    triad = CertifiedTriad.of_model(before.M, before.b, before.covariance)
+    assert np.allclose(triad.matrix, before.M, atol=1e-12)
+    for group in certified.GROUPS:
+        one, other = (getattr(each, group.replace("-", "_")) for each in (triad, stated.accelerometer))
+        assert np.allclose(one.value, other.value)
+        assert np.allclose(one.U, other.U)
+    again = stated.model_copy(update={"accelerometer": triad}).calibration().accelerometer
+    assert np.array_equal(again.covariance, before.covariance)
 
 
 def test_drift_grows_with_the_age_of_the_certificate():

@@ -21,7 +21,14 @@ from tumble import _core
 from tumble.calibration.budget import Distribution
 from tumble.calibration.document import Calibration
 from tumble.foundation.documents import ArrayField, Document, Vector, read_document
-from tumble.foundation.error_decomposition import PAIRS, factor_jacobian
+from tumble.foundation.error_decomposition import (
+    PAIRS,
+    factor_jacobian,
+    factor_sigma,
+    factors,
+    mounting_angles,
+    non_orthogonality,
+)
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.files import note_input
 from tumble.foundation.plain import short
@@ -128,6 +135,8 @@ class CertifiedTriad(Document):
     """deg, rotation vector of Q (sensor_from_case)."""
     degrees_of_freedom: float | None = Field(default=None, gt=0.0)
     """Degrees of freedom of the uncertainties; infinite if not given."""
+    covariance: Annotated[FloatArray, ArrayField((12, 12))] | None = None
+    """Covariance of [M row by row, b], in place of the U of independent values, where it is known."""
     drift: CertifiedDrift | None = None
     temperature: CertifiedCoefficients | None = None
 
@@ -140,6 +149,22 @@ class CertifiedTriad(Document):
         if np.abs(self.non_orthogonality.value).max() > LARGEST_ANGLE:
             raise ValueError(f"non-orthogonality is beyond {LARGEST_ANGLE:g} deg; give it in deg")
         return self
+
+    @classmethod
+    def of_model(
+        cls, matrix: FloatArray, bias: FloatArray, covariance: FloatArray, k: float = 2.0
+    ) -> CertifiedTriad:
+        """Returns a triad from M (3, 3), b (3,) and the covariance (12, 12) of [M row by row, b]."""
+        turn = mounting_angles(factors(matrix)[2])
+        sigma = factor_sigma(matrix, covariance[:9, :9])
+        stated = {
+            "bias": (bias, np.sqrt(np.diag(covariance)[9:])),
+            "scale": (np.linalg.norm(matrix, axis=1), sigma[:3]),
+            "non-orthogonality": (np.degrees(non_orthogonality(matrix)), np.degrees(sigma[3:6])),
+            "mounting": (turn, np.degrees(sigma[6:])),
+        }
+        values = {group: {"value": value, "U": k * u} for group, (value, u) in stated.items()}
+        return cls.model_validate({**values, "covariance": covariance})
 
     @property
     def parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -159,7 +184,7 @@ class CertifiedTriad(Document):
         found: FloatArray = K @ L @ Q
         return found
 
-    def covariance(self, sigmas: Mapping[str, FloatArray]) -> FloatArray:
+    def independent(self, sigmas: Mapping[str, FloatArray]) -> FloatArray:
         """(12, 12) of [M row by row, b] from independent 1-sigmas (3,) by group, in printed units."""
         none = np.zeros(3)
         bias, scale, angle, turn = (sigmas.get(group, none) for group in GROUPS)
@@ -285,11 +310,13 @@ class ReferenceCertificate(Document):
         return tuple(found)
 
     def _of_calibration(self, triad: CertifiedTriad) -> Influence:
-        sigmas = {group: _group(triad, group).U / self.k for group in GROUPS}
+        covariance = triad.covariance
+        if covariance is None:
+            covariance = triad.independent({group: _group(triad, group).U / self.k for group in GROUPS})
         return Influence(
             source="reference: calibration",
             distribution="normal",
-            covariance=triad.covariance(sigmas),
+            covariance=covariance,
             degrees_of_freedom=triad.degrees_of_freedom,
         )
 
@@ -384,7 +411,7 @@ def _rectangular(
         for group, value in stated.items()
         if value is not None
     }
-    return Influence(source=source, distribution="rectangular", covariance=triad.covariance(sigmas))
+    return Influence(source=source, distribution="rectangular", covariance=triad.independent(sigmas))
 
 
 def _group(triad: CertifiedTriad, group: str) -> CertifiedValue:

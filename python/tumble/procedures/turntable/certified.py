@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from tumble.acquisition.imu import Imu
 from tumble.calibration.document import Calibration, CertificateOfReference
@@ -28,10 +29,10 @@ class CertifiedReference:
     sha256: str = ""
 
     @classmethod
-    def of(cls, source: ReferenceCertificate | str | Path | None) -> CertifiedReference | None:
+    def of(cls, source: CertificateSource | None) -> CertifiedReference | None:
         """Reads a certificate, where there is one; raises `CalibrationFileError` in one line."""
-        if source is None:
-            return None
+        if source is None or isinstance(source, CertifiedReference):
+            return source
         if isinstance(source, ReferenceCertificate):
             return cls(source, f"certificate {source.number}")
         path = Path(source)
@@ -65,6 +66,10 @@ class CertifiedReference:
     def refuse_unfit(self, unit: Imu) -> None:
         """Raises `CalibrationFileError` where it does not hold for a recording of the reference."""
         refuse_unfit_certificate(self.certificate, self.about, day_of(unit), unit.recording.metadata.serial)
+
+
+CertificateSource: TypeAlias = CertifiedReference | ReferenceCertificate | str | Path
+"""A certificate, or the file that holds it."""
 
 
 def day_of(unit: Imu) -> str:

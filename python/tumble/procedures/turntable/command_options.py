@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
     from tumble.calibration.limits import Limits
     from tumble.poses.pose_list import PoseList
+    from tumble.procedures.turntable.certified import CertifiedReference
 
 SIX_FACES_WORD = "six-faces"
 NO_POSES = "none"
@@ -117,26 +118,16 @@ class ReferenceOptions(Options):
 
         return Calibration.load(self.calibration) if self.calibration else None
 
-    def certified(self) -> Path | None:
-        """Return its certificate, checked before anything is recorded or read."""
-        from tumble.calibration.reference_certificate import (
-            read_reference_certificate,
-            refuse_other_model,
-        )
+    def certified(self) -> CertifiedReference | None:
+        """Read its certificate, if there is one, before anything is recorded or read."""
+        from tumble.procedures.turntable.certified import CertifiedReference
 
-        if self.reference_certificate is None:
-            return None
-        if self.calibration is not None:
+        if self.reference_certificate is not None and self.calibration is not None:
             raise TumbleError(
                 "--reference-calibration and --reference-certificate both state the errors of the reference; "
                 "give one of them"
             )
-        refuse_other_model(
-            read_reference_certificate(self.reference_certificate),
-            str(self.reference_certificate),
-            self.reference_model,
-        )
-        return self.reference_certificate
+        return CertifiedReference.of(self.reference_certificate)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

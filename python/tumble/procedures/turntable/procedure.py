@@ -18,7 +18,6 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.stamps import open_sampled
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
-from tumble.calibration.reference_certificate import ReferenceCertificate
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.gravity import local_gravity
 from tumble.foundation.provenance import Provenance, date_now, log_digest
@@ -27,7 +26,7 @@ from tumble.logs import ReadOptions, options_for, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.poses.pose_list import SIX_FACES, PoseList
 from tumble.procedures.turntable.budget import BudgetSources
-from tumble.procedures.turntable.certified import CertifiedReference, day_of
+from tumble.procedures.turntable.certified import CertificateSource, CertifiedReference, day_of
 from tumble.procedures.turntable.commanded import commanded_rates, rates_not_shown, refuse_without_gyroscope
 from tumble.procedures.turntable.matching import PoseMatch, match_poses
 from tumble.procedures.turntable.messages import explain
@@ -112,7 +111,7 @@ def open_session(
     gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
-    reference_certificate: ReferenceCertificate | str | Path | None = None,
+    reference_certificate: CertificateSource | None = None,
     reference_model: str = "",
     target_grade: str | None = None,
     clock: Clocks = "auto",
@@ -254,7 +253,7 @@ def turntable(
     gravity_uncertainty: float | None = None,
     reference_calibration: Calibration | str | Path | None = None,
     reference_grade: str | None = None,
-    reference_certificate: ReferenceCertificate | str | Path | None = None,
+    reference_certificate: CertificateSource | None = None,
     reference_model: str = "",
     target_grade: str | None = None,
     clock: Clocks = "auto",

@@ -130,5 +130,5 @@ def _temperature_of_grade(triad: CertifiedTriad, name: TriadName, grade: str, ke
     return Influence(
         source=f"reference: temperature within {kelvin:.2g} K, grade {grade}",
         distribution="rectangular",
-        covariance=triad.covariance({"bias": sigma}),
+        covariance=triad.independent({"bias": sigma}),
     )
