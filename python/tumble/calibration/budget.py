@@ -77,8 +77,8 @@ class Source(Document):
 
 
 def budget_of(parameter: str, unit: str, value: float, sources: Sequence[Source]) -> Budget:
-    """Combines independent sources of one parameter: equations (18) to (20) of docs/theory/uncertainty.md."""
-    combined = math.hypot(*(each.contribution for each in sources))
+    """Combines independent sources of one parameter: docs/theory/uncertainty.md, equations (17) to (19)."""
+    combined = math.hypot(*(each.contribution for each in sources))  # eq. 17
     freedom = effective_degrees_of_freedom(sources)
     k = INTERVAL if freedom is None else _core.student_quantile(0.5 * (1.0 + COVERAGE), freedom)
     return Budget(
@@ -89,19 +89,19 @@ def budget_of(parameter: str, unit: str, value: float, sources: Sequence[Source]
         combined_uncertainty=combined,
         degrees_of_freedom=freedom,
         coverage_factor=k,
-        expanded_uncertainty=k * combined,
+        expanded_uncertainty=k * combined,  # eq. 19
     )
 
 
 def effective_degrees_of_freedom(sources: Sequence[Source]) -> float | None:
-    """Returns nu by Welch and Satterthwaite, equation (19); None where it is infinite."""
+    """Returns nu by Welch and Satterthwaite; None where it is infinite."""
     combined = math.hypot(*(each.contribution for each in sources))
     shares = [
         (each.contribution / combined) ** 4 / each.degrees_of_freedom
         for each in sources
         if each.degrees_of_freedom is not None and each.contribution > 0.0
     ]
-    return 1.0 / sum(shares) if sum(shares) > 0.0 else None
+    return 1.0 / sum(shares) if sum(shares) > 0.0 else None  # eq. 18
 
 
 def _entry(source: Source, combined: float) -> BudgetEntry:

@@ -191,7 +191,7 @@ class CertifiedTriad(Document):
         of_factors = np.concatenate([scale, np.radians(angle), np.radians(turn)])
         by_factors = np.linalg.inv(factor_jacobian(self.matrix))
         found = np.zeros((12, 12))
-        found[:9, :9] = (by_factors * of_factors**2) @ by_factors.T  # eq. 12
+        found[:9, :9] = (by_factors * of_factors**2) @ by_factors.T  # eq. 11
         found[9:, 9:] = np.diag(bias**2)
         return found
 
@@ -407,7 +407,7 @@ def _rectangular(
         field.alias or name: getattr(largest, name) for name, field in type(largest).model_fields.items()
     }
     sigmas = {
-        group: factor * value / _HALF_WIDTH  # eq. 13
+        group: factor * value / _HALF_WIDTH  # eq. 12
         for group, value in stated.items()
         if value is not None
     }

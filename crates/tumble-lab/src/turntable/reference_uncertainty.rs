@@ -166,7 +166,7 @@ pub(super) fn derivative(
         let size = eigen.eigenvalues[k].max(0.0).sqrt();
         if size > 0.0 {
             let direction = eigen.eigenvectors.column(k).transpose();
-            derivative += response(found, deviated) * direction / size; // eq. 11
+            derivative += response(found, deviated) * direction / size; // eq. 13
         }
     }
     derivative

@@ -102,7 +102,7 @@ class BudgetSources:
         gradient = figures["parts_jacobian"][k] * _PRINTED[k]
         by_reference = gradient @ figures["by_reference"]
         for stated in self.reference[triad.triad]:
-            contribution = _root(by_reference @ stated.covariance @ by_reference)  # eq. 15
+            contribution = _root(by_reference @ stated.covariance @ by_reference)  # eq. 16
             same = float(_sigmas_of(stated.covariance)[k])
             yield Source(
                 source=stated.source,
@@ -126,7 +126,7 @@ class BudgetSources:
                     distribution="normal",
                     standard_uncertainty=sigma,
                     unit=of,
-                    contribution=abs(float(gradient @ np.array(response))),  # eq. 15
+                    contribution=abs(float(gradient @ np.array(response))),  # eq. 16
                     common=True,
                 )
         for error in own:
@@ -149,7 +149,7 @@ class BudgetSources:
         low, mean, high = seen
         kelvin = max(mean - low, high - mean)
         coefficient = getattr(Grade.named(self.target_grade), triad.triad).temperature_coefficient
-        sigma = np.full(3, coefficient * kelvin / math.sqrt(3.0))  # eq. 13
+        sigma = np.full(3, coefficient * kelvin / math.sqrt(3.0))  # eq. 12
         if kelvin > 0.0:
             covariance = np.diag(np.concatenate([np.zeros(9), sigma**2]))
             name = f"temperature within {kelvin:.2g} K, grade {self.target_grade}"
@@ -184,7 +184,7 @@ def _resolution(triad: TriadResult, unit: Imu, rests: Sequence[Rest]) -> Iterato
     covariance = np.zeros((12, 12))
     for axis in range(3):
         places = [3 * axis, 3 * axis + 1, 3 * axis + 2, 9 + axis]
-        covariance[np.ix_(places, places)] = sigma[axis] ** 2 * inverse  # eq. 16
+        covariance[np.ix_(places, places)] = sigma[axis] ** 2 * inverse  # eq. 15
     yield OwnError("resolution", "rectangular", sigma, covariance)
 
 

@@ -126,7 +126,7 @@ def _of_certificate(
 def _temperature_of_grade(triad: CertifiedTriad, name: TriadName, grade: str, kelvin: float) -> Influence:
     """Returns the influence of temperature by the coefficient of a grade, where the certificate has none."""
     coefficient = getattr(Grade.named(grade), name).temperature_coefficient
-    sigma = np.full(3, coefficient * kelvin / np.sqrt(3.0))  # uncertainty.md, eq. 13
+    sigma = np.full(3, coefficient * kelvin / np.sqrt(3.0))  # uncertainty.md, eq. 12
     return Influence(
         source=f"reference: temperature within {kelvin:.2g} K, grade {grade}",
         distribution="rectangular",
