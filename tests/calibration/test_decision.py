@@ -75,7 +75,7 @@ def test_a_pass_by_the_guarded_rule_errs_in_one_of_forty_at_most():
 
 
 def test_stated_probabilities_are_the_share_of_units_that_conform():
-    """Of units that are spread evenly, those with a probability of p conform in p of all cases."""
+    """Units are spread evenly; those with a probability of p conform in p of all cases."""
     random = np.random.default_rng(31)
     print("seed 31")
     true = random.uniform(-3.0, 3.0, 20_000)

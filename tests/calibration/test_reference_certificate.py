@@ -75,7 +75,7 @@ def test_temperature_counts_from_where_the_values_hold():
     assert np.allclose(np.sqrt(np.diag(found[2].covariance)[9:]), largest / np.sqrt(3.0))
 
 
-def test_a_session_without_temperature_has_the_range_of_the_certificate():
+def test_without_a_thermometer_the_range_of_the_certificate_counts():
     assert certified.certificate().distance(None) == 1.0
 
 

@@ -13,6 +13,7 @@ import yaml
 from pages import without_commands
 from theory_formulas import mean_log
 from tumble.calibration.limits import Limits
+from tumble.calibration.reference_certificate import read_reference_certificate
 from tumble.cli.commands import command_line
 from tumble.logs.columns import recognise
 from tumble.poses.pose_list import SIX_FACES, PoseFile
@@ -163,11 +164,15 @@ def test_column_names_of_the_how_to_are_recognised():
 
 
 def test_files_shown_in_the_turntable_how_to_keep_to_their_schemas(tmp_path):
-    poses, limits = re.findall(r"```yaml\n(.*?)```", text_of(TURNTABLE), re.DOTALL)
+    certificate, poses, limits = re.findall(r"```yaml\n(.*?)```", text_of(TURNTABLE), re.DOTALL)
     assert len(PoseFile.model_validate(yaml.safe_load(poses)).poses) == 4
+    reference = tmp_path / "reference.yaml"
+    reference.write_text(certificate)
+    assert read_reference_certificate(reference).triads().keys() == {"accelerometer", "gyroscope"}
     file = tmp_path / "limits.yaml"
     file.write_text(limits)
     assert Limits.load(file).accelerometer.scale.x == 0.02
+    assert Limits.load(file).decision.rule == "guarded"
 
 
 def covariance(noise_density, bias_instability, rest):

@@ -191,7 +191,7 @@ def _resolution(triad: TriadResult, unit: Imu, rests: Sequence[Rest]) -> Iterato
 def _normal_inverse(triad: TriadResult, rests: Sequence[Rest]) -> FloatArray | None:
     """(4, 4) covariance of a row of M and its bias by unit errors of the means at rest; None without rests.
 
-    Of a gyroscope the bias alone rests on these: while it turns, readings sweep over many steps.
+    A gyroscope has its bias alone from these: while it turns, readings sweep over many steps.
     """
     used = [rest for rest in rests if rest.used]
     if triad.triad == "gyroscope":
