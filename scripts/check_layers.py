@@ -285,7 +285,7 @@ def python_breaches() -> Iterator[str]:
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
-    if parts[:2] == (LABORATORY, "command"):
+    if parts[0] == LABORATORY and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
         return "command"
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room

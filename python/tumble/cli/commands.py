@@ -86,6 +86,11 @@ COMMANDS = {
         "registry_app",
         "Keep and ask a laboratory's record of calibrations: which unit, how well, good until when.",
     ),
+    "certificate": CommandEntry(
+        "tumble.laboratory.certificate.command",
+        "certificate_app",
+        "Issue certificates of results (tumble certificate RESULT...): PDF/A-3 with an XML inside.",
+    ),
     "doctor": CommandEntry(
         "tumble.tools.doctor.command",
         "doctor_command",
@@ -107,6 +112,9 @@ _SETTINGS_OF_A_PROCEDURE = (
 _SETTINGS_OF_THE_REGISTRY = ("operator", "laboratory", "registry", "limits")
 _SUBCOMMANDS = (*("init", "list", "show", "history", "due", "equipment", "export", "verify", "backup"),)
 """Of `tumble registry`; `add` also takes what is said of the units."""
+
+_COMMANDS_OF_CERTIFICATES = (*("issue", "list", "show", "withdraw", "key", "sign", "verify", "template"),)
+"""Commands of `tumble certificate`; each takes the settings that it has an option for."""
 
 _UsageError: Any = typer.BadParameter.__mro__[1]
 """Error of typer for a wrong command line; its module changes with the version."""
@@ -157,7 +165,9 @@ def _defaults(words: Sequence[str]) -> dict[str, Any]:
 
     registry = dict.fromkeys(_SUBCOMMANDS, only(_SETTINGS_OF_THE_REGISTRY)) | {"add": values}
     others = dict.fromkeys(COMMANDS, only(("operator", "station")))
-    return others | dict.fromkeys(_PROCEDURES, only(_SETTINGS_OF_A_PROCEDURE)) | {"registry": registry}
+    certificate = dict.fromkeys(_COMMANDS_OF_CERTIFICATES, values)
+    groups = {"registry": registry, "certificate": certificate}
+    return others | dict.fromkeys(_PROCEDURES, only(_SETTINGS_OF_A_PROCEDURE)) | groups
 
 
 def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401

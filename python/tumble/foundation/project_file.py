@@ -37,10 +37,20 @@ KEYS: Mapping[str, str] = {
     "manufacturer": "maker of the units",
     "model": "model of the units",
     "lot": "lot of the units",
-    "language": "language of certificates: en, or en and zh",
+    "language": "languages of certificates: en, or en,zh",
+    "address": "address of the laboratory",
+    "country": "country of the laboratory by ISO 3166-1, such as DE",
+    "accreditation": "number of the laboratory's accreditation",
+    "logo": "logo of the laboratory: SVG, PNG or JPEG",
+    "customer": "name of the customer",
+    "customer_address": "address of the customer",
+    "authorised_by": "who authorises certificates",
+    "certificate_number": "pattern of the numbers of certificates, such as IMU-{year}-{n:04}",
+    "template": "layout of certificates, in typst",
+    "signing_key": "key of the laboratory that signs certificates",
 }
 """Settings and their meaning; `TUMBLE_` and the name in capitals is the variable of the environment."""
-PLACES = ("registry", "limits", "reference_certificate")
+PLACES = ("registry", "limits", "reference_certificate", "logo", "template", "signing_key")
 """Settings that name a file: relative to the folder of the file they stand in."""
 LANGUAGES = ("en", "en,zh")
 

@@ -87,6 +87,12 @@ _REGISTRY = tuple(
         *((each, each) for each in ("due", "equipment", "verify")),
     )
 )
+_CERTIFICATES = DocumentSchema(
+    "certificates",
+    "what tumble certificate --json prints",
+    "tumble.laboratory.certificate.summary_document",
+    "CertificatesDocument",
+)
 _SETTINGS = DocumentSchema(
     "settings",
     "settings that tumble redundancy --explain --json lists",
@@ -114,6 +120,7 @@ PRINTED = {
         _printed("tables", "table", "TablesDocument", "tables that tumble table list --json lists"),
         _printed("table-position", "table", "PositionDocument", "where tumble table --json says a table is"),
         *_REGISTRY,
+        _CERTIFICATES,
         _SETTINGS,
         _ERROR,
     )

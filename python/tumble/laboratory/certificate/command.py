@@ -1,0 +1,406 @@
+"""`tumble certificate`: calibration certificates, as PDF/A-3 and as Digital Calibration Certificate."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+
+import typer
+from typer.core import TyperGroup
+
+from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.cli.exit_code import ExitCode
+from tumble.cli.output import OutputFolder
+from tumble.cli.registry_option import RegistryOption
+from tumble.cli.registry_option import laboratory as laboratory_room
+from tumble.cli.screen import LISTED, print_document, print_summary
+from tumble.cli.shared_options import JsonOption, OperatorOption
+from tumble.foundation.errors import CommandError
+
+if TYPE_CHECKING:
+    from tumble.laboratory.certificate.issue import Layout
+    from tumble.laboratory.certificate.model import Certificate
+    from tumble.laboratory.certificate.record import Rendered
+    from tumble.laboratory.registry import Registry
+
+SCHEMA: Final = "tumble-certificates/1"
+_ISSUE: Final = "issue"
+
+
+class _IssuingGroup(TyperGroup):
+    """Commands of `tumble certificate`; without the name of one, results are meant, and `issue`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer keeps its type to itself
+        """Puts `issue` before arguments that begin with no command."""
+        names = {*self.commands, "--help", "-h"}
+        return super().parse_args(ctx, args if not args or args[0] in names else [_ISSUE, *args])
+
+
+certificate_app = typer.Typer(
+    cls=_IssuingGroup,
+    no_args_is_help=True,
+    help="Issue calibration certificates: PDF/A-3 with a Digital Calibration Certificate (XML) inside.",
+)
+
+
+def _text(name: str, words: str, metavar: str = "TEXT") -> Any:  # noqa: ANN401 - an option of typer
+    return typer.Option(name, metavar=metavar, help=words, show_default=False)
+
+
+KeyOption: TypeAlias = Annotated[
+    str, _text("--signing-key", "Key of the laboratory (tumble certificate key); signs both files.", "FILE")
+]
+WhyOption: TypeAlias = Annotated[str, _text("--why", "Reason, for the record.")]
+NumberArgument: TypeAlias = Annotated[
+    str, typer.Argument(metavar="NUMBER", help="Number of a certificate in the registry.")
+]
+
+
+@certificate_app.callback()
+def _certificate() -> None:
+    """Issue calibration certificates: PDF/A-3 with a Digital Calibration Certificate (XML) inside.
+
+    Example: tumble certificate results -o certificates
+
+    Results need no command before them: tumble certificate RESULT... is tumble certificate issue RESULT...
+    """
+
+
+@certificate_app.command(_ISSUE, cls=AbbreviatingCommand)
+def issue_command(
+    results: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RESULT...",
+            help="Folders of results, calibration files, or identities of results in the registry.",
+        ),
+    ],
+    output: OutputFolder = None,
+    as_found: Annotated[
+        list[str] | None,
+        _text(
+            "--as-found", "Result of the unit as it was found; the others are as left. Repeatable.", "RESULT"
+        ),
+    ] = None,
+    template: Annotated[
+        str,
+        _text("--template", "Layout, in typst; tumble certificate template prints the usual one.", "FILE"),
+    ] = "",
+    number: Annotated[str, _text("--number", "Number of the certificate, where no registry counts.")] = "",
+    certificate_number: Annotated[
+        str, _text("--certificate-number", "Pattern of numbers, such as IMU-{year}-{n:04}.", "PATTERN")
+    ] = "",
+    laboratory: Annotated[str, _text("--laboratory", "Name of the laboratory.")] = "",
+    address: Annotated[str, _text("--address", "Its address.")] = "",
+    country: Annotated[str, _text("--country", "Its country by ISO 3166-1, such as DE.", "CODE")] = "",
+    accreditation: Annotated[str, _text("--accreditation", "Number of its accreditation.")] = "",
+    logo: Annotated[str, _text("--logo", "Its logo: SVG, PNG or JPEG.", "FILE")] = "",
+    customer: Annotated[
+        str, _text("--customer", "Name of the customer; the unit's owner if not given.")
+    ] = "",
+    customer_address: Annotated[str, _text("--customer-address", "Address of the customer.")] = "",
+    authorised_by: Annotated[str, _text("--authorised-by", "Person who authorises the certificate.")] = "",
+    language: Annotated[
+        str, _text("--language", "Languages: en, or en,zh for English and Chinese.", "en|en,zh")
+    ] = "",
+    remark: Annotated[
+        list[str] | None,
+        _text("--remark", "Deviation from the method, or another remark. Repeatable."),
+    ] = None,
+    supersedes: Annotated[
+        str, _text("--supersedes", "Number of the certificate that this one replaces.", "NUMBER")
+    ] = "",
+    manufacturer: Annotated[str, _text("--manufacturer", "Maker of the units.")] = "",
+    model: Annotated[str, _text("--model", "Model of the units.")] = "",
+    signing_key: KeyOption = "",
+    operator: OperatorOption = "",
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Issue a certificate for each unit: a PDF with an XML inside, and the XML beside it.
+
+    Example: tumble certificate results --customer Acme --customer-address "1 High Street, Town"
+
+    What all certificates share, such as the laboratory, belongs into tumble.toml. The registry gives the
+    numbers, and keeps both files. The operator of a certificate is that of the result.
+    """
+    collect, issuing = laboratory_room("certificate.collect"), laboratory_room("certificate.issue")
+    from tumble.foundation.files import prepare_folder
+    from tumble.foundation.provenance import date_now
+    from tumble.laboratory.certificate.catalogue import languages_of
+    from tumble.laboratory.certificate.numbering import USUAL, parse_pattern
+    from tumble.laboratory.registry import Registry, UnitFacts
+
+    opened = Registry(registry) if registry else None
+    if opened is None and not number:
+        raise CommandError(
+            "no registry is set, so that nothing counts certificates; give --registry FILE, or --number TEXT"
+        )
+    if opened is not None and number:
+        raise CommandError("--number is given, and the registry counts; leave it out")
+    stated = collect.Statement(
+        laboratory=laboratory or (opened.laboratory if opened is not None else ""),
+        address=address,
+        country=country,
+        accreditation=accreditation,
+        customer=customer,
+        customer_address=customer_address,
+        authorised_by=authorised_by,
+        languages=languages_of(language),
+        remarks=tuple(remark or ()),
+    )
+    pattern = parse_pattern(certificate_number or USUAL)
+    layout = issuing.Layout(Path(template) if template else None, issuing.logo_of(logo), _key(signing_key))
+    facts = UnitFacts(manufacturer=manufacturer, model=model)
+    groups = (("as found", as_found or []), ("", results))
+    if opened is None:
+        found = [
+            each
+            for condition, places in groups
+            for each in collect.results_in_files(places, condition, facts)
+        ]
+    else:
+        found = [
+            each
+            for condition, places in groups
+            for each in collect.results_in_registry(opened, places, condition, facts, operator)
+        ]
+    drafts = collect.certificates_of(found, stated, date_now()[:10], supersedes)
+    if len(drafts) > 1 and (number or supersedes):
+        raise CommandError(
+            f"{len(drafts)} units are given, and --number and --supersedes are of one certificate; "
+            "give one unit"
+        )
+    folder = prepare_folder(output or Path("certificates"))
+    if opened is None:
+        issued = [issuing.rendered(issuing.numbered(drafts[0], number), layout)]
+    else:
+        issued = issuing.issue_all(opened, drafts, pattern, layout, operator or authorised_by)
+    _print_issued(issued, drafts, folder, layout, as_json)
+
+
+def _print_issued(
+    issued: list[Rendered], drafts: list[Certificate], folder: Path, layout: Layout, as_json: bool
+) -> None:
+    from tumble.laboratory.certificate.issue import write
+
+    rows = []
+    for found, draft in zip(issued, drafts, strict=True):
+        pdf, xml = write(found, folder)
+        rows.append(
+            {
+                "number": found.number,
+                "serial": draft.item.serial,
+                "pdf": str(pdf),
+                "xml": str(xml),
+                "signed": layout.key is not None,
+            }
+        )
+    if as_json:
+        _print("issued", {"certificates": rows})
+        return
+    for row in rows:
+        print(f"{row['number']}: serial {row['serial']}, {row['pdf']}, {row['xml']}")
+
+
+@certificate_app.command("list", cls=AbbreviatingCommand)
+def list_command(registry: RegistryOption = "", as_json: JsonOption = False) -> None:
+    """List the certificates of the registry, with those that were withdrawn or superseded.
+
+    Example: tumble certificate list
+    """
+    opened = _open(registry)
+    from tumble.laboratory.certificate.record import listed
+
+    found = [{**row} for row in listed(opened)]
+    if as_json:
+        _print(LISTED, {"certificates": found})
+        return
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    columns = ("number", "issued", "name", "serial", "state")
+    for column in columns:
+        table.add_column(column, no_wrap=True)
+    for row in found:
+        table.add_row(*(str(row[column]) for column in columns))
+    print_summary(table)
+
+
+@certificate_app.command("show", cls=AbbreviatingCommand)
+def show_command(
+    number: NumberArgument,
+    output: OutputFolder = None,
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Show the record of a certificate; -o writes its files.
+
+    Example: tumble certificate show IMU-2026-0001 -o certificates
+    """
+    opened = _open(registry)
+    from tumble.laboratory.certificate.record import certificate_row, documents_of
+
+    row = certificate_row(opened, number)
+    if as_json:
+        _print(LISTED, {"certificates": [row]})
+    else:
+        print(f"Certificate {row['number']}")
+        for name in ("state", "issued", "withdrawn", "reason", "results", "pdf", "xml", "entry"):
+            if row[name]:
+                print(f"  {name}: {', '.join(row[name]) if name == 'results' else row[name]}")
+    if output is not None:
+        from tumble.foundation.files import prepare_folder
+        from tumble.laboratory.certificate.issue import write
+
+        for path in write(documents_of(opened, number), prepare_folder(output)):
+            print(f"Written: {path}", file=sys.stderr)
+
+
+@certificate_app.command("withdraw", cls=AbbreviatingCommand)
+def withdraw_command(
+    number: NumberArgument,
+    why: WhyOption = "",
+    operator: OperatorOption = "",
+    registry: RegistryOption = "",
+) -> None:
+    """Withdraw a certificate, with the reason; it stays on record.
+
+    Example: tumble certificate withdraw IMU-2026-0001 --why "reference was out of date"
+    """
+    if not why.strip():
+        raise CommandError('--why is missing; state the reason, such as --why "wrong customer"')
+    opened = _open(registry)
+    from tumble.laboratory.certificate.record import withdraw
+
+    withdraw(opened, number, why, operator)
+    print(f"{number}: withdrawn")
+
+
+@certificate_app.command("key", cls=AbbreviatingCommand)
+def key_command(
+    path: Annotated[Path, typer.Argument(metavar="FILE", help="File of the key, such as laboratory.pem.")],
+    laboratory: Annotated[str, _text("--laboratory", "Name of the laboratory.")] = "",
+) -> None:
+    """Make the laboratory's key: a private file, and a public one (.crt) for whoever verifies.
+
+    Example: tumble certificate key laboratory.pem --laboratory "Inertial laboratory"
+
+    Keep the private file to yourself, and write signing_key = "laboratory.pem" into tumble.toml.
+    """
+    if not laboratory:
+        raise CommandError("no certificate of a key without a name; give --laboratory NAME")
+    public = laboratory_room("certificate.signing_key").make_key(path, laboratory)
+    print(f"{path}: private key, keep it to yourself")
+    print(f"{public}: give it to customers, who verify with --signer {public.name}")
+
+
+@certificate_app.command("sign", cls=AbbreviatingCommand)
+def sign_command(
+    number: NumberArgument,
+    output: OutputFolder = None,
+    signing_key: KeyOption = "",
+    operator: OperatorOption = "",
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Sign a certificate that was issued without a key; the files of before stay on record.
+
+    Example: tumble certificate sign IMU-2026-0001 --signing-key laboratory.pem -o certificates
+    """
+    key = _key(signing_key)
+    if key is None:
+        raise CommandError(
+            "no key is set; give --signing-key FILE, or make one with tumble certificate key FILE"
+        )
+    opened = _open(registry)
+    from tumble.foundation.files import prepare_folder
+    from tumble.laboratory.certificate.issue import signed, write
+    from tumble.laboratory.certificate.record import (
+        Rendered,
+        certificate_row,
+        documents_of,
+        replace_documents,
+    )
+
+    row = certificate_row(opened, number)
+    if row["state"] != "issued":
+        raise CommandError(f"certificate {number}: is {row['state']}; sign the one that holds")
+    found = documents_of(opened, number)
+    made = Rendered(found.number, signed(found.pdf, key), signed(found.xml, key))
+    if made != found:
+        replace_documents(opened, made, "certificate signed", operator)
+    pdf, xml = write(made, prepare_folder(output or Path("certificates")))
+    if as_json:
+        rows = [{"number": made.number, "pdf": str(pdf), "xml": str(xml), "signed": True}]
+        _print("signed", {"certificates": rows})
+    else:
+        print(f"{made.number}: {'signed' if made != found else 'was signed before'}, {pdf}, {xml}")
+
+
+@certificate_app.command("verify", cls=AbbreviatingCommand)
+def verify_command(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Certificates, PDF or XML.")],
+    signer: Annotated[
+        list[Path] | None,
+        _text("--signer", "Public file (.crt) of a laboratory whose signature counts; repeatable.", "FILE"),
+    ] = None,
+    signing_key: KeyOption = "",
+    registry: RegistryOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Verify who signed certificates, that nothing was changed since, and that they still hold.
+
+    Example: tumble certificate verify certificates/IMU-2026-0001.pdf --signer laboratory.crt
+
+    Whether a certificate was withdrawn shows where the registry is set. The exit code is 3 if one is not
+    as it was signed, or does not hold.
+    """
+    verification = laboratory_room("certificate.verification")
+    from tumble.laboratory.certificate.signing_key import load_signer
+
+    known = [load_signer(path) for path in (*(signer or ()), *([Path(signing_key)] if signing_key else ()))]
+    if not known:
+        raise CommandError(
+            "no signer is known; give --signer FILE.crt, the public file of the laboratory's key"
+        )
+    opened = _open(registry) if registry else None
+    checks = [verification.check(path, known, opened) for path in files]
+    if as_json:
+        verdict = "intact" if all(each.holds for each in checks) else "damaged"
+        _print(verdict, {"checks": [each.content() for each in checks]})
+    else:
+        for each in checks:
+            print(each.sentence)
+    if not all(each.holds for each in checks):
+        raise typer.Exit(ExitCode.NOT_ALL_WELL)
+
+
+@certificate_app.command("template", cls=AbbreviatingCommand)
+def template_command() -> None:
+    """Print the usual layout, to be changed and given back by --template.
+
+    Example: tumble certificate template > ours.typ
+    """
+    print(laboratory_room("certificate.pdf").TEMPLATE.read_text(encoding="utf-8"), end="")
+
+
+def _key(path: str) -> Any:  # noqa: ANN401 - a key, whose module is imported late
+    return laboratory_room("certificate.signing_key").load_key(Path(path)) if path else None
+
+
+def _open(address: str) -> Registry:
+    if not address:
+        raise CommandError(
+            'no registry is set; give --registry FILE, set TUMBLE_REGISTRY, or write registry = "lab.db" '
+            "into tumble.toml"
+        )
+    opened: Registry = laboratory_room("registry").Registry(address)
+    return opened
+
+
+def _print(verdict: str, content: Mapping[str, Any]) -> None:
+    print_document(SCHEMA, verdict, content)

@@ -1,0 +1,354 @@
+"""Reads a Digital Calibration Certificate that Tumble wrote: the writer, backwards."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from pydantic import ValidationError
+
+from tumble.foundation.documents import mistake_in
+from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.files import note_input
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import TRIADS
+from tumble.foundation.units import Triad as TriadName
+from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, Element
+from tumble.laboratory.certificate.model import (
+    PARAMETERS,
+    Calibrated,
+    Certificate,
+    Decision,
+    Environment,
+    Equipment,
+    Item,
+    Laboratory,
+    Party,
+    Quantity,
+    SensorModel,
+)
+from tumble.laboratory.certificate.si_units import FROM_D_SI
+
+LARGEST = 16 << 20
+"""Bytes."""
+_SPACES = {"dcc": DCC, "si": SI}
+_REMEDY = "give the XML of a certificate that Tumble wrote"
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceValues:
+    """Content of a reference's certificate that goes into the calibration of targets."""
+
+    certificate: Certificate
+    calibrated: Calibrated
+    """Calibration that holds: the one as left, where there is also one as found."""
+    models: Mapping[TriadName, SensorModel]
+    """M and b of each triad, with a covariance without gaps."""
+    sha256: str
+    """Of the bytes of the file."""
+
+
+def read_reference(path: Path | str) -> ReferenceValues:
+    """Read reference values from the certificate of a unit; raises `CalibrationFileError` in one line."""
+    content = _content(Path(path))
+    certificate = read_dcc(content, about=str(path))
+    calibrated = certificate.calibrated[-1]
+    models = {
+        model.triad: model
+        for model in calibrated.models
+        if model.covariance is not None and np.isfinite(model.covariance).all()
+    }
+    if not models:
+        raise CalibrationFileError(
+            f"{path}: certificate {certificate.number} holds no M and b with their covariance; a reference "
+            "needs them"
+        )
+    return ReferenceValues(certificate, calibrated, models, hashlib.sha256(content).hexdigest())
+
+
+def read_dcc(content: bytes, about: str = "certificate") -> Certificate:
+    """Return the certificate that XML states; raises `CalibrationFileError` in one line."""
+    root = parse_xml(content, about)
+    try:
+        return _certificate(root)
+    except _MissingPartError as error:
+        raise CalibrationFileError(f"{about}: {error}; {_REMEDY}") from error
+    except ValidationError as error:
+        raise CalibrationFileError(f"{about}: {mistake_in(error, Certificate)}; {_REMEDY}") from error
+
+
+def parse_xml(content: bytes, about: str) -> Element:
+    """Return the root of a certificate; no entity is resolved and nothing is fetched."""
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    try:
+        root = etree.fromstring(content, parser)
+    except (etree.XMLSyntaxError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise CalibrationFileError(f"{about}: is no XML: {reason}; {_REMEDY}") from error
+    if root.tag != f"{{{DCC}}}digitalCalibrationCertificate" or root.getroottree().docinfo.doctype:
+        raise CalibrationFileError(f"{about}: is no Digital Calibration Certificate; {_REMEDY}")
+    return root
+
+
+class _MissingPartError(Exception):
+    """A certificate lacks a part, or holds it in another form."""
+
+
+def _certificate(root: Element) -> Certificate:
+    administration = _one(root, "dcc:administrativeData")
+    core = _one(administration, "dcc:coreData")
+    laboratory = _one(administration, "dcc:calibrationLaboratory")
+    item = _one(administration, "dcc:items/dcc:item")
+    main = "dcc:respPersons/dcc:respPerson[dcc:mainSigner='true']/dcc:person/dcc:name"
+    return Certificate(
+        number=_text(core, "dcc:uniqueIdentifier"),
+        issued=_text(core, "dcc:issueDate"),
+        languages=tuple(_texts(core, "dcc:usedLangCodeISO639_1")),  # type: ignore[arg-type]
+        laboratory=Laboratory(
+            **_party(_one(laboratory, "dcc:contact")),
+            accreditation=_text_or(laboratory, "dcc:calibrationLaboratoryCode"),
+        ),
+        customer=Party(**_party(_one(administration, "dcc:customer"))),
+        item=Item(
+            name=_plain(item, "dcc:name"),
+            serial=_text(item, "dcc:identifications/dcc:identification/dcc:value"),
+            manufacturer=_plain_or(item, "dcc:manufacturer/dcc:name"),
+            model=_text_or(item, "dcc:model"),
+        ),
+        authorised_by=_plain(administration, main),
+        remarks=tuple(
+            _plain(each, "dcc:declaration")
+            for each in administration.iterfind("dcc:statements/dcc:statement", _SPACES)
+            if "tumble_remark" in _kinds(each)
+        ),
+        supersedes=_text_or(core, "dcc:reportAmendedSubstituted/dcc:replacedUniqueIdentifier"),
+        calibrated=tuple(
+            _calibrated(each)
+            for each in root.iterfind("dcc:measurementResults/dcc:measurementResult", _SPACES)
+        ),
+    )
+
+
+def _party(contact: Element) -> dict[str, str]:
+    return {
+        "name": _plain(contact, "dcc:name"),
+        "address": _plain(contact, "dcc:location/dcc:further"),
+        "country": _text_or(contact, "dcc:location/dcc:countryCode"),
+    }
+
+
+def _calibrated(result: Element) -> Calibrated:
+    conditions = {written: condition for condition, written in CONDITIONS.items()}
+    status = _text_or(result, "dcc:influenceConditions/dcc:influenceCondition/dcc:status")
+    facts = {
+        kind: each
+        for each in result.iterfind("dcc:measurementMetaData/dcc:metaData", _SPACES)
+        for kind in _kinds(each)
+    }
+    operator = _kind(facts, "tumble_operator")
+    place = facts.get("tumble_place")
+    software = _one(result, "dcc:usedSoftware/dcc:software")
+    used = _kinds(_one(result, "dcc:usedMethods/dcc:usedMethod"))
+    equipment = result.find("dcc:measuringEquipments/dcc:measuringEquipment", _SPACES)
+    triads = list(result.iterfind("dcc:results/dcc:result", _SPACES))
+    return Calibrated(
+        condition=conditions.get(status, ""),  # type: ignore[arg-type]
+        result=_plain(_kind(facts, "tumble_result"), "dcc:declaration"),
+        day=_text(operator, "dcc:date"),
+        operator=_plain(operator, "dcc:declaration"),
+        station="" if place is None else _plain(place, "dcc:declaration"),
+        procedure=_ending(used, "tumble_"),
+        software=f"{_plain(software, 'dcc:name')} {_text(software, 'dcc:release').removeprefix('v')}",
+        environment=_environment(result),
+        reference=None if equipment is None else _equipment(equipment),
+        quantities=tuple(quantity for each in triads for quantity in _quantities(each)),
+        models=tuple(model for each in triads for model in _models(each)),
+        decision=_decision(facts),
+    )
+
+
+def _environment(result: Element) -> Environment:
+    found = {
+        kind: each
+        for each in result.iterfind(
+            "dcc:influenceConditions/dcc:influenceCondition/dcc:data/dcc:quantity", _SPACES
+        )
+        for kind in _kinds(each)
+    }
+    names = ("basic_temperatureMin", "basic_temperature", "basic_temperatureMax")
+    temperature = [_number(_text(found[name], "si:real/si:value")) for name in names if name in found]
+    gravity = found.get("tumble_gravity")
+    return Environment(
+        temperature=tuple(temperature) if len(temperature) == len(names) else None,  # type: ignore[arg-type]
+        gravity=None if gravity is None else _number(_text(gravity, "si:real/si:value")),
+        gravity_source="" if gravity is None else _plain_or(gravity, "dcc:description"),
+    )
+
+
+def _equipment(found: Element) -> Equipment:
+    certificate = found.find("dcc:certificate", _SPACES)
+    stated = {"name": _plain(found, "dcc:name")}
+    if certificate is not None:
+        stated["certificate"] = _text(certificate, "dcc:referralID")
+        stated["laboratory"] = _plain(certificate, "dcc:referral")
+        stated["sha256"] = _text(certificate, "dcc:value")
+        described = _plain_or(certificate, "dcc:description")
+        stated |= dict(part.split(" ", 1) for part in described.split("; ") if " " in part)
+    stated["serial"] = _text_or(found, "dcc:identifications/dcc:identification/dcc:value")
+    for quantity in found.iterfind(
+        "dcc:measuringEquipmentQuantities/dcc:measuringEquipmentQuantity", _SPACES
+    ):
+        triad = _ending(_kinds(quantity), "tumble_uncertainty_")
+        stated[triad] = _plain(quantity, "dcc:noQuantity")
+    return Equipment.model_validate({name: "" if text == "-" else text for name, text in stated.items()})
+
+
+def _quantities(triad: Element) -> Iterator[Quantity]:
+    for each in triad.iterfind("dcc:data/dcc:quantity", _SPACES):
+        if VALUE not in _kinds(each):
+            continue
+        parameter = _ending(_kinds(each), "tumble_").replace("_", " ")
+        if each.find("dcc:noQuantity", _SPACES) is not None:
+            yield Quantity(
+                parameter=parameter,
+                unit=_plain(each, "dcc:description"),
+                value=None,
+                uncertainty=None,
+                coverage_factor=None,
+            )
+            continue
+        real = _one(each, "si:real")
+        yield Quantity(
+            parameter=parameter,
+            unit=_unit(_text(real, "si:unit")),
+            value=_text(real, "si:value"),
+            uncertainty=_text_or(real, "si:expandedUnc/si:uncertainty") or None,
+            coverage_factor=_text_or(real, "si:expandedUnc/si:coverageFactor") or None,
+        )
+
+
+def _models(triad: Element) -> Iterator[SensorModel]:
+    name = _ending(_kinds(triad), "tumble_")
+    values = np.full(len(PARAMETERS), np.nan)
+    covariance: FloatArray | None = None
+    for each in triad.iterfind("dcc:data/dcc:quantity", _SPACES):
+        if not {"tumble_model", "tumble_fixed"} & set(_kinds(each)):
+            continue
+        column = _one(each, "si:realListXMLList")
+        places = [_place(label) for label in _text(column, "si:labelXMLList").split()]
+        numbers = [_number(text) for text in _text(column, "si:valueXMLList").split()]
+        if len(places) != len(numbers):
+            raise _MissingPartError(f"the model of the {name} has {len(numbers)} numbers for {len(places)}")
+        values[places] = numbers
+        if "tumble_model" in _kinds(each):
+            covariance = np.full((len(PARAMETERS), len(PARAMETERS)), np.nan)
+            covariance[np.ix_(places, places)] = _covariance(column, len(places))
+    if np.isnan(values).all():
+        return
+    if name not in TRIADS or not np.isfinite(values).all():
+        raise _MissingPartError(f"the model of the {name} lacks numbers of M or b")
+    yield SensorModel(triad=name, M=values[:9].reshape(3, 3), b=values[9:], covariance=covariance)
+
+
+def _covariance(column: Element, size: int) -> FloatArray:
+    found = column.iterfind("si:ellipsoidalRegionXMLList/si:covarianceMatrix/si:column", _SPACES)
+    rows = [[_number(text) for text in _texts(each, "si:covariance/si:value")] for each in found]
+    if [len(row) for row in rows] != [size] * size:
+        raise _MissingPartError(f"the covariance of a model is not {size} by {size}")
+    return np.array(rows)
+
+
+def _decision(facts: Mapping[str, Element]) -> Decision | None:
+    stated = facts.get("basic_conformity")
+    if stated is None:
+        return None
+    verdicts = {written: verdict for verdict, written in CONFORMITY.items()}
+    kinds = _kinds(stated)
+    return Decision.model_validate(
+        {
+            "rule": "guarded" if "tumble_guarded" in kinds else "simple",
+            "guard": _number(_ending(kinds, "tumble_guard_")),
+            "verdict": verdicts.get(_text(stated, "dcc:conformity")),
+        }
+    )
+
+
+# Elements and their text
+
+
+def _one(parent: Element, path: str) -> Element:
+    found = parent.find(path, _SPACES)
+    if found is None:
+        raise _MissingPartError(f"{path.rpartition(':')[2]} is missing")
+    return found
+
+
+def _text(parent: Element, path: str) -> str:
+    return _one(parent, path).text or ""
+
+
+def _text_or(parent: Element, path: str) -> str:
+    return parent.findtext(path, "", _SPACES) or ""
+
+
+def _texts(parent: Element, path: str) -> list[str]:
+    return [each.text or "" for each in parent.iterfind(path, _SPACES)]
+
+
+def _plain(parent: Element, path: str) -> str:
+    return _text(parent, f"{path}/dcc:content")
+
+
+def _plain_or(parent: Element, path: str) -> str:
+    return _text_or(parent, f"{path}/dcc:content")
+
+
+def _kinds(element: Element) -> list[str]:
+    return str(element.get("refType", "")).split()
+
+
+def _kind(facts: Mapping[str, Element], kind: str) -> Element:
+    if kind not in facts:
+        raise _MissingPartError(f"{kind} is missing")
+    return facts[kind]
+
+
+def _ending(kinds: list[str], beginning: str) -> str:
+    """Return the rest of the kind that begins like that."""
+    for kind in kinds:
+        if kind.startswith(beginning):
+            return kind.removeprefix(beginning)
+    raise _MissingPartError(f"{beginning.rstrip('_')} is missing")
+
+
+def _place(label: str) -> int:
+    if label not in PARAMETERS:
+        raise _MissingPartError(f"{label[:20]!r} is no parameter of a model")
+    return PARAMETERS.index(label)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise _MissingPartError(f"{text[:20]!r} is no number") from None
+
+
+def _unit(written: str) -> str:
+    if written not in FROM_D_SI:
+        raise _MissingPartError(f"{written[:40]!r} is no unit of a certificate")
+    return FROM_D_SI[written]
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise CalibrationFileError(f"{path}: is larger than {LARGEST >> 20} MiB; {_REMEDY}")
+        note_input(path)
+        return path.read_bytes()
+    except OSError as error:
+        raise CalibrationFileError(f"{path}: cannot be read: {error.strerror or error}; {_REMEDY}") from error

@@ -1,0 +1,144 @@
+"""Sets a certificate as PDF/A-3 with its XML attached, by typst."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from datetime import datetime, timezone
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+import typst
+
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.units import TRIADS
+from tumble.laboratory.certificate import statements
+from tumble.laboratory.certificate.catalogue import (
+    CHINESE_FONTS,
+    LABELS,
+    TERMS,
+    Texts,
+    label,
+    parameter_name,
+    texts,
+)
+from tumble.laboratory.certificate.model import Calibrated, Certificate, Equipment, Quantity
+from tumble.report.numbers import readable_unit
+
+TEMPLATE = Path(__file__).with_name("template.typ")
+STANDARD: Final = "a-3b"
+_FONT = "Libertinus Serif"
+"""Font that typst brings along."""
+
+
+def pdf_of(certificate: Certificate, xml: bytes, template: Path | None = None, logo: bytes = b"") -> bytes:
+    """Return a certificate as PDF/A-3b with its XML attached.
+
+    Raises `TumbleError` in one line where a font or picture is missing, or the template is wrong.
+    """
+    path = template or TEMPLATE
+    inputs = {"certificate": json.dumps(_view(certificate, logo)), "xml": xml.decode()}
+    moment = datetime.fromisoformat(certificate.issued).replace(tzinfo=timezone.utc)
+    try:
+        found = typst.compile(
+            str(path),
+            root=str(path.parent),
+            font_paths=_fonts(),
+            sys_inputs=inputs,
+            format="pdf",
+            pdf_standards=[STANDARD],
+            timestamp=moment,
+        )
+    except OSError as error:
+        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error
+    except typst.TypstError as error:
+        raise TumbleError(_in_one_line(error), about=str(path)) from error
+    assert isinstance(found, bytes)
+    return found
+
+
+def _in_one_line(error: typst.TypstError) -> str:
+    message = " ".join(str(getattr(error, "message", error)).split())
+    if "font" in message or "could not be displayed" in message:
+        return f"a font with all letters of the certificate is missing ({message}); install one"
+    return f"typst reports: {message}; correct the template, or the logo"
+
+
+@lru_cache(maxsize=1)
+def _fonts() -> Any:  # noqa: ANN401 - typst has no public type for them
+    """Search for fonts once; that takes as long as the rest."""
+    return typst.Fonts()
+
+
+def font_families(certificate: Certificate) -> list[str]:
+    """Return the fonts of a certificate; raises `TumbleError` where one for Chinese is wanted and missing."""
+    installed = set(_fonts().families())
+    chinese = [family for family in CHINESE_FONTS if family in installed]
+    if "zh" in certificate.languages and not chinese:
+        raise TumbleError(
+            "a certificate in Chinese needs a font with Chinese letters; install one, on Debian the package "
+            "fonts-wqy-microhei or fonts-noto-cjk, or give --language en"
+        )
+    return [_FONT, *chinese[:1]]
+
+
+def _view(certificate: Certificate, logo: bytes) -> dict[str, Any]:
+    """Return all that a template shows, in the languages of the certificate."""
+    return {
+        "certificate": certificate.content(),
+        "words": {key: label(key, certificate.languages) for key in LABELS},
+        "sentences": dict(statements.general(certificate)),
+        "calibrated": [_calibrated(certificate, each) for each in certificate.calibrated],
+        "fonts": font_families(certificate),
+        "logo": list(logo) or None,
+    }
+
+
+def _calibrated(certificate: Certificate, each: Calibrated) -> dict[str, Any]:
+    languages = certificate.languages
+    temperature, gravity = each.environment.temperature, each.environment.gravity
+    return {
+        "title": label(f"result {each.condition}" if each.condition else "results", languages),
+        "method": statements.method(certificate, each),
+        "temperature": None if temperature is None else _temperature(*temperature),
+        "gravity": None if gravity is None else f"{gravity!r} m/s² ({each.environment.gravity_source})",
+        "reference": None if each.reference is None else _reference(each.reference),
+        "traceability": statements.traceability(certificate, each),
+        "verdict": None if each.decision is None else label(each.decision.verdict, languages),
+        "rule": statements.rule(certificate, each),
+        "not_shown": statements.not_shown(certificate, each),
+        "triads": list(_triads(certificate, each)),
+    }
+
+
+def _temperature(low: float, mean: float, high: float) -> str:
+    return f"{mean!r} °C ({low!r} °C … {high!r} °C)".replace("-", "\N{MINUS SIGN}")
+
+
+def _reference(reference: Equipment) -> str:
+    serial = f" {reference.serial}" if reference.serial else ""
+    due = f" ({reference.due})" if reference.due else ""
+    return f"{reference.name}{serial}{due}"
+
+
+def _triads(certificate: Certificate, each: Calibrated) -> Iterator[dict[str, Any]]:
+    for triad in TRIADS:
+        rows = [
+            _row(certificate, quantity)
+            for quantity in each.quantities
+            if quantity.parameter.startswith(f"{triad} ")
+        ]
+        if rows:
+            name: Texts = texts(TERMS[triad], certificate.languages)
+            yield {"name": name, "rows": rows}
+
+
+def _row(certificate: Certificate, quantity: Quantity) -> dict[str, Any]:
+    return {
+        "name": parameter_name(quantity.parameter, certificate.languages),
+        "value": quantity.value,
+        "uncertainty": quantity.uncertainty or "",
+        "coverage_factor": quantity.coverage_factor or "",
+        "unit": "°" if quantity.unit == "deg" else readable_unit(quantity.unit) or "1",
+    }

@@ -1,0 +1,277 @@
+"""Signatures of both renderings by the laboratory's key: XML Signature, and PAdES for the PDF.
+
+Both standards leave some bytes unsigned, such as the layout of XML and the frame of a signature. Verification
+therefore compares those with what signing writes, so that one flipped bit anywhere is found.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import logging
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cryptography import x509
+from cryptography.hazmat.primitives import serialization
+from lxml import etree
+
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.certificate.dcc import Element, serialized
+from tumble.laboratory.certificate.dcc_reader import parse_xml
+from tumble.laboratory.certificate.signing_key import SigningKey, name_of
+
+DS = "http://www.w3.org/2000/09/xmldsig#"
+_EXCLUSIVE = "http://www.w3.org/2001/10/xml-exc-c14n#"
+_DIGEST, _METHOD = "sha256", "ecdsa-sha256"
+_FIELD = "Laboratory"
+_PDF = b"%PDF-"
+_LARGEST_ANSWER = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Signed:
+    """Outcome of the verification of a file."""
+
+    signer: str
+    """Name in the certificate of whoever signed; empty where nobody did, or it cannot be read."""
+    fault: str
+    """Reason why the file is not what that signer signed; empty where it is."""
+
+
+def sign(content: bytes, key: SigningKey) -> bytes:
+    """Return a certificate, PDF or XML, with a signature; one that is signed comes back as it is."""
+    return _sign_pdf(content, key) if content.startswith(_PDF) else _sign_xml(content, key)
+
+
+def verify(content: bytes, signers: Sequence[x509.Certificate]) -> Signed:
+    """Return who of `signers` signed a certificate, PDF or XML, and whether it is unchanged since."""
+    try:
+        found = _verify_pdf(content, signers) if content.startswith(_PDF) else _verify_xml(content, signers)
+    except _NotIntactError as error:
+        return Signed("", str(error))
+    except Exception as error:  # of a changed file any part of three libraries may stumble
+        return Signed("", f"cannot be read as signed: {' '.join(str(error).split())[:_LARGEST_ANSWER]}")
+    return Signed(name_of(found), "")
+
+
+def attached_xml(pdf: bytes) -> bytes:
+    """Return the XML that a PDF certificate carries; raises `TumbleError` where there is none."""
+    from pyhanko.pdf_utils.reader import PdfFileReader
+
+    try:
+        reader = PdfFileReader(io.BytesIO(pdf))
+        names = reader.root["/Names"]["/EmbeddedFiles"]
+        for specification in _leaves(names):
+            found: bytes = specification["/EF"]["/F"].data
+            return found
+    except Exception as error:  # of a damaged file any part of the library may stumble
+        raise TumbleError(f"is no PDF with a certificate: {' '.join(str(error).split())}") from error
+    raise TumbleError("is a PDF without the XML of a certificate")
+
+
+class _NotIntactError(Exception):
+    """Reason why a file is not as it was signed."""
+
+
+# XML
+
+
+def _sign_xml(content: bytes, key: SigningKey) -> bytes:
+    from signxml.algorithms import SignatureConstructionMethod
+    from signxml.signer import XMLSigner
+
+    root = parse_xml(content, "certificate")
+    if root.find(f"{{{DS}}}Signature") is not None:
+        return content
+    signer = XMLSigner(
+        method=SignatureConstructionMethod.enveloped,
+        signature_algorithm=_METHOD,
+        digest_algorithm=_DIGEST,
+        c14n_algorithm=_EXCLUSIVE,
+    )
+    signed = signer.sign(root, key=key.private, cert=[key.certificate])
+    for each in signed.iter(f"{{{DS}}}SignatureValue", f"{{{DS}}}X509Certificate"):
+        each.text = _one_line(each)
+    return serialized(signed)
+
+
+def _verify_xml(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+    from signxml.exceptions import InvalidInput, InvalidSignature
+    from signxml.verifier import SignatureConfiguration, XMLVerifier
+
+    root = parse_xml(content, "certificate")
+    signatures = root.findall(f".//{{{DS}}}Signature")
+    if not signatures:
+        raise _NotIntactError("is not signed")
+    if len(signatures) != 1 or signatures[0].getparent() is not root or root[-1] is not signatures[0]:
+        raise _NotIntactError("is not signed in the place where a certificate is")
+    written = list(root.iter(f"{{{DS}}}SignatureValue", f"{{{DS}}}X509Certificate"))
+    if serialized(root) != content or any(each.text != _one_line(each) for each in written):
+        raise _NotIntactError("was changed: its layout is not that of a certificate")
+    _check_frame(signatures[0])
+    embedded = x509.load_der_x509_certificate(base64.b64decode(written[-1].text or ""))
+    signer = _one_of(embedded, signers)
+    try:
+        XMLVerifier().verify(
+            content, x509_cert=signer, expect_config=SignatureConfiguration(require_x509=False)
+        )
+    except (InvalidSignature, InvalidInput) as error:
+        raise _NotIntactError("was changed since it was signed") from error
+    return signer
+
+
+def _check_frame(signature: Element) -> None:
+    """Raise where a signature has other parts than signing writes."""
+    tags = [etree.QName(each).localname for each in signature.iter(etree.Element)]
+    expected = (
+        "Signature SignedInfo CanonicalizationMethod SignatureMethod Reference Transforms Transform "
+        "Transform DigestMethod DigestValue SignatureValue KeyInfo X509Data X509Certificate"
+    )
+    unsigned = [each for each in signature.iter() if etree.QName(each).localname in _UNSIGNED]
+    if " ".join(tags) != expected or any(each.attrib or (each.tail or "").strip() for each in unsigned):
+        raise _NotIntactError("was changed: its signature has other parts than a laboratory writes")
+
+
+_UNSIGNED = ("Signature", "SignatureValue", "KeyInfo", "X509Data", "X509Certificate")
+
+
+def _one_line(element: Element) -> str:
+    """Return Base64 in the one form in which it is written."""
+    return base64.b64encode(base64.b64decode("".join((element.text or "").split()), validate=True)).decode()
+
+
+# PDF
+
+
+def _sign_pdf(content: bytes, key: SigningKey) -> bytes:
+    from asn1crypto import keys
+    from asn1crypto import x509 as asn1_x509
+    from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
+    from pyhanko.pdf_utils.reader import PdfFileReader
+    from pyhanko.sign import fields, signers
+    from pyhanko_certvalidator.registry import SimpleCertificateStore
+
+    if PdfFileReader(io.BytesIO(content)).embedded_signatures:
+        return content
+    store: Any = SimpleCertificateStore
+    private = key.private.private_bytes(
+        serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    signer = signers.SimpleSigner(
+        signing_cert=asn1_x509.Certificate.load(_der(key.certificate)),
+        signing_key=keys.PrivateKeyInfo.load(private),
+        cert_registry=store(),
+    )
+    signed = signers.sign_pdf(
+        IncrementalPdfFileWriter(io.BytesIO(content)),
+        signers.PdfSignatureMetadata(
+            field_name=_FIELD, md_algorithm=_DIGEST, subfilter=fields.SigSeedSubFilter.PADES
+        ),
+        signer=signer,
+    )
+    found: bytes = signed.getvalue()
+    return found
+
+
+def _verify_pdf(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+    from asn1crypto import x509 as asn1_x509
+    from pyhanko.pdf_utils.reader import PdfFileReader
+    from pyhanko.sign.validation import validate_pdf_signature
+    from pyhanko.sign.validation.status import SignatureCoverageLevel
+    from pyhanko_certvalidator import ValidationContext
+
+    # Its answers are enough; it would also print what it stumbles over.
+    logging.getLogger("pyhanko").setLevel(logging.CRITICAL + 1)
+    logging.getLogger("pyhanko_certvalidator").setLevel(logging.CRITICAL + 1)
+    signatures = PdfFileReader(io.BytesIO(content)).embedded_signatures
+    if not signatures:
+        raise _NotIntactError("is not signed")
+    if len(signatures) != 1:
+        raise _NotIntactError("bears several signatures, and a certificate bears one")
+    _check_contents(content, signatures[0])
+    signer = _one_of(x509.load_der_x509_certificate(signatures[0].signer_cert.dump()), signers)
+    roots = [asn1_x509.Certificate.load(_der(signer))]
+    moment = signatures[0].self_reported_timestamp
+    status = validate_pdf_signature(
+        signatures[0],
+        ValidationContext(trust_roots=roots, allow_fetching=False, moment=moment),
+    )
+    if not (status.intact and status.valid and status.coverage == SignatureCoverageLevel.ENTIRE_FILE):
+        raise _NotIntactError("was changed since it was signed")
+    return signer
+
+
+def _check_contents(content: bytes, signature: Any) -> None:  # noqa: ANN401 - pyHanko is imported late
+    """Raise where the signature of a PDF, whose bytes are unsigned, is not as signing writes it."""
+    start, first, second, last = (int(each) for each in signature.byte_range)
+    found = content[start + first : second]
+    written = re.fullmatch(rb"<([0-9A-F]+)>", found)
+    if start != 0 or second + last != len(content) or written is None:
+        raise _NotIntactError("was changed: its signature does not cover the whole file")
+    whole = signature.signed_data
+    kept = bytes.fromhex(written[1].decode())
+    framed = _framed(signature)
+    if not kept.startswith(framed) or kept[len(framed) :].strip(b"\0"):
+        raise _NotIntactError("was changed: its signature has other parts than a laboratory writes")
+    if len(whole["certificates"]) != 1 or len(whole["signer_infos"]) != 1:
+        raise _NotIntactError("was changed: its signature names several signers")
+
+
+def _framed(signature: Any) -> bytes:  # noqa: ANN401 - pyHanko is imported late
+    """Return the bytes that signing would write around the signed attributes and their proof."""
+    from asn1crypto import cms
+
+    found = signature.signer_info
+    certificate = signature.signer_cert
+    information = cms.SignerInfo(
+        {
+            "version": "v1",
+            "sid": cms.SignerIdentifier(
+                "issuer_and_serial_number",
+                cms.IssuerAndSerialNumber(
+                    {"issuer": certificate.issuer, "serial_number": certificate.serial_number}
+                ),
+            ),
+            "digest_algorithm": {"algorithm": _DIGEST},
+            "signed_attrs": found["signed_attrs"],
+            "signature_algorithm": {"algorithm": "sha256_ecdsa"},
+            "signature": found["signature"].native,
+        }
+    )
+    data = cms.SignedData(
+        {
+            "version": "v1",
+            "digest_algorithms": cms.DigestAlgorithms([{"algorithm": _DIGEST}]),
+            "encap_content_info": {"content_type": "data"},
+            "certificates": [certificate],
+            "signer_infos": [information],
+        }
+    )
+    return bytes(cms.ContentInfo({"content_type": "signed_data", "content": data}).dump(force=True))
+
+
+def _leaves(node: Any) -> list[Any]:  # noqa: ANN401 - a dictionary of pyHanko
+    """Return the specifications of files in a name tree."""
+    found = list(node["/Names"])[1::2] if "/Names" in node else []
+    kids = node["/Kids"] if "/Kids" in node else []  # noqa: SIM401 - pyHanko's get resolves no pointer
+    for kid in kids:
+        found += _leaves(kid.get_object())
+    return [each.get_object() for each in found]
+
+
+# Signers
+
+
+def _one_of(embedded: x509.Certificate, signers: Sequence[x509.Certificate]) -> x509.Certificate:
+    """Return the signer that a file names; raises where it is none of those that are known."""
+    for each in signers:
+        if _der(each) == _der(embedded):
+            return each
+    raise _NotIntactError(f"names {name_of(embedded)} as signer, none of those given")
+
+
+def _der(certificate: x509.Certificate) -> bytes:
+    return certificate.public_bytes(serialization.Encoding.DER)

@@ -1,0 +1,81 @@
+"""Sentences that a certificate makes about itself and its results, in its languages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tumble.laboratory.certificate.catalogue import METHODS, SENTENCES, TERMS, Texts, texts
+from tumble.laboratory.certificate.model import Calibrated, Certificate, Equipment
+
+NOT_STATED = "not stated"
+"""Source of an uncertainty of the reference that nobody states."""
+
+
+def general(certificate: Certificate) -> Iterator[tuple[str, Texts]]:
+    """Yield key and sentence of all that holds for the whole certificate."""
+    for key in ("uncertainty", "model", "only this item", "only in full"):
+        yield key, texts(SENTENCES[key], certificate.languages)
+    if certificate.supersedes:
+        number = certificate.supersedes
+        yield "supersedes", texts(SENTENCES["supersedes"], certificate.languages, number=number)
+
+
+def method(certificate: Certificate, each: Calibrated) -> Texts:
+    """Return the method by which results were found."""
+    return texts(METHODS[each.procedure], certificate.languages)
+
+
+def is_traceable(reference: Equipment | None) -> bool:
+    """Return True if a reference states the certificate that its uncertainty comes from."""
+    return reference is not None and bool(reference.certificate) and NOT_STATED not in sources(reference)
+
+
+def sources(reference: Equipment) -> tuple[str, ...]:
+    """Return the sources of the uncertainty of a reference, each once."""
+    return tuple(dict.fromkeys(filter(None, (reference.accelerometer, reference.gyroscope))))
+
+
+def traceability(certificate: Certificate, each: Calibrated) -> Texts:
+    """Return the sentence on traceability of results."""
+    reference, languages = each.reference, certificate.languages
+    if reference is None:
+        return texts(SENTENCES["by gravity"], languages)
+    if is_traceable(reference):
+        return texts(
+            SENTENCES["traceable"],
+            languages,
+            certificate=reference.certificate,
+            laboratory=reference.laboratory or "-",
+            certified=reference.certified or "-",
+        )
+    stated = [source for source in sources(reference) if source != NOT_STATED]
+    if not stated or NOT_STATED in sources(reference):
+        return texts(SENTENCES["relative"], languages)
+    return texts(SENTENCES["by data sheet"], languages, source=", ".join(stated))
+
+
+def rule(certificate: Certificate, each: Calibrated) -> Texts | None:
+    """Return the decision rule; None where results were held against no limits."""
+    if each.decision is None:
+        return None
+    key = f"rule {each.decision.rule}"
+    return texts(SENTENCES[key], certificate.languages, guard=f"{each.decision.guard:g}")
+
+
+def not_shown(certificate: Certificate, each: Calibrated) -> Texts | None:
+    """Return the sentence that lists parameters which the data did not show; None where there are none."""
+    missing = [quantity.parameter for quantity in each.quantities if quantity.value is None]
+    if not missing:
+        return None
+    return {
+        language: SENTENCES["not shown"][place].format(
+            parameters=", ".join(_whole_name(name, place) for name in missing)
+        )
+        for place, language in enumerate(("en", "zh"))
+        if language in certificate.languages
+    }
+
+
+def _whole_name(parameter: str, place: int) -> str:
+    triad, group, axis = parameter.split(" ")
+    return f"{TERMS[triad][place].lower()} {TERMS[group][place]} {axis}"
