@@ -52,6 +52,7 @@ PRINTS = {
             "verify": "verify",
         }.items()
     },
+    "certificates": "certificate list --registry {0}/lab.db",
     "error": "spin {0}/nothing.csv",
 }
 """A command for each document, in an order in which each finds what it needs."""

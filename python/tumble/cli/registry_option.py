@@ -57,8 +57,9 @@ def laboratory(module: str) -> Any:  # noqa: ANN401 - a module has no type of it
     try:
         return import_module(f"tumble.laboratory.{module}")
     except ModuleNotFoundError as error:
+        needing = "a certificate" if module.startswith("certificate") else "the registry"
         raise CommandError(
-            f"the registry needs the Python package {error.name}, which is not installed; type: "
+            f"{needing} needs the Python package {error.name}, which is not installed; type: "
             f"{install_command('laboratory')}"
         ) from error
 

@@ -360,6 +360,21 @@ def make_file(path: Path) -> None:
         raise OutputError(f"{path}: cannot be made: {error.strerror or error}; give another place") from error
 
 
+def make_new_file(path: Path, content: bytes, *, is_secret: bool = False) -> None:
+    """Write a file that is not there yet, readable by its owner only where it is secret.
+
+    Raises `OutputError` where there is one of that name, or it cannot be written.
+    """
+    try:
+        opened = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if is_secret else 0o666)
+        with os.fdopen(opened, "wb") as file:
+            file.write(content)
+    except FileExistsError:
+        raise OutputError(f"{path}: is there already, and is kept; give another name") from None
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be made: {error.strerror or error}; give another place") from error
+
+
 def make_folder(folder: Path) -> None:
     """Make a folder and those above it where they are missing; raises `OutputError` where that fails."""
     try:

@@ -56,7 +56,7 @@ LABELS: Mapping[str, tuple[str, str]] = {
     "as left": ("As left", "调整后"),
     "not observable": ("not observable", "不可观测"),
     "sensor model": ("Sensor model", "传感器模型"),
-    "fixed parameters": ("Parameters at their ideal values", "取理想值的参数"),
+    "fixed parameters": ("Sensor model: parameters without uncertainty", "传感器模型：无不确定度的参数"),
     "no condition": ("Not recorded", "未记录"),
     "pass": ("Pass", "合格"),
     "conditional pass": ("Conditional pass", "有条件合格"),

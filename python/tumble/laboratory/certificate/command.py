@@ -5,28 +5,42 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from typer.core import TyperGroup
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.exit_code import ExitCode
+from tumble.cli.options import expanded
 from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption
 from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import LISTED, print_document, print_summary
 from tumble.cli.shared_options import JsonOption, OperatorOption
 from tumble.foundation.errors import CommandError
+from tumble.laboratory.certificate.options import (
+    AppearanceOptions,
+    AsFoundOption,
+    KeyOption,
+    NumberArgument,
+    NumberOptions,
+    StatementOptions,
+    WhyOption,
+    key_of,
+    text_option,
+)
 
 if TYPE_CHECKING:
     from tumble.laboratory.certificate.issue import Layout
-    from tumble.laboratory.certificate.model import Certificate
+    from tumble.laboratory.certificate.model import Certificate, Condition
     from tumble.laboratory.certificate.record import Rendered
     from tumble.laboratory.registry import Registry
 
 SCHEMA: Final = "tumble-certificates/1"
 _ISSUE: Final = "issue"
+FOLDER: Final = "certificates"
+"""Folder of certificates, where none is given."""
 
 
 class _IssuingGroup(TyperGroup):
@@ -41,21 +55,9 @@ class _IssuingGroup(TyperGroup):
 certificate_app = typer.Typer(
     cls=_IssuingGroup,
     no_args_is_help=True,
-    help="Issue calibration certificates: PDF/A-3 with a Digital Calibration Certificate (XML) inside.",
+    help="Issue certificates of results (tumble certificate RESULT...): PDF/A-3 with an XML inside.",
+    epilog="Example: tumble certificate results -o certificates",
 )
-
-
-def _text(name: str, words: str, metavar: str = "TEXT") -> Any:  # noqa: ANN401 - an option of typer
-    return typer.Option(name, metavar=metavar, help=words, show_default=False)
-
-
-KeyOption: TypeAlias = Annotated[
-    str, _text("--signing-key", "Key of the laboratory (tumble certificate key); signs both files.", "FILE")
-]
-WhyOption: TypeAlias = Annotated[str, _text("--why", "Reason, for the record.")]
-NumberArgument: TypeAlias = Annotated[
-    str, typer.Argument(metavar="NUMBER", help="Number of a certificate in the registry.")
-]
 
 
 @certificate_app.callback()
@@ -69,6 +71,7 @@ def _certificate() -> None:
 
 
 @certificate_app.command(_ISSUE, cls=AbbreviatingCommand)
+@expanded
 def issue_command(
     results: Annotated[
         list[str],
@@ -77,44 +80,13 @@ def issue_command(
             help="Folders of results, calibration files, or identities of results in the registry.",
         ),
     ],
+    numbers: NumberOptions,
+    statement: StatementOptions,
+    appearance: AppearanceOptions,
     output: OutputFolder = None,
-    as_found: Annotated[
-        list[str] | None,
-        _text(
-            "--as-found", "Result of the unit as it was found; the others are as left. Repeatable.", "RESULT"
-        ),
-    ] = None,
-    template: Annotated[
-        str,
-        _text("--template", "Layout, in typst; tumble certificate template prints the usual one.", "FILE"),
-    ] = "",
-    number: Annotated[str, _text("--number", "Number of the certificate, where no registry counts.")] = "",
-    certificate_number: Annotated[
-        str, _text("--certificate-number", "Pattern of numbers, such as IMU-{year}-{n:04}.", "PATTERN")
-    ] = "",
-    laboratory: Annotated[str, _text("--laboratory", "Name of the laboratory.")] = "",
-    address: Annotated[str, _text("--address", "Its address.")] = "",
-    country: Annotated[str, _text("--country", "Its country by ISO 3166-1, such as DE.", "CODE")] = "",
-    accreditation: Annotated[str, _text("--accreditation", "Number of its accreditation.")] = "",
-    logo: Annotated[str, _text("--logo", "Its logo: SVG, PNG or JPEG.", "FILE")] = "",
-    customer: Annotated[
-        str, _text("--customer", "Name of the customer; the unit's owner if not given.")
-    ] = "",
-    customer_address: Annotated[str, _text("--customer-address", "Address of the customer.")] = "",
-    authorised_by: Annotated[str, _text("--authorised-by", "Person who authorises the certificate.")] = "",
-    language: Annotated[
-        str, _text("--language", "Languages: en, or en,zh for English and Chinese.", "en|en,zh")
-    ] = "",
-    remark: Annotated[
-        list[str] | None,
-        _text("--remark", "Deviation from the method, or another remark. Repeatable."),
-    ] = None,
-    supersedes: Annotated[
-        str, _text("--supersedes", "Number of the certificate that this one replaces.", "NUMBER")
-    ] = "",
-    manufacturer: Annotated[str, _text("--manufacturer", "Maker of the units.")] = "",
-    model: Annotated[str, _text("--model", "Model of the units.")] = "",
-    signing_key: KeyOption = "",
+    as_found: AsFoundOption = None,
+    manufacturer: Annotated[str, text_option("--manufacturer", "Maker of the units.")] = "",
+    model: Annotated[str, text_option("--model", "Model of the units.")] = "",
     operator: OperatorOption = "",
     registry: RegistryOption = "",
     as_json: JsonOption = False,
@@ -123,61 +95,42 @@ def issue_command(
 
     Example: tumble certificate results --customer Acme --customer-address "1 High Street, Town"
 
-    What all certificates share, such as the laboratory, belongs into tumble.toml. The registry gives the
+    Settings of all certificates, such as the laboratory, belong into tumble.toml. The registry gives the
     numbers, and keeps both files. The operator of a certificate is that of the result.
     """
-    collect, issuing = laboratory_room("certificate.collect"), laboratory_room("certificate.issue")
+    laboratory_room("certificate.issue")
     from tumble.foundation.files import prepare_folder
     from tumble.foundation.provenance import date_now
-    from tumble.laboratory.certificate.catalogue import languages_of
-    from tumble.laboratory.certificate.numbering import USUAL, parse_pattern
+    from tumble.laboratory.certificate.collect import (
+        certificates_of,
+        results_in_files,
+        results_in_registry,
+    )
+    from tumble.laboratory.certificate.issue import issue_all, numbered, rendered
     from tumble.laboratory.registry import Registry, UnitFacts
 
     opened = Registry(registry) if registry else None
-    if opened is None and not number:
-        raise CommandError(
-            "no registry is set, so that nothing counts certificates; give --registry FILE, or --number TEXT"
-        )
-    if opened is not None and number:
-        raise CommandError("--number is given, and the registry counts; leave it out")
-    stated = collect.Statement(
-        laboratory=laboratory or (opened.laboratory if opened is not None else ""),
-        address=address,
-        country=country,
-        accreditation=accreditation,
-        customer=customer,
-        customer_address=customer_address,
-        authorised_by=authorised_by,
-        languages=languages_of(language),
-        remarks=tuple(remark or ()),
-    )
-    pattern = parse_pattern(certificate_number or USUAL)
-    layout = issuing.Layout(Path(template) if template else None, issuing.logo_of(logo), _key(signing_key))
+    numbers.check(has_registry=opened is not None)
+    stated = statement.stated(opened.laboratory if opened is not None else "")
+    layout, pattern = appearance.layout(), numbers.pattern()
     facts = UnitFacts(manufacturer=manufacturer, model=model)
-    groups = (("as found", as_found or []), ("", results))
-    if opened is None:
-        found = [
-            each
-            for condition, places in groups
-            for each in collect.results_in_files(places, condition, facts)
-        ]
-    else:
-        found = [
-            each
-            for condition, places in groups
-            for each in collect.results_in_registry(opened, places, condition, facts, operator)
-        ]
-    drafts = collect.certificates_of(found, stated, date_now()[:10], supersedes)
-    if len(drafts) > 1 and (number or supersedes):
-        raise CommandError(
-            f"{len(drafts)} units are given, and --number and --supersedes are of one certificate; "
-            "give one unit"
+    groups: tuple[tuple[Condition, list[str]], ...] = (("as found", as_found or []), ("", results))
+    found = [
+        each
+        for condition, places in groups
+        for each in (
+            results_in_files(places, condition, facts)
+            if opened is None
+            else results_in_registry(opened, places, condition, facts, operator)
         )
-    folder = prepare_folder(output or Path("certificates"))
+    ]
+    drafts = certificates_of(found, stated, date_now()[:10], numbers.supersedes)
+    numbers.check_units(len(drafts))
+    folder = prepare_folder(output or Path(FOLDER))
     if opened is None:
-        issued = [issuing.rendered(issuing.numbered(drafts[0], number), layout)]
+        issued = [rendered(numbered(drafts[0], numbers.number), layout)]
     else:
-        issued = issuing.issue_all(opened, drafts, pattern, layout, operator or authorised_by)
+        issued = issue_all(opened, drafts, pattern, layout, operator or statement.authorised_by)
     _print_issued(issued, drafts, folder, layout, as_json)
 
 
@@ -283,7 +236,7 @@ def withdraw_command(
 @certificate_app.command("key", cls=AbbreviatingCommand)
 def key_command(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="File of the key, such as laboratory.pem.")],
-    laboratory: Annotated[str, _text("--laboratory", "Name of the laboratory.")] = "",
+    laboratory: Annotated[str, text_option("--laboratory", "Name of the laboratory.")] = "",
 ) -> None:
     """Make the laboratory's key: a private file, and a public one (.crt) for whoever verifies.
 
@@ -311,7 +264,7 @@ def sign_command(
 
     Example: tumble certificate sign IMU-2026-0001 --signing-key laboratory.pem -o certificates
     """
-    key = _key(signing_key)
+    key = key_of(signing_key)
     if key is None:
         raise CommandError(
             "no key is set; give --signing-key FILE, or make one with tumble certificate key FILE"
@@ -333,7 +286,7 @@ def sign_command(
     made = Rendered(found.number, signed(found.pdf, key), signed(found.xml, key))
     if made != found:
         replace_documents(opened, made, "certificate signed", operator)
-    pdf, xml = write(made, prepare_folder(output or Path("certificates")))
+    pdf, xml = write(made, prepare_folder(output or Path(FOLDER)))
     if as_json:
         rows = [{"number": made.number, "pdf": str(pdf), "xml": str(xml), "signed": True}]
         _print("signed", {"certificates": rows})
@@ -346,7 +299,9 @@ def verify_command(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Certificates, PDF or XML.")],
     signer: Annotated[
         list[Path] | None,
-        _text("--signer", "Public file (.crt) of a laboratory whose signature counts; repeatable.", "FILE"),
+        text_option(
+            "--signer", "Public file (.crt) of a laboratory whose signature counts; repeatable.", "FILE"
+        ),
     ] = None,
     signing_key: KeyOption = "",
     registry: RegistryOption = "",
@@ -356,7 +311,7 @@ def verify_command(
 
     Example: tumble certificate verify certificates/IMU-2026-0001.pdf --signer laboratory.crt
 
-    Whether a certificate was withdrawn shows where the registry is set. The exit code is 3 if one is not
+    Where the registry is set, a certificate that was withdrawn does not hold. The exit code is 3 if one is not
     as it was signed, or does not hold.
     """
     verification = laboratory_room("certificate.verification")
@@ -386,10 +341,6 @@ def template_command() -> None:
     Example: tumble certificate template > ours.typ
     """
     print(laboratory_room("certificate.pdf").TEMPLATE.read_text(encoding="utf-8"), end="")
-
-
-def _key(path: str) -> Any:  # noqa: ANN401 - a key, whose module is imported late
-    return laboratory_room("certificate.signing_key").load_key(Path(path)) if path else None
 
 
 def _open(address: str) -> Registry:

@@ -79,7 +79,7 @@ class _Writer:
             self._calibration(_add(results, "measurementResult"), each)
         return root
 
-    # Who, for whom, which unit
+    # Administrative data
 
     def _administration(self, parent: Element) -> None:
         certificate = self.certificate

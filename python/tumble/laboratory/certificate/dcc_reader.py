@@ -49,7 +49,7 @@ class ReferenceValues:
     models: Mapping[TriadName, SensorModel]
     """M and b of each triad, with a covariance without gaps."""
     sha256: str
-    """Of the bytes of the file."""
+    """SHA-256 of the bytes of the file."""
 
 
 def read_reference(path: Path | str) -> ReferenceValues:

@@ -29,7 +29,7 @@ Language: TypeAlias = Literal["en", "zh"]
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 does not allow, https://www.w3.org/TR/xml/#charsets."""
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]")
-_DECIMAL = r"-?\d+(\.\d+)?"
+_DECIMAL = r"-?[0-9]+(\.[0-9]+)?"
 
 
 def line_of(text: str) -> str:
@@ -43,7 +43,7 @@ def line_of(text: str) -> str:
 Line: TypeAlias = Annotated[str, AfterValidator(line_of)]
 Needed: TypeAlias = Annotated[str, AfterValidator(line_of), Field(min_length=1)]
 Decimal: TypeAlias = Annotated[str, Field(pattern=f"^{_DECIMAL}$")]
-Day: TypeAlias = Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
+Day: TypeAlias = Annotated[str, Field(pattern="^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
 
 
 class Party(Document):
@@ -93,7 +93,7 @@ class SensorModel(Document):
     b: Vector
     """Unit of the triad."""
     covariance: Covariance | None
-    """Of [M row by row, b], reference and gravity included; NaN for parameters that the data did not show."""
+    """Covariance of [M row by row, b], reference and gravity included; NaN for parameters that the data did not show."""
 
     @property
     def shown(self) -> tuple[int, ...]:

@@ -50,10 +50,10 @@ def pdf_of(certificate: Certificate, xml: bytes, template: Path | None = None, l
             pdf_standards=[STANDARD],
             timestamp=moment,
         )
-    except OSError as error:
-        raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error
     except typst.TypstError as error:
         raise TumbleError(_in_one_line(error), about=str(path)) from error
+    except RuntimeError as error:  # of typst too: the template is no file
+        raise TumbleError(f"{path}: cannot be read: {error}; check the path") from error
     assert isinstance(found, bytes)
     return found
 

@@ -14,6 +14,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from tumble.foundation.errors import OutputError, TumbleError
+from tumble.foundation.files import make_new_file, note_input
 from tumble.foundation.provenance import date_now
 
 PASSWORD = "TUMBLE_SIGNING_PASSWORD"
@@ -36,12 +37,11 @@ class SigningKey:
 def make_key(path: Path, laboratory: str) -> Path:
     """Make a key, readable by its owner only, and beside it `.crt`, the part that customers need to verify.
 
-    Raises `TumbleError` where one of the files is there already, or cannot be written.
+    Raises `OutputError` where one of the files is there already, or cannot be written.
     """
     public = path.with_suffix(".crt")
-    for each in (path, public):
-        if each.exists():
-            raise TumbleError(f"{each}: is there already, and is kept; give another name")
+    if public.exists():
+        raise OutputError(f"{public}: is there already, and is kept; give another name")
     key = ec.generate_private_key(ec.SECP256R1())
     own = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, laboratory[:_LONGEST_NAME])])
     now = datetime.strptime(date_now(), "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=timezone.utc)
@@ -65,14 +65,8 @@ def make_key(path: Path, laboratory: str) -> Path:
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
     shown = certificate.public_bytes(serialization.Encoding.PEM)
-    try:
-        opened = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(opened, "wb") as file:
-            file.write(private + shown)
-        with public.open("xb") as file:
-            file.write(shown)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    make_new_file(path, private + shown, is_secret=True)
+    make_new_file(public, shown)
     return public
 
 
@@ -115,6 +109,7 @@ def _content(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST:
             raise TumbleError(f"{path}: is larger than {LARGEST >> 10} KiB; give a key in PEM")
+        note_input(path)
         return path.read_bytes()
     except OSError as error:
         raise TumbleError(f"{path}: cannot be read: {error.strerror or error}; check the path") from error

@@ -1,4 +1,4 @@
-"""Verifies files of certificates: signature, content, and whether the registry says that they still hold."""
+"""Verifies files of certificates: signature, content, and whether they still hold by the registry."""
 
 from __future__ import annotations
 

@@ -1,0 +1,135 @@
+"""Signatures of certificates: verify names the signer, and finds one flipped bit anywhere."""
+
+from __future__ import annotations
+
+import random
+import stat
+
+import pytest
+
+from made_up_certificates import certificate
+from repetitions import repetitions
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.pdf import pdf_of
+from tumble.laboratory.certificate.signature import Signed, attached_xml, sign, verify
+from tumble.laboratory.certificate.signing_key import load_key, load_signer, make_key
+
+NAME = "Inertial laboratory"
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    """Key and signer of a laboratory."""
+    path = tmp_path_factory.mktemp("keys") / "laboratory.pem"
+    public = make_key(path, NAME)
+    return load_key(path), load_signer(public)
+
+
+@pytest.fixture(scope="module")
+def files(laboratory):
+    """A signed certificate: the XML, and the PDF with that attached."""
+    found = certificate(("en",))
+    xml = sign(dcc_of(found), laboratory[0])
+    return xml, sign(pdf_of(found, xml), laboratory[0])
+
+
+def flipped(content, place, bit):
+    changed = bytearray(content)
+    changed[place] ^= 1 << bit
+    return bytes(changed)
+
+
+def test_verify_names_the_signer_of_both_files(files, laboratory):
+    for content in files:
+        assert verify(content, [laboratory[1]]) == Signed(NAME, "")
+        assert sign(content, laboratory[0]) == content
+    assert attached_xml(files[1]) == files[0]
+
+
+def test_one_flipped_bit_in_the_xml_is_found(files, laboratory):
+    xml = files[0]
+    drawn = random.Random(3)
+    frame = range(xml.index(b"<ds:Signature "), len(xml))
+    places = [
+        *range(60),
+        *drawn.sample(frame, repetitions(1200)),
+        *drawn.sample(range(frame[0]), repetitions(400)),
+    ]
+    missed = [
+        (place, bit)
+        for place in places
+        for bit in (drawn.randrange(8), drawn.randrange(8))
+        if not verify(flipped(xml, place, bit), [laboratory[1]]).fault
+    ]
+    assert missed == []
+
+
+def test_one_flipped_bit_in_the_pdf_is_found(files, laboratory):
+    pdf = files[1]
+    drawn = random.Random(4)
+    frame = range(pdf.rindex(b"/Contents <"), len(pdf))
+    places = [*drawn.sample(frame, repetitions(120)), *drawn.sample(range(frame[0]), repetitions(80))]
+    missed = [
+        (place, bit)
+        for place in places
+        for bit in (drawn.randrange(8),)
+        if not verify(flipped(pdf, place, bit), [laboratory[1]]).fault
+    ]
+    assert missed == []
+
+
+def test_what_is_appended_or_cut_off_is_found(files, laboratory):
+    for content in files:
+        for changed in (content + b"\n", content[:-1], content + b"<!-- -->"):
+            assert verify(changed, [laboratory[1]]).fault
+
+
+def test_the_signature_of_another_laboratory_does_not_count(files, tmp_path):
+    other = load_signer(make_key(tmp_path / "other.pem", NAME))
+    for content in files:
+        assert "none of those given" in verify(content, [other]).fault
+
+
+def test_a_file_without_a_signature_is_not_signed(laboratory):
+    found = certificate(("en",))
+    for content in (dcc_of(found), pdf_of(found, dcc_of(found))):
+        assert verify(content, [laboratory[1]]).fault == "is not signed"
+    for content in (b"", b"%PDF-1.7", b"<a/>"):
+        assert verify(content, [laboratory[1]]).fault
+
+
+def test_only_its_owner_may_read_a_key(tmp_path):
+    path = tmp_path / "laboratory.pem"
+    public = make_key(path, NAME)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert b"PRIVATE" not in public.read_bytes()
+
+
+def test_a_key_is_never_replaced(tmp_path):
+    make_key(tmp_path / "laboratory.pem", NAME)
+    before = (tmp_path / "laboratory.pem").read_bytes()
+    with pytest.raises(TumbleError, match="is there already"):
+        make_key(tmp_path / "laboratory.pem", NAME)
+    assert (tmp_path / "laboratory.pem").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"]
+)
+def test_a_file_that_is_no_key_is_one_line(tmp_path, content):
+    path = tmp_path / "laboratory.pem"
+    path.write_bytes(content)
+    for read in (load_key, load_signer):
+        with pytest.raises(TumbleError, match=r"laboratory\.pem") as caught:
+            read(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_key_of_another_certificate_is_refused(tmp_path):
+    make_key(tmp_path / "a.pem", NAME)
+    make_key(tmp_path / "b.pem", NAME)
+    private = (tmp_path / "a.pem").read_text().partition("-----BEGIN CERTIFICATE")[0]
+    (tmp_path / "c.pem").write_text(private + (tmp_path / "b.crt").read_text())
+    with pytest.raises(TumbleError, match="do not belong together"):
+        load_key(tmp_path / "c.pem")
