@@ -124,7 +124,7 @@ def test_a_group_left_out_is_asked_for(tmp_path):
 def test_a_file_of_another_kind_is_named(tmp_path):
     path = tmp_path / "certificate.pdf"
     path.write_bytes(b"%PDF-1.7")
-    with pytest.raises(CalibrationFileError, match="is PDF, of which no certificate is read"):
+    with pytest.raises(CalibrationFileError, match="is no PDF with a certificate"):
         read_reference_certificate(path)
 
 

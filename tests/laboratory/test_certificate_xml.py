@@ -9,9 +9,11 @@ from hypothesis import example, given, settings
 from dcc_schemas import rule_errors, schema_errors
 from made_up_certificates import HOSTILE, certificate, certificates
 from repetitions import repetitions
+from tumble.calibration.reference_certificate import read_reference_certificate
 from tumble.foundation.errors import CalibrationFileError
 from tumble.laboratory.certificate.dcc import dcc_of
-from tumble.laboratory.certificate.dcc_reader import read_dcc, read_reference
+from tumble.laboratory.certificate.dcc_reader import read_dcc
+from tumble.laboratory.certificate.pdf import pdf_of
 from tumble.laboratory.certificate.si_units import D_SI, unit_of_product
 
 
@@ -43,26 +45,32 @@ def test_text_from_outside_stays_text_in_xml(text):
     assert read_dcc(written) == certificate(text=text)
 
 
-def test_a_reference_reads_back_bit_by_bit(tmp_path):
-    found = certificate()
-    covariance = np.random.default_rng(5).normal(size=(12, 12)) * 1e-7
-    model = found.calibrated[0].models[0].model_copy(update={"covariance": covariance})
+@pytest.mark.parametrize("ending", ["xml", "pdf"])
+def test_a_reference_reads_back_the_same_numbers(tmp_path, ending):
+    found = certificate(("en",))
+    random = np.random.default_rng(5)
+    root = 1e-4 * random.normal(size=(12, 12))
+    changed = {"M": np.eye(3) + 0.01 * random.normal(size=(3, 3)), "covariance": root @ root.T}
+    model = found.calibrated[0].models[0].model_copy(update=changed)
     whole = found.calibrated[0].model_copy(update={"models": (model,)})
-    path = tmp_path / "reference.xml"
-    path.write_bytes(dcc_of(found.model_copy(update={"calibrated": (whole,)})))
-    values = read_reference(path)
-    assert values.certificate.number == "IMU-2026-0007"
-    (triad,) = values.models.values()
-    assert np.array_equal(triad.M, model.M)
-    assert np.array_equal(triad.b, model.b)
-    assert np.array_equal(triad.covariance, covariance)
+    issued = found.model_copy(update={"calibrated": (whole,)})
+    xml = dcc_of(issued)
+    path = tmp_path / f"reference.{ending}"
+    path.write_bytes(xml if ending == "xml" else pdf_of(issued, xml))
+    values = read_reference_certificate(path)
+    assert (values.number, values.date, values.reference.serial) == ("IMU-2026-0007", "2026-11-26", "plain")
+    assert (values.temperature.low, values.temperature.high) == (24.5, 25.5)
+    triad = values.accelerometer
+    assert np.abs(triad.matrix - model.M).max() < 1e-14
+    assert np.array_equal(triad.bias.value, model.b)
+    assert np.array_equal(triad.covariance, model.covariance)
 
 
 def test_a_reference_without_covariance_is_refused(tmp_path):
     path = tmp_path / "reference.xml"
     path.write_bytes(dcc_of(certificate()))
-    with pytest.raises(CalibrationFileError, match="holds no M and b with their covariance"):
-        read_reference(path)
+    with pytest.raises(CalibrationFileError, match="holds no M and b with their whole covariance"):
+        read_reference_certificate(path)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from datetime import date
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
 
@@ -338,7 +339,24 @@ def read_reference_certificate(path: Path | str) -> ReferenceCertificate:
     return READERS[_kind_of(Path(path))](path)
 
 
-READERS: Mapping[str, Callable[[Path | str], ReferenceCertificate]] = {"yaml": ReferenceCertificate.load}
+def _of_laboratory(path: Path | str) -> ReferenceCertificate:
+    """Reads a certificate as `tumble certificate` issues them, by a room above this one."""
+    try:
+        reader = import_module("tumble.laboratory.certificate.reference")
+    except ModuleNotFoundError as error:
+        raise CalibrationFileError(
+            f"{path}: needs the Python package {error.name} to be read; type: python -m pip install "
+            "'tumble-imu[laboratory]'"
+        ) from error
+    found: ReferenceCertificate = reader.read_certificate_of_reference(path)
+    return found
+
+
+READERS: Mapping[str, Callable[[Path | str], ReferenceCertificate]] = {
+    "yaml": ReferenceCertificate.load,
+    "xml": _of_laboratory,
+    "pdf": _of_laboratory,
+}
 """Readers of certificates, by the kind of their file."""
 
 
@@ -349,13 +367,7 @@ def _kind_of(path: Path) -> str:
     note_input(path)
     with path.open("rb") as file:
         head = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
-    kind = "xml" if head.startswith(b"<") else "pdf" if head.startswith(b"%PDF") else "yaml"
-    if kind not in READERS:
-        raise CalibrationFileError(
-            f"{path}: is {kind.upper()}, of which no certificate is read; write its values in YAML, see "
-            f"tumble schema {REFERENCE_CERTIFICATE.name}"
-        )
-    return kind
+    return "xml" if head.startswith(b"<") else "pdf" if head.startswith(b"%PDF") else "yaml"
 
 
 def refuse_unfit_certificate(certificate: ReferenceCertificate, about: str, day: str, serial: str) -> None:

@@ -30,7 +30,7 @@ KEYS: Mapping[str, str] = {
     "operator": "who calibrates",
     "station": "where that is done",
     "registry": "file or URL of the registry of calibrations",
-    "reference_certificate": "certificate of the reference, in YAML",
+    "reference_certificate": "certificate of the reference: YAML, or XML or PDF of tumble certificate",
     "reference_model": "model of the reference, which its certificate has to be of",
     "limits": "limits file against which targets are checked",
     "decision": "decision rule where the limits file states none: simple, guarded or guarded:GUARD",

@@ -311,8 +311,8 @@ def verify_command(
 
     Example: tumble certificate verify certificates/IMU-2026-0001.pdf --signer laboratory.crt
 
-    Where the registry is set, a certificate that was withdrawn does not hold. The exit code is 3 if one is not
-    as it was signed, or does not hold.
+    Where the registry is set, a certificate that was withdrawn does not hold. The exit code is 3 if one
+    is not as it was signed, or does not hold.
     """
     verification = laboratory_room("certificate.verification")
     from tumble.laboratory.certificate.signing_key import load_signer

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from lxml import etree
@@ -13,10 +10,8 @@ from pydantic import ValidationError
 
 from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError
-from tumble.foundation.files import note_input
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
-from tumble.foundation.units import Triad as TriadName
 from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, Element
 from tumble.laboratory.certificate.model import (
     PARAMETERS,
@@ -37,37 +32,6 @@ LARGEST = 16 << 20
 """Bytes."""
 _SPACES = {"dcc": DCC, "si": SI}
 _REMEDY = "give the XML of a certificate that Tumble wrote"
-
-
-@dataclass(frozen=True, slots=True)
-class ReferenceValues:
-    """Content of a reference's certificate that goes into the calibration of targets."""
-
-    certificate: Certificate
-    calibrated: Calibrated
-    """Calibration that holds: the one as left, where there is also one as found."""
-    models: Mapping[TriadName, SensorModel]
-    """M and b of each triad, with a covariance without gaps."""
-    sha256: str
-    """SHA-256 of the bytes of the file."""
-
-
-def read_reference(path: Path | str) -> ReferenceValues:
-    """Read reference values from the certificate of a unit; raises `CalibrationFileError` in one line."""
-    content = _content(Path(path))
-    certificate = read_dcc(content, about=str(path))
-    calibrated = certificate.calibrated[-1]
-    models = {
-        model.triad: model
-        for model in calibrated.models
-        if model.covariance is not None and np.isfinite(model.covariance).all()
-    }
-    if not models:
-        raise CalibrationFileError(
-            f"{path}: certificate {certificate.number} holds no M and b with their covariance; a reference "
-            "needs them"
-        )
-    return ReferenceValues(certificate, calibrated, models, hashlib.sha256(content).hexdigest())
 
 
 def read_dcc(content: bytes, about: str = "certificate") -> Certificate:
@@ -342,13 +306,3 @@ def _unit(written: str) -> str:
     if written not in FROM_D_SI:
         raise _MissingPartError(f"{written[:40]!r} is no unit of a certificate")
     return FROM_D_SI[written]
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST:
-            raise CalibrationFileError(f"{path}: is larger than {LARGEST >> 20} MiB; {_REMEDY}")
-        note_input(path)
-        return path.read_bytes()
-    except OSError as error:
-        raise CalibrationFileError(f"{path}: cannot be read: {error.strerror or error}; {_REMEDY}") from error

@@ -93,7 +93,7 @@ class SensorModel(Document):
     b: Vector
     """Unit of the triad."""
     covariance: Covariance | None
-    """Covariance of [M row by row, b], reference and gravity included; NaN for parameters that the data did not show."""
+    """Covariance of [M row by row, b], reference and gravity included; NaN where the data did not show it."""
 
     @property
     def shown(self) -> tuple[int, ...]:

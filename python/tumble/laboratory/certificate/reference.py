@@ -1,0 +1,82 @@
+"""Reads the certificate of a reference, as XML or as PDF with that inside, for `--reference-certificate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from tumble.calibration.reference_certificate import CertifiedTriad, ReferenceCertificate
+from tumble.foundation.documents import mistake_in
+from tumble.foundation.errors import CalibrationFileError, TumbleError
+from tumble.foundation.files import note_input
+from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
+from tumble.laboratory.certificate.model import Calibrated, Certificate
+
+
+def read_certificate_of_reference(path: Path | str) -> ReferenceCertificate:
+    """Read M, b and their covariance, with identity and dates; raises `CalibrationFileError` in one line.
+
+    Where a certificate holds the unit as found and as left, that as left counts.
+    """
+    return reference_of(read_dcc(_xml(Path(path)), about=str(path)), str(path))
+
+
+def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
+    """Return what a certificate says of a unit that is to be a reference; raises `CalibrationFileError`."""
+    calibrated = certificate.calibrated[-1]
+    triads = _triads(calibrated)
+    if not triads:
+        raise CalibrationFileError(
+            f"{about}: certificate {certificate.number} holds no M and b with their whole covariance; a "
+            "reference needs them"
+        )
+    temperature = calibrated.environment.temperature
+    stated = {
+        "reference": {
+            "manufacturer": certificate.item.manufacturer,
+            "model": certificate.item.model,
+            "serial": certificate.item.serial,
+        },
+        "laboratory": certificate.laboratory.name,
+        "number": certificate.number,
+        "date": calibrated.day,
+        "temperature": None if temperature is None else {"low": temperature[0], "high": temperature[2]},
+        **triads,
+    }
+    try:
+        return ReferenceCertificate.model_validate(stated)
+    except ValidationError as error:
+        raise CalibrationFileError(
+            f"{about}: {mistake_in(error, ReferenceCertificate)}; give the certificate of an IMU"
+        ) from error
+
+
+def _triads(calibrated: Calibrated) -> dict[str, CertifiedTriad]:
+    return {
+        model.triad: CertifiedTriad.of_model(model.M, model.b, model.covariance)
+        for model in calibrated.models
+        if model.covariance is not None and np.isfinite(model.covariance).all()
+    }
+
+
+def _xml(path: Path) -> bytes:
+    """Return the XML in a file, which may be a PDF; raises `CalibrationFileError`."""
+    try:
+        if path.stat().st_size > LARGEST:
+            raise CalibrationFileError(f"{path}: is larger than {LARGEST >> 20} MiB; give a certificate")
+        note_input(path)
+        content = path.read_bytes()
+    except OSError as error:
+        raise CalibrationFileError(
+            f"{path}: cannot be read: {error.strerror or error}; check the path"
+        ) from error
+    if not content.startswith(b"%PDF"):
+        return content
+    from tumble.laboratory.certificate.signature import attached_xml
+
+    try:
+        return attached_xml(content)
+    except TumbleError as error:
+        raise CalibrationFileError(f"{path}: {error}; give a certificate of Tumble") from error
