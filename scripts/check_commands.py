@@ -35,6 +35,8 @@ HOW_TOS = (
     "simulate",
     "tables",
     "registry",
+    "certificate",
+    "laboratory",
 )
 README = ROOT / "README.md"
 GETTING_STARTED = sorted((ROOT / "docs" / "getting-started").glob("*.md"))

@@ -1,4 +1,4 @@
-"""Certificates as PDF: PDF/A-3 that carries the XML, and says the same numbers."""
+"""Certificates as PDF: PDF/A-3 that carries the XML of the same numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def opened(content):
 
 
 def text_of(content):
-    """Text of a PDF as poppler reads it, lines joined; skips, saying so, where poppler is not installed."""
+    """Text of a PDF as poppler reads it, lines joined; skips, and prints why, where poppler is absent."""
     if shutil.which("pdftotext") is None:
         pytest.skip("pdftotext (poppler) is not installed")
     done = subprocess.run(["pdftotext", "-layout", "-", "-"], input=content, capture_output=True, check=True)

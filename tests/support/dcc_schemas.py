@@ -13,7 +13,7 @@ SCHEMAS = Path(__file__).parents[3] / "shared" / "dcc"
 
 
 def schema_errors(xml: bytes) -> list[str]:
-    """Breaches of the schemas; skips, saying so, where they are absent."""
+    """Breaches of the schemas; skips, and prints why, where they are absent."""
     if not (SCHEMAS / "dcc.xsd").exists():
         pytest.skip(f"no schemas of the DCC: {SCHEMAS} is absent")
     schema = _schema()
@@ -22,7 +22,7 @@ def schema_errors(xml: bytes) -> list[str]:
 
 
 def rule_errors(xml: bytes) -> list[str]:
-    """Breaches of Schematron rules that PTB counts as errors; skips, saying so, before Python 3.11."""
+    """Breaches of Schematron rules that PTB counts as errors; skips, and prints why, before Python 3.11."""
     if sys.version_info < (3, 11):
         pytest.skip("dcclib, which has the Schematron rules, needs Python 3.11")
     found = _rules().validate_str(xml.decode().partition("\n")[2])

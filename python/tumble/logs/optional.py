@@ -11,7 +11,7 @@ from tumble.foundation.errors import LogError
 EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
-    "laboratory": "registry of calibrations, in a file or on a server",
+    "laboratory": "registry of calibrations, in a file or on a server, and certificates",
 }
 """Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""
 

@@ -37,7 +37,7 @@ LABELS: Mapping[str, tuple[str, str]] = {
     "gravity": ("Gravity", "重力加速度"),
     "traceability": ("Traceability", "计量溯源性"),
     "reference": ("Reference", "参考标准"),
-    "certificate": ("Certificate", "证书"),
+    "due": ("Reference valid until", "参考标准有效期至"),
     "results": ("Results", "校准结果"),
     "parameter": ("Parameter", "参数"),
     "value": ("Value", "值"),

@@ -104,6 +104,7 @@ def _calibrated(certificate: Certificate, each: Calibrated) -> dict[str, Any]:
         "temperature": None if temperature is None else _temperature(*temperature),
         "gravity": None if gravity is None else f"{gravity!r} m/s² ({each.environment.gravity_source})",
         "reference": None if each.reference is None else _reference(each.reference),
+        "due": None if each.reference is None else each.reference.due,
         "traceability": statements.traceability(certificate, each),
         "verdict": None if each.decision is None else label(each.decision.verdict, languages),
         "rule": statements.rule(certificate, each),
@@ -117,9 +118,7 @@ def _temperature(low: float, mean: float, high: float) -> str:
 
 
 def _reference(reference: Equipment) -> str:
-    serial = f" {reference.serial}" if reference.serial else ""
-    due = f" ({reference.due})" if reference.due else ""
-    return f"{reference.name}{serial}{due}"
+    return " ".join(filter(None, (reference.name, reference.serial)))
 
 
 def _triads(certificate: Certificate, each: Calibrated) -> Iterator[dict[str, Any]]:

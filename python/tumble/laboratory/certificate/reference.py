@@ -24,7 +24,7 @@ def read_certificate_of_reference(path: Path | str) -> ReferenceCertificate:
 
 
 def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
-    """Return what a certificate says of a unit that is to be a reference; raises `CalibrationFileError`."""
+    """Return the values that a certificate states of a reference; raises `CalibrationFileError`."""
     calibrated = certificate.calibrated[-1]
     triads = _triads(calibrated)
     if not triads:
