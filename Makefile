@@ -69,6 +69,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.compare_chart
 	$(BIN)/python -m benchmarks.drift
 	$(BIN)/python -m benchmarks.registry
+	$(BIN)/python -m benchmarks.certificates
 	$(BIN)/python -m benchmarks.no_equipment
 	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed

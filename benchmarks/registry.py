@@ -121,7 +121,7 @@ def questions(path: Path) -> dict[str, float]:
     }
 
 
-def results(count: int, folder: Path) -> Path:
+def results(count: int, folder: Path, operator: str = "") -> Path:
     """Write results as a production line does, each with its page: one calibration under other serials."""
     session = tumble.simulate_turntable(seed=5)
     found = tumble.turntable(session.reference, session.targets)
@@ -132,7 +132,7 @@ def results(count: int, folder: Path) -> Path:
         each.unlink()
     for n in range(count):
         log = {**calibration.content()["log"], "sha256": digest(n)}
-        changed = calibration.content() | {"serial": str(n), "log": log}
+        changed = calibration.content() | {"serial": str(n), "log": log, "operator": operator}
         tumble.Calibration.model_validate(changed).save(folder / f"unit_{n}.yaml")
         (folder / f"unit_{n}.html").write_bytes(page + b"<!-- %d -->" % n)
     return folder

@@ -167,6 +167,13 @@ def test_a_certified_result_is_certified_again_only_in_its_place():
     ]
 
 
+def test_a_folder_that_is_certified_in_part_is_given_again():
+    certified("results/result_0.yaml")
+    done = certified("results", "-o", "certificates")
+    assert done.out.startswith("IMU-2026-0002: serial 0042")
+    assert "1 unit with a certificate that holds: left out" in done.err
+
+
 def test_a_certificate_is_signed_verified_and_withdrawn(tmp_path):
     certified("key", "lab.pem", "--laboratory", "Inertial laboratory")
     certified("results", "-o", "certificates")

@@ -101,12 +101,13 @@ def issue_command(
     laboratory_room("certificate.issue")
     from tumble.foundation.files import prepare_folder
     from tumble.foundation.provenance import date_now
+    from tumble.foundation.words import count_of
     from tumble.laboratory.certificate.collect import (
         certificates_of,
         results_in_files,
         results_in_registry,
     )
-    from tumble.laboratory.certificate.issue import issue_all, numbered, rendered
+    from tumble.laboratory.certificate.issue import issue_all, numbered, rendered, without_certificate
     from tumble.laboratory.registry import Registry, UnitFacts
 
     opened = Registry(registry) if registry else None
@@ -130,7 +131,12 @@ def issue_command(
     if opened is None:
         issued = [rendered(numbered(drafts[0], numbers.number), layout)]
     else:
+        given = len(drafts)
+        drafts = drafts if numbers.supersedes else without_certificate(opened, drafts)
         issued = issue_all(opened, drafts, pattern, layout, operator or statement.authorised_by)
+        if len(drafts) < given:
+            held = count_of("unit", given - len(drafts))
+            print(f"tumble: {held} with a certificate that holds: left out", file=sys.stderr)
     _print_issued(issued, drafts, folder, layout, as_json)
 
 

@@ -15,7 +15,7 @@ from tumble.laboratory.certificate.dcc import dcc_of
 from tumble.laboratory.certificate.model import Certificate
 from tumble.laboratory.certificate.numbering import Pattern
 from tumble.laboratory.certificate.pdf import font_families, pdf_of
-from tumble.laboratory.certificate.record import Rendered, issue
+from tumble.laboratory.certificate.record import Rendered, holding, issue
 
 if TYPE_CHECKING:
     from tumble.laboratory.certificate.signing_key import SigningKey
@@ -50,6 +50,17 @@ def signed(content: bytes, key: SigningKey | None) -> bytes:
     from tumble.laboratory.certificate.signature import sign
 
     return sign(content, key)
+
+
+def without_certificate(registry: Registry, certificates: Sequence[Certificate]) -> list[Certificate]:
+    """Return those of certificates whose results are on none yet, all of them where every one is.
+
+    So a folder of which a part was certified, as when a run was killed, is simply given again.
+    """
+    every = [each.result for certificate in certificates for each in certificate.calibrated]
+    held = holding(registry, every)
+    new = [one for one in certificates if not any(each.result in held for each in one.calibrated)]
+    return new or list(certificates)
 
 
 def issue_all(

@@ -14,7 +14,7 @@ from tumble.foundation.words import quoted
 from tumble.laboratory import tables
 from tumble.laboratory.certificate.numbering import Pattern, first_free
 from tumble.laboratory.chain import Value, stored
-from tumble.laboratory.registry import Listing, NewRows, Registry
+from tumble.laboratory.registry import SHORT, Listing, NewRows, Registry
 
 PDF = "certificate as PDF"
 XML = "certificate as XML"
@@ -135,14 +135,28 @@ def state_of(row: Mapping[Any, Any]) -> str:
     return "withdrawn" if row["withdrawn"] else "issued"
 
 
-def _check_not_certified(connection: Connection, calibrations: Sequence[str], supersedes: str) -> None:
+def holding(registry: Registry, calibrations: Sequence[str]) -> dict[str, str]:
+    """Return the number of the certificate that holds, of each result that is on one."""
+    with registry.database.reading() as connection:
+        return _holding(connection, calibrations)
+
+
+def _holding(connection: Connection, calibrations: Sequence[str]) -> dict[str, str]:
     c = tables.certificate_calibration.c
-    chosen = select(c.number, c.calibration).where(c.calibration.in_(calibrations))
-    for number, calibration in connection.execute(chosen):
-        if number != supersedes and state_of(_row(connection, number)) == "issued":
+    chosen = select(c.number, c.calibration).where(c.calibration.in_(calibrations)).order_by(c.number)
+    return {
+        calibration: number
+        for number, calibration in connection.execute(chosen)
+        if state_of(_row(connection, number)) == "issued"
+    }
+
+
+def _check_not_certified(connection: Connection, calibrations: Sequence[str], supersedes: str) -> None:
+    for calibration, number in _holding(connection, calibrations).items():
+        if number != supersedes:
             raise TumbleError(
-                f"result {calibration[:12]}: is on certificate {number}; give --supersedes {number}, or see "
-                f"tumble certificate show {number}"
+                f"result {calibration[:SHORT]}: is on certificate {number}; give --supersedes {number}, or "
+                f"see tumble certificate show {number}"
             )
 
 
