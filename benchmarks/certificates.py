@@ -2,8 +2,8 @@
 
 `python -m benchmarks.certificates [--units 100]`
 
-The first certificate of a process loads fonts and libraries; the time of each further one is the difference of
-two runs over their number.
+The first certificate of a process loads fonts and libraries; the time of each further one is that of
+a run of many less one of one, over their number.
 """
 
 from __future__ import annotations
