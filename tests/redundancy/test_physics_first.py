@@ -120,3 +120,10 @@ def test_units_that_tell_that_they_warm_up_by_25_k_are_sound(tmp_path):
     assert [named(events, unit) for unit in ("u0", "u1", "u2")] == [[], [], []]
     assert [unit for _, unit, _ in sources(events)] == ["u0"]
     assert [each for each in events if each["event"] == "disagree"] == []
+
+
+def test_units_that_warm_up_are_not_named_where_none_tells_how_warm(tmp_path):
+    done, events = flown("warmup_n3", tmp_path, *with_settings("warmup_n3"))
+    assert done.code == 0, done.err
+    assert [each for each in events if each["event"] in ("unhealthy", "disagree")] == []
+    assert [each["unit"] for each in events if each["event"] == "selected"] == ["u0"]

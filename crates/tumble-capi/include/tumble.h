@@ -764,6 +764,10 @@ enum tumble_reason
      * Unhealthy: its readings are those of another unit, in `units`.
      */
     TUMBLE_REASON_COPY,
+    /**
+     * Unhealthy: by `value` s its samples come later, or earlier, than they did beside those of the others.
+     */
+    TUMBLE_REASON_CLOCK,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

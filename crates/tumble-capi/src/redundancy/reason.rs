@@ -121,6 +121,8 @@ pub enum Reason {
     Duplicated,
     /// Unhealthy: its readings are those of another unit, in `units`.
     Copy,
+    /// Unhealthy: by `value` s its samples come later, or earlier, than they did beside those of the others.
+    Clock,
 }
 
 /// The twin of a core's reason, which has a variant of the same name.
@@ -164,6 +166,7 @@ impl Reason {
             HealthFault::ClockJumped => Self::ClockJumped,
             HealthFault::Duplicated => Self::Duplicated,
             HealthFault::Copy { .. } => Self::Copy,
+            HealthFault::Clock { .. } => Self::Clock,
         }
     }
 

@@ -2,6 +2,7 @@
 //! units. Where secondaries that were never calibrated are passed over, it is the primary that sends, or one that agreed with it.
 
 use proptest::prelude::*;
+use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::platform::Range;
 use tumble_core::sample::Sample;
 
@@ -164,8 +165,7 @@ fn speaks<const N: usize>(
 /// The first rest is evaluated by then, s: secondaries that agree with the primary are known.
 const EVALUATED: f64 = 2.5;
 
-/// The same of sets that pass over secondaries of which nothing is known, and that are sound until they are known: a unit that
-/// comes back during the first rest ends that rest, and is known after the next.
+/// The same of sets that pass over secondaries of which nothing is known, and that are sound until they are known.
 fn speaks_as_calibrated<const N: usize>(
     mut ailments: [Ailment; N],
     periods: [u64; N],
@@ -187,8 +187,53 @@ fn speaks_as_calibrated<const N: usize>(
     Ok(())
 }
 
+/// A unit that is wrong before the first rest was evaluated and sound again before that rest ends.
+fn returns<const N: usize>(
+    ailment: Ailment,
+    ill: usize,
+    period: u64,
+    seed: u64,
+) -> Result<(), TestCaseError> {
+    let mut parts = [Part::exact(); N];
+    for (number, part) in parts.iter_mut().enumerate() {
+        part.period = period;
+        part.phase = number as u64 * 130;
+    }
+    let mission = Mission::new(seed, &parts)
+        .phases(&[(6.0, Phase::Rest), (3.0, Phase::Free(1.0))])
+        .spoilt(move |number, time, sample| number != ill % N || ailment.spoil(time, period, sample));
+    let ranged = units::<f32, N>(&parts).map(|mut unit| {
+        unit.range = Range {
+            specific_force: Some(RANGE as f32),
+            angular_rate: None,
+        };
+        unit
+    });
+    let flight = fly(&platform(settings(), ranged), &mission);
+    let moves = mission.start + 5_900_000;
+    let ended = flight
+        .events
+        .iter()
+        .find(|event| event.kind == EventKind::RestEnded && event.time < moves);
+    prop_assert!(ended.is_none(), "unit {}\n{}", ill % N, flight.story());
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(cases(24))]
+
+    #[test]
+    fn a_unit_that_comes_back_ends_no_first_rest(
+        kind in ailment(), begins in 0.0..2.0_f64, lasts in 0.05..2.0_f64, ill in 0..4_usize,
+        period in period(), seed in any::<u64>()
+    ) {
+        let ailment = Ailment { begins, lasts, ..kind };
+        // Slower ones make windows longer, which begin anew.
+        let period = period.min(20_000);
+        returns::<2>(ailment, ill, period, seed)?;
+        returns::<3>(ailment, ill, period, seed)?;
+        returns::<4>(ailment, ill, period, seed)?;
+    }
 
     #[test]
     fn of_two_units_one_is_heard_whatever_befalls_the_other(

@@ -107,6 +107,13 @@ crate::vocabulary! {
             /// Other unit, one bit, the primary's the lowest.
             of: u8,
         } = "copy",
+        /// Its samples come ever later than those of the others, or ever earlier.
+        Clock {
+            /// Growth of the delay since it was first measured, s, without its sign.
+            by: T,
+            /// Largest growth that is accepted, s.
+            limit: T,
+        } = "clock",
     }
 }
 
@@ -200,6 +207,11 @@ impl<T: Real> HealthFault<T> {
                 deviation: value,
                 limit,
             } => of_sensor(sensor, value, Some(limit)),
+            Self::Clock { by, limit } => FaultFigures {
+                value: Some(by),
+                limit: Some(limit),
+                ..FaultFigures::NONE
+            },
             Self::Copy { of } => FaultFigures {
                 agreeing: Some(of),
                 ..FaultFigures::NONE
@@ -218,6 +230,7 @@ impl<T: Real> HealthFault<T> {
             | Self::Refuted { .. }
             | Self::ImplausibleAtRest { .. }
             | Self::Duplicated
+            | Self::Clock { .. }
             | Self::Spikes { .. } => true,
             Self::Late { .. }
             | Self::Frozen { .. }
@@ -245,6 +258,7 @@ impl<T: Real> HealthFault<T> {
             | Self::NotFinite { .. }
             | Self::Duplicated
             | Self::Copy { .. }
+            | Self::Clock { .. }
             | Self::ClockJumped => Condition::Doubtful,
         }
     }
@@ -254,7 +268,7 @@ impl<T: Real> HealthFault<T> {
     pub fn is_judged(&self) -> bool {
         matches!(
             self,
-            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Blamed { .. }
+            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Blamed { .. } | Self::Clock { .. }
         )
     }
 
@@ -272,7 +286,7 @@ impl<T: Real> HealthFault<T> {
 
     /// Returns whether a unit with the fault may follow its primary without bound.
     pub fn frees(&self) -> bool {
-        self.is_judged() && !self.is_likelihood()
+        self.is_judged() && !self.is_likelihood() && !matches!(self, Self::Clock { .. })
     }
 
     /// Returns whether a calibration may correct the fault.

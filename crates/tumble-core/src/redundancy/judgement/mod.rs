@@ -9,6 +9,7 @@
 //! Derivation: docs/theory/judgement.md.
 
 pub mod attribution;
+mod delay;
 mod isolation;
 mod motion;
 mod noise;
@@ -28,8 +29,9 @@ use nalgebra::Vector3;
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
 use crate::redundancy::aiding::{AidingEvidence, Surroundings};
-use crate::redundancy::components::{difference, follow, smaller};
+use crate::redundancy::components::{difference, follow, smaller, sum};
 use crate::redundancy::judgement::attribution::Proof;
+use crate::redundancy::judgement::delay::Delays;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
 use crate::redundancy::judgement::sensor_judge::{FindAided, SensorJudge};
@@ -140,6 +142,15 @@ pub enum Judgement<T: Real> {
         /// Evidence that decided.
         proof: Proof<T>,
     },
+    /// The delay of this unit grows: its clock drifts.
+    ClockDrifts {
+        /// Number of the unit.
+        unit: usize,
+        /// Growth of its delay since it was first measured, s, without its sign.
+        by: T,
+        /// Largest growth that is accepted, s.
+        limit: T,
+    },
     /// Two units disagree, and no evidence yet isolates the faulty one.
     Disagree {
         /// Their numbers.
@@ -168,6 +179,8 @@ struct UnitEvidence<T: Real> {
     /// Mean output of the gyroscope at rest, rad/s: its zero rate.
     resting_rate: Vector3<T>,
     at_rest: [RestInHealth<T>; 2],
+    /// Number of rests over which each mean was taken, up to [`USUAL_RESTS`].
+    taken: [u8; 2],
     /// True if the unit was at rest in the previous window.
     rests: bool,
 }
@@ -179,7 +192,6 @@ struct RestInHealth<T: Real> {
     usual: T,
     /// Largest deviation from that mean in other attitudes.
     strays: T,
-    rests: u8,
 }
 
 /// Rests over which the mean is taken.
@@ -194,15 +206,14 @@ impl<T: Real> RestInHealth<T> {
         Self {
             usual: T::zero(),
             strays: T::zero(),
-            rests: 0,
         }
     }
 
-    /// Updates mean and deviation with the reading of another rest.
-    fn learn(&mut self, said: T) {
+    /// Updates mean, deviation and number of rests with the reading of another rest.
+    fn learn(&mut self, said: T, rests: &mut u8) {
         self.strays = (said - self.usual).abs().max(self.strays * real(STRAYED_BEFORE));
-        self.rests = self.rests.saturating_add(1).min(USUAL_RESTS);
-        self.usual += (said - self.usual) / count(self.rests.into());
+        *rests = rests.saturating_add(1).min(USUAL_RESTS);
+        self.usual += (said - self.usual) / count((*rests).into());
     }
 }
 
@@ -219,6 +230,9 @@ pub struct Judge<T: Real, const UNITS: usize> {
     turned: Turned<T>,
     usual_error: UsualError<T>,
     temperatures: Temperatures<T, UNITS>,
+    delays: Delays<T, UNITS>,
+    /// Sum of the trims of each gyroscope since its calibration, rad/s: a measure of its warming.
+    trimmed: [Vector3<T>; UNITS],
 }
 
 /// Ratio of a difference to its threshold above which neither unit of a pair is trusted.
@@ -237,6 +251,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             gravity: CarriedGravity::new(),
             resting_rate: zeros(),
             at_rest: [RestInHealth::unknown(); 2],
+            taken: [0; 2],
             rests: false,
         };
         Self {
@@ -248,6 +263,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
             temperatures: Temperatures::unknown(),
+            delays: Delays::unknown(),
+            trimmed: [zeros(); UNITS],
         }
     }
 
@@ -260,9 +277,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     pub fn recalibrated(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).recalibrated(unit);
         self.temperatures.calibrated(unit);
+        self.trim(sensor, unit, None);
         self.shown.forget(unit);
         if let Some(evidence) = self.evidence.get_mut(unit) {
             *sensor.of_mut(&mut evidence.at_rest) = RestInHealth::unknown();
+            *sensor.of_mut(&mut evidence.taken) = 0;
         }
     }
 
@@ -285,6 +304,14 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         if anew {
             self.temperatures.calibrated(unit);
         }
+        self.trim(sensor, unit, Some(change).filter(|_| !anew));
+    }
+
+    /// Counts what was taken off a gyroscope since its calibration, or begins anew.
+    fn trim(&mut self, sensor: Sensor, unit: usize, change: Option<&Vector3<T>>) {
+        if let Some(trimmed) = self.trimmed.get_mut(unit).filter(|_| sensor == Sensor::Gyroscope) {
+            *trimmed = change.map_or(zeros(), |change| sum(trimmed, change));
+        }
     }
 
     /// Difference of two units over ten seconds, m/s^2 or rad/s; `None` until both have readings for that long.
@@ -296,6 +323,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     pub fn accept(&mut self, sensor: Sensor, unit: usize) {
         sensor.of_mut(&mut self.sensors).accept(sensor, unit);
         self.temperatures.calibrated(unit);
+        self.trim(sensor, unit, None);
     }
 
     /// Uncalibrated units that have a vote.
@@ -316,6 +344,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     /// Resets all means after a jump of the time of the set; decisions stay.
     pub fn restart_time(&mut self) {
         self.motion = SetMotion::new();
+        self.delays = Delays::unknown();
         self.sensors.iter_mut().for_each(SensorJudge::restart_time);
     }
 
@@ -366,6 +395,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         });
         let [Some(f), Some(w)] = said else { return };
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
+        let acceleration = self.motion.acceleration(&w, window.length);
         let strains = self.motion.push(&[f, w], vibration, window.length);
         self.carry_gravity(window);
         self.turned
@@ -380,7 +410,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 Sensor::Accelerometer => &f,
                 Sensor::Gyroscope => &w,
             };
-            let judge = sensor.of_mut(&mut self.sensors);
+            let [accelerometers, gyroscopes] = &mut self.sensors;
+            let (judge, gyroscopes) = match sensor {
+                Sensor::Accelerometer => (accelerometers, Some((&*gyroscopes, &self.trimmed))),
+                Sensor::Gyroscope => (gyroscopes, None),
+            };
             judge.take(sensor, window, said, sensor.of(&strains));
             if window.means_only {
                 continue;
@@ -388,6 +422,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             let case = sensor_judge::Case {
                 sensor,
                 window,
+                gyroscopes,
                 evidence: &self.evidence,
                 aiding_evidence,
                 find_aided,
@@ -398,12 +433,52 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 change: sensor.of(&strains).change(),
                 voters: *sensor.of(&voters),
                 known: *sensor.of(&known),
+                late: self.delays.late(window.length),
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
+        }
+        if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
+            self.find_late(window, &acceleration, tell);
         }
         self.learn(window, &w);
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
             evidence.rests = unit.as_ref().is_some_and(|unit| unit.at_rest.is_some());
+        }
+    }
+
+    /// Finds the unit whose clock drifts: its gyroscope deviates from the set in proportion to angular acceleration
+    /// (docs/theory/judgement.md, eq. 30).
+    #[inline(never)]
+    fn find_late(
+        &mut self,
+        window: &SetWindow<'_, T, UNITS>,
+        acceleration: &Vector3<T>,
+        tell: &mut dyn FnMut(Sensor, Judgement<T>),
+    ) {
+        let [_, gyroscopes] = &mut self.sensors;
+        let calibrated = |number: usize| {
+            let unit = window.units.get(number)?.as_ref()?;
+            let [_, calibrated] = unit.calibrated;
+            calibrated.then_some(())
+        };
+        let beyond = |number: usize| {
+            gyroscopes
+                .beyond_before(number)
+                .filter(|_| calibrated(number).is_some())
+        };
+        self.delays.push(acceleration, &beyond, window.length);
+        if let Some(grown) = self.delays.drifting(window.length)
+            && gyroscopes.exclude(grown.unit)
+        {
+            gyroscopes.end_dispute();
+            tell(
+                Sensor::Gyroscope,
+                Judgement::ClockDrifts {
+                    unit: grown.unit,
+                    by: grown.by.abs(),
+                    limit: grown.limit,
+                },
+            );
         }
     }
 
@@ -465,7 +540,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             };
             for sensor in SENSORS.into_iter().filter(|sensor| learns(*sensor)) {
                 if !evidence.rests {
-                    sensor.of_mut(&mut evidence.at_rest).learn(*sensor.of(at_rest));
+                    let rests = sensor.of_mut(&mut evidence.taken);
+                    sensor
+                        .of_mut(&mut evidence.at_rest)
+                        .learn(*sensor.of(at_rest), rests);
                 }
                 rests = true;
             }

@@ -170,6 +170,14 @@ impl<T: Real> SetMotion<T> {
         ]
     }
 
+    /// Angular acceleration over the previous window, rad/s^2, given the rate over the next one, rad/s; `None`
+    /// before two windows.
+    pub fn acceleration(&self, rate: &Vector3<T>, window: T) -> Option<Vector3<T>> {
+        let [_, [_, earlier]] = &self.before;
+        let over_both = scaled(&difference(rate, earlier), real::<T>(0.5) / window);
+        (self.windows > 1).then_some(over_both)
+    }
+
     /// Squared first and second derivative; `inverse` is the inverse of the length of a window, 1/s.
     fn derivatives(&self, sensor: Sensor, now: &Vector3<T>, inverse: T) -> (T, T) {
         let [latest, earlier] = sensor.of(&self.before);

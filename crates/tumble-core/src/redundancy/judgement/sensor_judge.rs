@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{Length, squared};
+use crate::products::{Length, squared, zeros};
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::aiding::AidingEvidence;
-use crate::redundancy::components::{difference, larger, smaller};
+use crate::redundancy::components::{difference, larger, smaller, sum};
 use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
@@ -140,6 +140,8 @@ const MOVED: f64 = 1.0 / 3.0;
 pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
     pub window: &'a SetWindow<'a, T, UNITS>,
+    /// For accelerometers: the judge of gyroscopes, and the sums of their trims since their calibrations, rad/s.
+    pub gyroscopes: Option<(&'a SensorJudge<T, UNITS>, &'a [Vector3<T>; UNITS])>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
     pub aiding_evidence: Option<&'a AidingEvidence<T, UNITS>>,
     /// [`SensorJudge::find_aided`], once there was an aiding measurement.
@@ -156,6 +158,8 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     /// Units that may be compared, and those of them that are better known than uncalibrated ones.
     pub voters: UnitSet,
     pub known: UnitSet,
+    /// Units whose clocks drift: their agreement is no evidence.
+    pub late: UnitSet,
 }
 
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
@@ -292,6 +296,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         Some(difference(mean(i)?, mean(j)?).length())
     }
 
+    /// Deviation of a unit from the set in the window before the latest, minus its mean.
+    pub fn beyond_before(&self, unit: usize) -> Option<Vector3<T>> {
+        self.deviations.get(unit)?.beyond_before()
+    }
+
     fn clear(&mut self, unit: usize) {
         self.evidence = Evidence::none();
         self.faulty.remove(unit);
@@ -385,25 +394,30 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Square of the drift since their calibrations by which calibrated units differ, whichever unit is left
-    /// out: a drift of all units is no fault (docs/theory/judgement.md, eq. 29).
+    /// out, by both kinds of sensor: a drift of all units is no fault (docs/theory/judgement.md, eq. 29).
     #[inline(never)]
     fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
-        let drifted = |unit: usize| {
-            let calibrated = case
-                .unit(unit)
-                .is_some_and(|unit| *case.sensor.of(&unit.calibrated));
-            self.deviations.get(unit).filter(|_| calibrated)?.drifted()
-        };
         let voters = case.known.without(self.faulty);
         if voters.count() < 3 {
             return T::zero();
         }
+        // Zero rates show the warming of a unit at any attitude; the deviation of an accelerometer contains matrix errors too.
+        let per_rate = match case.sensor {
+            Sensor::Accelerometer => {
+                case.window.per_kelvin.specific_force / case.window.per_kelvin.angular_rate
+            }
+            Sensor::Gyroscope => T::zero(),
+        };
+        let per_rate = if per_rate.is_finite() { per_rate } else { T::zero() };
         let mut without = [T::zero(); UNITS];
         for [i, j] in pairs::<UNITS>().filter(|pair| voters.contain_both(*pair)) {
-            let Some((a, b)) = drifted(i).zip(drifted(j)) else {
-                continue;
-            };
-            let apart = squared(&difference(&a, &b));
+            let own = self.drifted_apart(case, case.sensor, [i, j], &|_| Some(zeros()));
+            let by_rate = case.gyroscopes.map_or(T::zero(), |(judge, trimmed)| {
+                judge.drifted_apart(case, Sensor::Gyroscope, [i, j], &|unit| {
+                    trimmed.get(unit).copied()
+                })
+            });
+            let apart = larger(own, by_rate * per_rate * per_rate);
             for (unit, most) in without.iter_mut().enumerate() {
                 if unit != i && unit != j {
                     *most = larger(*most, apart);
@@ -416,6 +430,24 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             most * most,
             shared.fold(most * most, smaller) * real(SHARED * SHARED),
         ) // judgement.md, eq. 29
+    }
+
+    /// Square of the difference between the drifts of two calibrated units, with `taken_off` added to each; zero
+    /// where either is unknown.
+    fn drifted_apart(
+        &self,
+        case: &Case<'_, T, UNITS>,
+        sensor: Sensor,
+        [i, j]: [usize; 2],
+        taken_off: &dyn Fn(usize) -> Option<Vector3<T>>,
+    ) -> T {
+        let drifted = |unit: usize| {
+            let calibrated = case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
+            let drifted = self.deviations.get(unit).filter(|_| calibrated)?.drifted()?;
+            Some(sum(&drifted, &taken_off(unit)?))
+        };
+        let apart = drifted(i).zip(drifted(j));
+        apart.map_or(T::zero(), |(a, b)| squared(&difference(&a, &b)))
     }
 
     /// Compares all pairs of voting units on each scale that both have filled; `shared` is the squared drift
@@ -755,12 +787,12 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         Some((if wrong == 0 { i } else { j }, proof))
     }
 
-    fn end_dispute(&mut self) {
+    pub fn end_dispute(&mut self) {
         self.dispute = None;
     }
 
     /// Excludes a unit; returns whether it was not faulty before.
-    fn exclude(&mut self, unit: usize) -> bool {
+    pub fn exclude(&mut self, unit: usize) -> bool {
         let before = self.is_faulty(unit);
         self.faulty.insert(unit);
         self.evidence = Evidence::none();
@@ -780,7 +812,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     ) {
         let faulty = self.faulty;
         // An uncalibrated unit may agree by chance for a while; only a calibrated one is reinstated.
-        for unit in faulty.and(case.known).units() {
+        for unit in faulty.and(case.known).without(case.late).units() {
             let Some(reinstated) = self.reinstated.get_mut(unit) else {
                 continue;
             };

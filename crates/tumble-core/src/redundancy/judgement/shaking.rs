@@ -22,8 +22,6 @@ const SECOND_DIFFERENCE: f64 = 6.0;
 pub(super) struct Shaking<T: Real> {
     /// Deviations from the set in the latest two windows.
     before: [Vector3<T>; 2],
-    /// Number of deviations stored.
-    windows: u8,
     /// Recent scatter.
     scatter: T,
     /// The same, and the most that vibration could leave, where there was any.
@@ -35,7 +33,6 @@ impl<T: Real> Shaking<T> {
     pub fn new() -> Self {
         Self {
             before: [zeros(); 2],
-            windows: 0,
             scatter: T::zero(),
             left: T::zero(),
             most: T::zero(),
@@ -43,12 +40,11 @@ impl<T: Real> Shaking<T> {
     }
 
     /// Updates the scatter with the deviation over the next window of a length, s; `most` is the largest
-    /// variance of vibration.
-    pub fn push(&mut self, sensor: Sensor, deviation: &Vector3<T>, most: T, window: T) {
+    /// variance of vibration. The deviation is compared with the previous two only if it `follows` them.
+    pub fn push(&mut self, sensor: Sensor, deviation: &Vector3<T>, most: T, window: T, follows: bool) {
         let [latest, earlier] = self.before;
         self.before = [*deviation, latest];
-        if self.windows < 2 {
-            self.windows += 1;
+        if !follows {
             return;
         }
         // The second difference removes ramps and smooth motion.
@@ -66,9 +62,10 @@ impl<T: Real> Shaking<T> {
         self.most += (most - self.most) * gain;
     }
 
-    /// Marks that the next window does not follow the latest.
-    pub fn interrupt(&mut self) {
-        self.windows = 0;
+    /// Deviation from the set in the window before the latest.
+    pub fn before(&self) -> &Vector3<T> {
+        let [_, before] = &self.before;
+        before
     }
 
     /// Variance that vibration leaves in a window, given the largest possible one.

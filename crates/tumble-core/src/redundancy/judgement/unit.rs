@@ -27,7 +27,12 @@ pub struct SensorDeviation<T: Real> {
     windows: u16,
     /// Number of scales that these windows fill, the shortest first.
     filled: u8,
+    /// Windows in succession, up to [`BENT`].
+    successive: u8,
 }
+
+/// Windows that a second difference follows on.
+const BENT: u8 = 2;
 
 impl<T: Real> SensorDeviation<T> {
     /// Creates statistics without any window.
@@ -38,6 +43,7 @@ impl<T: Real> SensorDeviation<T> {
             shaking: Shaking::new(),
             windows: 0,
             filled: 0,
+            successive: 0,
         }
     }
 
@@ -50,7 +56,10 @@ impl<T: Real> SensorDeviation<T> {
         vibration: T,
         shares: &mut LatestShares<T>,
     ) {
-        self.shaking.push(sensor, deviation, vibration, shares.window());
+        let follows = self.successive == BENT;
+        self.shaking
+            .push(sensor, deviation, vibration, shares.window(), follows);
+        self.successive += u8::from(!follows);
         self.windows = self.windows.saturating_add(1);
         self.filled = filled(self.filled, shares.window(), self.windows);
         let value = difference(deviation, &self.offset);
@@ -61,7 +70,7 @@ impl<T: Real> SensorDeviation<T> {
 
     /// Skips a window without a reading.
     pub fn skip(&mut self) {
-        self.shaking.interrupt();
+        self.successive = 0;
     }
 
     /// Variance that vibration leaves in a window, given the largest possible one.
@@ -86,7 +95,6 @@ impl<T: Real> SensorDeviation<T> {
 
     /// Resets the means; the slow offset stays.
     pub fn restart(&mut self) {
-        self.shaking.interrupt();
         *self = Self {
             offset: self.offset,
             shaking: self.shaking,
@@ -117,13 +125,21 @@ impl<T: Real> SensorDeviation<T> {
                 *offset
             },
             shaking: self.shaking,
+            successive: self.successive,
             ..Self::new()
         };
     }
 
-    /// Drift from the set since the calibration, over ten seconds; `None` before they have passed.
+    /// Drift from the set since the calibration or trim, over ten seconds; `None` before they have passed.
     pub fn drifted(&self) -> Option<Vector3<T>> {
         Some(sum(&self.offset, self.mean(2)?))
+    }
+
+    /// Deviation from the set in the window before the latest, minus its mean over ten seconds; `None` where either
+    /// is missing.
+    pub fn beyond_before(&self) -> Option<Vector3<T>> {
+        let usual = self.drifted()?;
+        (self.successive == BENT).then(|| difference(self.shaking.before(), &usual))
     }
 
     /// Means over each filled scale, the shortest first.

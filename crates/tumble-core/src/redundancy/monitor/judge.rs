@@ -115,6 +115,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                         limit: proof.limit,
                     },
                 ),
+                Judgement::ClockDrifts { unit, by, limit } => {
+                    contradict(unit, HealthFault::Clock { by, limit })
+                }
                 Judgement::Reinstated { unit } => {
                     if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                         sensor.of_mut(stored).freed = false;

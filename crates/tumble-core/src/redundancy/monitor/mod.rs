@@ -264,7 +264,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             return None;
         }
         let length = platform.settings().window.saturating_mul(self.stretch.into());
-        *slow = if wanted > length { *slow + 1 } else { QUICK };
+        if wanted <= length {
+            *slow = QUICK;
+            return None;
+        }
+        *slow += 1;
         if *slow < FIRST_SAMPLES {
             return None;
         }

@@ -107,6 +107,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
         "clock jumped": "Repair its time stamps.",
         "duplicated": "Look at its driver: each reading comes twice, so that half of them are missing.",
+        "clock": "Stamp its samples with the clock of the others, or correct the rate of its own.",
         "copy": "Check the wiring and the logs: the same sensor is given as two units.",
     },
 }
@@ -164,6 +165,7 @@ _UNITS_BY_REASON = {
     "late": "s",
     "frozen": "s",
     "clock jumped": "s",
+    "clock": "s",
     "too few pairs": "pairs",
     "implausible scale": "",
     "implausible misalignment": "rad",
