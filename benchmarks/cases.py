@@ -213,7 +213,12 @@ ROWS: tuple[tuple[str, str, str, Callable[[], str]], ...] = (
     ("rate table, 30 deg/s", "gyroscope's scale, 1-sigma", "± 110 %", rate_table_stairs30),
     ("stamps 0 to 4 ms late", "largest error of the gyroscope", "7.1 sigma", stamp_jitter4),
     ("busy computer", "largest error of the gyroscopes", "8 sigma", live_session_busy),
-    ("reference with an error of 0.17 %", "error of the gyroscope's scale", "57 sigma", uncalibrated_reference),
+    (
+        "reference with an error of 0.17 %",
+        "error of the gyroscope's scale",
+        "57 sigma",
+        uncalibrated_reference,
+    ),
     ("hysteresis, truth 90 mm/s²", "largest difference", "25.4 ± 3.2 mm/s²", thermal_hysteresis),
     ("one step in an hour", "error of white noise", "+14 %", noise_step),
     (

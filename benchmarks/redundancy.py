@@ -1,4 +1,4 @@
-"""The redundancy monitor in figures: fit ladder, honest sigmas, single precision, cost of a sample, state.
+"""The redundancy monitor in figures: fit models, honest sigmas, single precision, cost of a sample, state.
 
 `python -m benchmarks.redundancy [--runs 100] [--no-save]`
 
@@ -20,20 +20,20 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.redundancy_ladder import Pair, calibrate, draw_pair
+from benchmarks.redundancy_fit_models import Pair, calibrate, draw_pair
 from benchmarks.results import Content, machine, save
 from tumble import _core
 from tumble.foundation.results import INTERVAL
 
 BASE_SEED = 60_715
 RUNS = 100
-RUNGS = ("offset", "affine", "affine and lever arm")
+FIT_MODELS = ("offset", "affine", "affine and lever arm")
 DESIGN: dict[float, tuple[float, float, float]] = {
     0.0: (0.031, 0.0007, 0.0007),
     0.02: (0.056, 0.032, 0.0010),
     0.1: (0.18, 0.17, 0.0032),
 }
-"""m apart: m/s^2 of the design, for each of `RUNGS`."""
+"""m apart: m/s^2 of the design, for each of `FIT_MODELS`."""
 HONEST_DISTANCE = 0.1
 """m at which sigmas and single precision are judged."""
 ROOT = Path(__file__).parent.parent
@@ -41,31 +41,31 @@ PRECISIONS = ("f32", "f64")
 MOST_SECONDARIES = 7
 
 
-def ladder(runs: int, console: Console) -> dict[str, Content]:
-    """Returns the root mean square error of each rung at each distance, and the design's."""
+def errors_by_fit_model(runs: int, console: Console) -> dict[str, Content]:
+    """Returns the root mean square error of each fit model at each distance, and the design's."""
     found: dict[str, Content] = {}
     for number, (distance, design) in enumerate(DESIGN.items()):
-        errors: dict[str, list[float]] = {rung: [] for rung in RUNGS}
+        errors: dict[str, list[float]] = {fit_model: [] for fit_model in FIT_MODELS}
         for run in track(range(runs), f"{100 * distance:g} cm apart", console=console):
             pair = draw_pair(np.random.default_rng([BASE_SEED, number, run]), distance)
-            for rung in RUNGS:
-                record = calibrate(pair, rung)
+            for fit_model in FIT_MODELS:
+                record = calibrate(pair, fit_model)
                 if record is not None:
-                    errors[rung].append(_left(pair, record))
+                    errors[fit_model].append(_left(pair, record))
         found[f"{distance:g}"] = {
-            rung: {"adopted": len(of), "error": _rms(of), "design": stated}
-            for (rung, of), stated in zip(errors.items(), design, strict=True)
+            fit_model: {"adopted": len(of), "error": _rms(of), "design": stated}
+            for (fit_model, of), stated in zip(errors.items(), design, strict=True)
         }
     return found
 
 
 def honesty(runs: int, console: Console) -> Content:
-    """Returns errors over stated sigmas, how often 95 % hold, and single precision, at the top rung."""
+    """Returns errors over stated sigmas, how often 95 % hold, and single precision, with the largest model."""
     errors: dict[str, list[float]] = {"bias": [], "matrix": [], "lever arm": []}
     apart: dict[str, list[float]] = {name: [] for name in errors}
     for run in track(range(runs), "sigmas", console=console):
         pair = draw_pair(np.random.default_rng([BASE_SEED, len(DESIGN), run]), HONEST_DISTANCE)
-        records = {precision: calibrate(pair, RUNGS[-1], precision) for precision in PRECISIONS}
+        records = {precision: calibrate(pair, FIT_MODELS[-1], precision) for precision in PRECISIONS}
         single, double = records["f32"], records["f64"]
         if single is None or double is None:
             raise RuntimeError(f"run {run}: a pair that is sound was not adopted")
@@ -128,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     figures: Content = {
         "runs": options.runs,
         "seed": BASE_SEED,
-        "ladder": ladder(options.runs, console),
+        "fit_models": errors_by_fit_model(options.runs, console),
         "honesty": honesty(options.runs, console),
         "push": [] if options.no_push else push_cost(),
         "bytes": state_bytes(),

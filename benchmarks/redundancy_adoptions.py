@@ -85,15 +85,17 @@ def _adoptions(verdicts: Sequence[dict[str, Any]], name: str) -> Content:
     """Returns what adopted errors leave as a share of what was left before."""
     adopted = [a for verdict in verdicts for a in verdict["adoptions"] if a["sensor"] == name]
     first = [a for a in adopted if not a["misled"]]
-    rungs: dict[str, list[float]] = defaultdict(list)
+    fit_models: dict[str, list[float]] = defaultdict(list)
     for each in first:
-        rungs[each["rung"]].append(each["after"] / each["before"])
+        fit_models[each["fit_model"]].append(each["after"] / each["before"])
     return {
         "judged": len(adopted),
         "share": _percentiles([a["after"] / a["before"] for a in first]),
         "before": _percentiles([a["before"] for a in first]),
         "after": _percentiles([a["after"] for a in first]),
-        "share_by_rung": {rung: _percentiles(shares) for rung, shares in sorted(rungs.items())},
+        "share_by_fit_model": {
+            fit_model: _percentiles(shares) for fit_model, shares in sorted(fit_models.items())
+        },
     }
 
 
@@ -116,8 +118,8 @@ def show(figures: Content, console: Console) -> None:
     table = Table("adopted", "judged", "share left: median", "95 %", "max", "rms left: median", "95 %")
     for name, of in figures["adoptions"].items():
         table.add_row(name, str(of["judged"]), *_three(of["share"]), *_three(of["after"])[:2])
-        for rung, share in of["share_by_rung"].items():
-            table.add_row(f"  {rung}", str(share["number"]), *_three(share))
+        for fit_model, share in of["share_by_fit_model"].items():
+            table.add_row(f"  {fit_model}", str(share["number"]), *_three(share))
     console.print(table)
 
 

@@ -77,7 +77,7 @@ def _judge_adoptions(flown: Flown, verdict: Verdict) -> None:
                 "unit": number,
                 "sensor": name,
                 "time": at,
-                "rung": figures["rung"],
+                "fit_model": figures["fit_model"],
                 "before": before,
                 "after": after,
                 "wrong": bool(wrong),
@@ -88,7 +88,7 @@ def _judge_adoptions(flown: Flown, verdict: Verdict) -> None:
             kind = "misled" if misled else "wrongly adopted"
             verdict.counts[kind] += 1
             verdict.findings.append(
-                f"{kind}: unit {number} {name} at {at:.1f} s, {figures['rung']}: {before:.4g} -> {after:.4g};"
+                f"{kind}: unit {number} {name} at {at:.1f} s, {figures['fit_model']}: {before:.4g} -> {after:.4g};"
                 f" residual {figures['residual_before']:.4g} -> {figures['residual']:.4g}"
             )
 

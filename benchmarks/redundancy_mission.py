@@ -248,7 +248,7 @@ def _settings(random: np.random.Generator) -> dict[str, object]:
         "evaluate_every": float(random.choice([5.0, 30.0, 600.0])),
         "window": float(random.choice([0.02, 0.05, 0.1])),
         "collect": float(random.uniform(20.0, 90.0)),
-        "highest_rung": str(
+        "largest_fit_model": str(
             random.choice(
                 ["offset", "gain", "affine", "affine and lever arm", "affine and lever arm"],
             )

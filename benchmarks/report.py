@@ -728,20 +728,20 @@ def live_table(content: Content) -> Iterator[str]:
     )
 
 
-RUNGS = ("offset", "affine", "affine and lever arm")
+FIT_MODELS = ("offset", "affine", "affine and lever arm")
 
 
 def redundancy(content: Content) -> Iterator[str]:
-    """The ladder beside the design, honesty of its sigmas, cost of a sample, bytes."""
+    """Fit models beside the design, honesty of its sigmas, cost of a sample, bytes."""
     yield "| units apart | offset only | design | affine | design | affine and lever arm | design |"
     yield "|---|---|---|---|---|---|---|"
-    for distance, rungs in content["ladder"].items():
+    for distance, fit_models in content["fit_models"].items():
         cells = ["same spot" if float(distance) == 0.0 else f"{100 * float(distance):g} cm"]
-        for rung in RUNGS:
-            error = rungs[rung]["error"]
+        for fit_model in FIT_MODELS:
+            error = fit_models[fit_model]["error"]
             cells += [
                 "refused" if error is None else f"{two_digits(error)} m/s²",
-                f"{rungs[rung]['design']:g}",
+                f"{fit_models[fit_model]['design']:g}",
             ]
         yield _row(cells)
     yield ""

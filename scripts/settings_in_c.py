@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -76,7 +77,7 @@ MIRRORS = (
         call="tumble_redundancy_defaults",
         conversion="Converts them to the core's type; the core checks them for contradictions.",
         checked=False,
-        imports=("record::Rung", "redundancy::choice::{Adoption, Data, Gate, Scope, Threshold}"),
+        imports=("record::FitModel", "redundancy::choice::{Adoption, Data, Gate, Scope, Threshold}"),
         choices=True,
         moved={"window": "rest_settle", "gravity": "motion_specific_force"},
     ),
@@ -139,7 +140,8 @@ def _default(row: _core.SettingRow) -> str:
         case "flag":
             return str(value).lower()
         case "choice":
-            return f"::TUMBLE_{row['type']}_{value}".upper().replace(" ", "_")
+            type_words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", str(row["type"]))
+            return f"::TUMBLE_{type_words}_{value}".upper().replace(" ", "_")
         case "threshold":
             return f"fixed, {value} {unit}"
     figure = 0.0 if value is None else float(str(value))

@@ -141,14 +141,14 @@ def allan() -> dict[str, Any]:
     """Allan variance over pairs of neighbouring means, octave by octave, from the plain definition."""
     rng = np.random.default_rng(3)
     means = np.round(rng.normal(0, 0.01, 37) + np.linspace(0, 0.02, 37), 6)
-    rungs, level = [], means
+    octaves, level = [], means
     tau = 0.05
     while len(level) >= 2:
         pairs = level[: len(level) // 2 * 2].reshape(-1, 2)
         variance = float(np.mean(np.diff(pairs, axis=1) ** 2) / 2)
-        rungs.append({"averaging": tau, "variance": variance, "pairs": len(pairs)})
+        octaves.append({"averaging": tau, "variance": variance, "pairs": len(pairs)})
         level, tau = pairs.mean(axis=1), 2 * tau
-    return {"block_s": 0.05, "means": means, "rungs": rungs}
+    return {"block_s": 0.05, "means": means, "octaves": octaves}
 
 
 def sphere() -> dict[str, Any]:

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-from benchmarks import redundancy_adoptions, redundancy_ladder  # noqa: E402
+from benchmarks import redundancy_adoptions, redundancy_fit_models  # noqa: E402
 from benchmarks.redundancy_flown import error_left, replayed, root_mean_square  # noqa: E402
 from benchmarks.redundancy_mission import draw  # noqa: E402
 from benchmarks.redundancy_truth import reference  # noqa: E402
@@ -76,9 +76,9 @@ def test_the_judge_sees_an_error_that_is_made_worse():
 
 
 def test_only_the_top_model_of_the_ladder_estimates_a_lever_arm():
-    pair = redundancy_ladder.draw_pair(np.random.default_rng(11), 0.1)
-    top = redundancy_ladder.calibrate(pair, "affine and lever arm")
-    below = redundancy_ladder.calibrate(pair, "affine")
+    pair = redundancy_fit_models.draw_pair(np.random.default_rng(11), 0.1)
+    top = redundancy_fit_models.calibrate(pair, "affine and lever arm")
+    below = redundancy_fit_models.calibrate(pair, "affine")
     np.testing.assert_allclose(top["lever_arm"], pair.arm, atol=0.003)
     left = [pair.left(each["matrix"], each["bias"], each["lever_arm"]) for each in (top, below)]
     assert left[0] < 0.002 < 0.1 < left[1]

@@ -126,13 +126,13 @@ def test_deviations_from_the_session_mean_cancel_in_their_covariance(random):
 
 
 def test_pairs_of_the_allan_ladder_are_independent_for_white_noise():
-    """Every rung is a row of the Haar transform: the rows are orthogonal."""
-    rungs = []
+    """Every octave is a row of the Haar transform: the rows are orthogonal."""
+    octaves = []
     means = np.eye(16)
     while len(means) > 1:
-        rungs.append(means[1::2] - means[::2])
+        octaves.append(means[1::2] - means[::2])
         means = (means[1::2] + means[::2]) / 2
-    haar = np.vstack(rungs)
+    haar = np.vstack(octaves)
     gram = haar @ haar.T
     assert np.abs(gram - np.diag(np.diag(gram))).max() < 1e-15
 

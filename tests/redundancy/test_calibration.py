@@ -31,7 +31,7 @@ def error_of(generator, sensor, rotation, **changes):
     return SecondaryError(
         unit="imu2",
         sensor=sensor,
-        rung="affine",
+        fit_model="affine",
         directions=3,
         residual=0.01,
         residual_before=0.3,

@@ -202,7 +202,7 @@ def test_units_of_different_rates_places_and_mountings_are_calibrated(tmp_path):
         tmp_path / "out",
     )
     found = error_of(result, "slow", "accelerometer")
-    assert found["rung"] == "affine and lever arm"
+    assert found["fit_model"] == "affine and lever arm"
     np.testing.assert_allclose(found["lever_arm"], slow.lever_arm, atol=0.005)
     np.testing.assert_allclose(found["matrix"], FACING_DOWN, atol=0.003)
     np.testing.assert_allclose(found["bias"], slow.accelerometer_bias, atol=0.02)
@@ -299,7 +299,7 @@ def twice(flown, tmp_path_factory):
     folder, said, _, _ = flown
     out = tmp_path_factory.mktemp("twice")
     words = [folder / "flight.csv", *units(said), *QUICK]
-    assert typed("redundancy", *words, "--set", "highest_rung=offset", "-o", out / "old").code in (0, 3)
+    assert typed("redundancy", *words, "--set", "largest_fit_model=offset", "-o", out / "old").code in (0, 3)
     assert typed("redundancy", *words, "-o", out / "new").code == 0
     old, new = contents(out / "old"), contents(out / "new")
     assert all(new[name] != text for name, text in old.items())

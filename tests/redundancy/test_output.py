@@ -68,14 +68,14 @@ def test_output_that_a_format_cannot_hold_is_refused_before_replay(failing, tmp_
 def test_published_option_presets_the_settings_of_the_literature(failing, tmp_path):
     result, events = replay(*failing, "--as-published", "-o", tmp_path / "out", code=None)
     settings = result["settings"]
-    assert (settings["highest_rung"], settings["adoption"]) == ("offset", "always")
+    assert (settings["largest_fit_model"], settings["adoption"]) == ("offset", "always")
     assert (settings["vector_check"], settings["fit_rests"]) == (False, False)
     assert result["preset"] == "as published"
     assert {event["figures"]["check"] for event in of(events, "imu2", "evaluated")} == {"norm"}
-    assert {error["rung"] for error in result["errors"]} == {"offset"}
+    assert {error["fit_model"] for error in result["errors"]} == {"offset"}
     page = (tmp_path / "out" / "redundancy.html").read_text(encoding="utf-8")
     assert "as published" in page
     changed, _ = replay(
-        *failing, "--as-published", "--set", "highest_rung=gain", "-o", tmp_path / "b", code=None
+        *failing, "--as-published", "--set", "largest_fit_model=gain", "-o", tmp_path / "b", code=None
     )
-    assert changed["settings"]["highest_rung"] == "gain"
+    assert changed["settings"]["largest_fit_model"] == "gain"

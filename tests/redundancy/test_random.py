@@ -14,7 +14,7 @@ CHOICES = {
     "gate": ("secondary alone", "whole primary", "sensor by sensor"),
     "scope": ("all sensors", "triggering sensor"),
     "data": ("raw", "compensated"),
-    "highest_rung": ("offset", "gain", "affine", "affine and lever arm"),
+    "largest_fit_model": ("offset", "gain", "affine", "affine and lever arm"),
     "return_after": (0.5, 5.0, None),
     "vector_check": (True, False),
     "fit_rests": (True, False),

@@ -57,7 +57,7 @@ def test_every_secondary_is_calibrated_against_any_primary(results, primary):
     }
     for error in result.errors:
         assert error.adopted < ADOPTED_BEFORE
-        assert (error.rung, error.directions) == ("affine", 3)
+        assert (error.fit_model, error.directions) == ("affine", 3)
 
 
 @pytest.mark.parametrize("primary", [1, 2, 4, 7])
@@ -172,7 +172,7 @@ def test_lever_arms_that_are_not_stated_are_found(tmp_path):
     off = []
     for error in result.errors:
         if error.sensor == "accelerometer":
-            assert error.rung == "affine and lever arm"
+            assert error.fit_model == "affine and lever arm"
             off.append(error.lever_arm - board.lever_arm(int(error.unit[3]), 2))
     print(f"largest error of a lever arm {1e3 * np.abs(off).max():.1f} mm")
     # Measured: 3.2 mm, where the units are 19 mm to 27 mm apart.

@@ -14,7 +14,7 @@ from tumble.foundation.results import Verdict
 from tumble.logs.aiding import AidingKind
 from tumble.procedures.redundancy import messages as redundancy
 from tumble.procedures.redundancy.report import text
-from tumble.procedures.redundancy.result import Rung, Sensor
+from tumble.procedures.redundancy.result import FitModel, Sensor
 from tumble.procedures.spin import messages as spin
 from tumble.procedures.spin.failure import SpinFailureKind
 from tumble.procedures.turntable import messages as turntable
@@ -55,7 +55,7 @@ TABLES = {
     # Where no unit is fit, the title says it all.
     "selected": {*text._SELECTED, "none fit"},
     "sensor": get_args(Sensor),
-    "rung": get_args(Rung),
+    "fit_model": get_args(FitModel),
     "setting error": redundancy.MESSAGES,
     **OF_PROCEDURES,
     "spin failure": {kind.value for kind in spin.MESSAGES} - ONLY_OF_A_LOG - REST_REJECTIONS.keys(),

@@ -36,7 +36,7 @@ EVERY_EVENT = {
     "fitted": [
         {
             "sensor": "gyroscope",
-            "rung": "gain",
+            "fit_model": "gain",
             "directions": 2,
             "pairs": 321,
             "residual": 0.0004,
@@ -46,7 +46,7 @@ EVERY_EVENT = {
     "adopted": [
         {
             "sensor": "accelerometer",
-            "rung": "affine",
+            "fit_model": "affine",
             "directions": 3,
             "residual": 0.004,
             "residual_before": 0.3,
@@ -118,7 +118,7 @@ def error(unit="imu2", sensor="accelerometer", **changes):
         bias_sigma=np.full(3, 1e-3 if force else 1e-4),
         lever_arm=np.array([0.021, -0.012, 0.003]) if force else None,
         lever_arm_sigma=np.full(3, 2e-4) if force else None,
-        rung="affine and lever arm" if force else "affine",
+        fit_model="affine and lever arm" if force else "affine",
         directions=3,
         residual=LEFT_IN_FORCE if force else LEFT_IN_RATE,
         residual_before=0.28 if force else 0.026,
@@ -176,7 +176,7 @@ def mission():
                 "imu2",
                 name,
                 sensor=each.sensor,
-                rung=each.rung,
+                fit_model=each.fit_model,
                 directions=3,
                 residual=each.residual,
                 residual_before=each.residual_before,
@@ -286,7 +286,7 @@ def unseen():
     part = error(directions=2, matrix_sigma=matrix_sigma, lever_arm_sigma=np.array([np.inf, 1e-3, 1e-3]))
     given = error(
         sensor="gyroscope",
-        rung="offset",
+        fit_model="offset",
         directions=0,
         matrix_sigma=np.full((3, 3), np.inf),
         residual=np.nan,

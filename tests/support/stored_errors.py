@@ -18,7 +18,7 @@ def an_error(sensor="accelerometer", sequence=1, **changes):
         "bias_sigma": np.array([1e-3, 2e-3, np.inf]),
         "lever_arm": np.array([0.01, 0.02, 0.03]) if sensor == "accelerometer" else None,
         "lever_arm_sigma": np.array([1e-3, 1e-3, np.inf]) if sensor == "accelerometer" else None,
-        "rung": "affine",
+        "fit_model": "affine",
         "directions": 2,
         "residual": 0.02,
         "residual_before": 0.3,

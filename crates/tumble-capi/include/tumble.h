@@ -264,7 +264,7 @@ typedef uint32_t tumble_sensor;
 /**
  * Models that a fit may estimate; each includes those before.
  */
-enum tumble_rung
+enum tumble_fit_model
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -272,25 +272,25 @@ enum tumble_rung
     /**
      * Three offsets.
      */
-    TUMBLE_RUNG_OFFSET,
+    TUMBLE_FIT_MODEL_OFFSET,
     /**
      * An offset and a gain for each axis.
      */
-    TUMBLE_RUNG_GAIN,
+    TUMBLE_FIT_MODEL_GAIN,
     /**
      * Offset and matrix.
      */
-    TUMBLE_RUNG_AFFINE,
+    TUMBLE_FIT_MODEL_AFFINE,
     /**
      * Offset, matrix and lever arm.
      */
-    TUMBLE_RUNG_AFFINE_AND_LEVER_ARM,
+    TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
-typedef enum tumble_rung tumble_rung;
+typedef enum tumble_fit_model tumble_fit_model;
 #else
-typedef uint32_t tumble_rung;
+typedef uint32_t tumble_fit_model;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -468,7 +468,7 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_MOTION_BEGAN,
     /**
-     * A fit was made: `rung`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
+     * A fit was made: `fit_model`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
      * same with what is stored, m/s^2 or rad/s.
      */
     TUMBLE_EVENT_KIND_FITTED,
@@ -1232,7 +1232,7 @@ typedef struct tumble_record {
     /**
      * Model that was fitted.
      */
-    tumble_rung rung;
+    tumble_fit_model fit_model;
     /**
      * M, row by row: from the primary's case frame to the axes of the secondary, mounting included; no unit.
      */
@@ -1558,9 +1558,9 @@ typedef struct tumble_redundancy_settings {
     tumble_scope scope;
     /**
      * Largest model that may be fitted: the largest up to it that the motion shows is used. Default:
-     * ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
+     * ::TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM.
      */
-    tumble_rung highest_rung;
+    tumble_fit_model largest_fit_model;
     /**
      * Replace what is stored where the fit is plausible and better, or by each calibration. Default:
      * ::TUMBLE_ADOPTION_IF_BETTER.
@@ -1667,7 +1667,7 @@ typedef struct tumble_event {
     /**
      * Model that was fitted.
      */
-    tumble_rung rung;
+    tumble_fit_model fit_model;
     /**
      * Pairs fitted to and held out together.
      */

@@ -6,7 +6,7 @@ use core::slice;
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record as Core;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
-use tumble_core::redundancy::settings::Rung as CoreRung;
+use tumble_core::redundancy::settings::FitModel as CoreFitModel;
 use tumble_store::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
 
 use crate::code::{Code, code};
@@ -32,7 +32,7 @@ pub enum Sensor {
 /// Models that a fit may estimate; each includes those before.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rung {
+pub enum FitModel {
     /// Three offsets.
     Offset,
     /// An offset and a gain for each axis.
@@ -53,7 +53,7 @@ pub struct Record {
     /// Which sensor of it.
     pub sensor: MaybeUninit<Sensor>,
     /// Model that was fitted.
-    pub rung: MaybeUninit<Rung>,
+    pub fit_model: MaybeUninit<FitModel>,
     /// M, row by row: from the primary's case frame to the axes of the secondary, mounting included; no unit.
     pub matrix: [[f32; 3]; 3],
     /// b, m/s^2 or rad/s.
@@ -176,7 +176,7 @@ unsafe impl Code for Sensor {
 }
 
 // SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for Rung {
+unsafe impl Code for FitModel {
     const COUNT: u32 = 4;
 }
 
@@ -198,24 +198,24 @@ impl Sensor {
     }
 }
 
-impl Rung {
+impl FitModel {
     /// Converts the core's type.
-    pub fn of(rung: CoreRung) -> Self {
-        match rung {
-            CoreRung::Offset => Self::Offset,
-            CoreRung::Gain => Self::Gain,
-            CoreRung::Affine => Self::Affine,
-            CoreRung::AffineAndLeverArm => Self::AffineAndLeverArm,
+    pub fn of(fit_model: CoreFitModel) -> Self {
+        match fit_model {
+            CoreFitModel::Offset => Self::Offset,
+            CoreFitModel::Gain => Self::Gain,
+            CoreFitModel::Affine => Self::Affine,
+            CoreFitModel::AffineAndLeverArm => Self::AffineAndLeverArm,
         }
     }
 
     /// Converts it to the core's type.
-    pub fn in_core(self) -> CoreRung {
+    pub fn in_core(self) -> CoreFitModel {
         match self {
-            Self::Offset => CoreRung::Offset,
-            Self::Gain => CoreRung::Gain,
-            Self::Affine => CoreRung::Affine,
-            Self::AffineAndLeverArm => CoreRung::AffineAndLeverArm,
+            Self::Offset => CoreFitModel::Offset,
+            Self::Gain => CoreFitModel::Gain,
+            Self::Affine => CoreFitModel::Affine,
+            Self::AffineAndLeverArm => CoreFitModel::AffineAndLeverArm,
         }
     }
 }
@@ -237,7 +237,7 @@ impl Record {
         Self {
             identity: record.identity,
             sensor: MaybeUninit::new(Sensor::of(record.sensor)),
-            rung: MaybeUninit::new(Rung::of(record.rung)),
+            fit_model: MaybeUninit::new(FitModel::of(record.fit_model)),
             matrix: rows(&record.model.matrix),
             bias: record.model.bias.into(),
             matrix_sigma: rows(&record.matrix_sigma),
@@ -272,7 +272,7 @@ impl Record {
             bias_sigma: vector(&self.bias_sigma),
             lever_arm: vector(&self.lever_arm),
             lever_arm_sigma: vector(&self.lever_arm_sigma),
-            rung: code(self.rung)?.in_core(),
+            fit_model: code(self.fit_model)?.in_core(),
             directions: self.directions,
             residual: self.residual,
             residual_before: self.residual_before,

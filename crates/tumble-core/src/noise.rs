@@ -177,10 +177,10 @@ fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
 }
 
 /// Octaves of the ladder: from a block of 0.05 s to half an hour.
-const RUNGS: usize = 16;
+const OCTAVES: usize = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct AllanRung<T: Real> {
+struct AllanOctave<T: Real> {
     pending: Option<[T; CHANNELS]>,
     differences: [T; CHANNELS],
     pairs: u32,
@@ -192,7 +192,7 @@ struct AllanRung<T: Real> {
 /// C), the mean of the two goes one level up. Rests are pooled by merging their ladders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllanLadder<T: Real> {
-    rungs: [AllanRung<T>; RUNGS],
+    octaves: [AllanOctave<T>; OCTAVES],
     blocks: u32,
     time: T,
     /// Share of the variance of white noise that the overlap of neighbouring blocks takes.
@@ -213,13 +213,13 @@ impl<T: Real> AllanLadder<T> {
 
     /// No blocks yet, of which each overlaps the next.
     pub(crate) fn overlapping(overlap: T) -> Self {
-        let empty = AllanRung {
+        let empty = AllanOctave {
             pending: None,
             differences: [T::zero(); CHANNELS],
             pairs: 0,
         };
         Self {
-            rungs: [empty; RUNGS],
+            octaves: [empty; OCTAVES],
             blocks: 0,
             time: T::zero(),
             overlap,
@@ -231,15 +231,15 @@ impl<T: Real> AllanLadder<T> {
         self.blocks += 1;
         self.time += duration;
         let mut rising = *mean;
-        for rung in &mut self.rungs {
-            let Some(before) = rung.pending.take() else {
-                rung.pending = Some(rising);
+        for octave in &mut self.octaves {
+            let Some(before) = octave.pending.take() else {
+                octave.pending = Some(rising);
                 return;
             };
-            rung.pairs += 1;
+            octave.pairs += 1;
             for i in 0..CHANNELS {
                 let apart = rising[i] - before[i];
-                rung.differences[i] += apart * apart * real(0.5);
+                octave.differences[i] += apart * apart * real(0.5);
                 rising[i] = (rising[i] + before[i]) * real(0.5);
             }
         }
@@ -247,9 +247,9 @@ impl<T: Real> AllanLadder<T> {
 
     /// The same without its lowest levels.
     #[must_use]
-    pub fn from_rung(mut self, first: usize) -> Self {
-        for rung in self.rungs.iter_mut().take(first) {
-            rung.pairs = 0;
+    pub fn from_octave(mut self, first: usize) -> Self {
+        for octave in self.octaves.iter_mut().take(first) {
+            octave.pairs = 0;
         }
         self
     }
@@ -258,10 +258,10 @@ impl<T: Real> AllanLadder<T> {
     pub fn merge(&mut self, other: &Self) {
         self.blocks += other.blocks;
         self.time += other.time;
-        for (rung, more) in self.rungs.iter_mut().zip(&other.rungs) {
-            rung.pairs += more.pairs;
+        for (octave, more) in self.octaves.iter_mut().zip(&other.octaves) {
+            octave.pairs += more.pairs;
             for i in 0..CHANNELS {
-                rung.differences[i] += more.differences[i];
+                octave.differences[i] += more.differences[i];
             }
         }
     }
@@ -271,9 +271,9 @@ impl<T: Real> AllanLadder<T> {
     pub fn since(mut self, earlier: &Self) -> Self {
         self.blocks -= earlier.blocks.min(self.blocks);
         self.time -= earlier.time;
-        for (rung, less) in self.rungs.iter_mut().zip(&earlier.rungs) {
-            rung.pairs -= less.pairs.min(rung.pairs);
-            for (sum, less) in rung.differences.iter_mut().zip(less.differences) {
+        for (octave, less) in self.octaves.iter_mut().zip(&earlier.octaves) {
+            octave.pairs -= less.pairs.min(octave.pairs);
+            for (sum, less) in octave.differences.iter_mut().zip(less.differences) {
                 *sum -= less;
             }
         }
@@ -289,11 +289,11 @@ impl<T: Real> AllanLadder<T> {
         };
         let mut averaging = block * real(0.5);
         let mut overlap = self.overlap * real(2.0);
-        self.rungs.iter().filter_map(move |rung| {
+        self.octaves.iter().filter_map(move |octave| {
             averaging *= real(2.0);
             overlap *= real(0.5);
-            let sum = *rung.differences.get(channel)? / (T::one() - overlap); // eq. 16
-            (rung.pairs > 0).then(|| (averaging, sum / count(rung.pairs), rung.pairs))
+            let sum = *octave.differences.get(channel)? / (T::one() - overlap); // eq. 16
+            (octave.pairs > 0).then(|| (averaging, sum / count(octave.pairs), octave.pairs))
         })
     }
 

@@ -184,12 +184,12 @@ fn allan<T: Named>() {
     for mean in cases["means"].as_array().expect("means") {
         ladder.push(&[number(mean); CHANNELS], number(&cases["block_s"]));
     }
-    let rungs = cases["rungs"].as_array().expect("rungs");
-    assert_eq!(ladder.variances(4).count(), rungs.len());
-    for ((averaging, variance, pairs), rung) in ladder.variances(4).zip(rungs) {
-        vectors.check(rung, "averaging", [averaging]);
-        vectors.check(rung, "variance", [variance]);
-        assert_eq!(u64::from(pairs), rung["pairs"].as_u64().expect("a count"));
+    let octaves = cases["octaves"].as_array().expect("octaves");
+    assert_eq!(ladder.variances(4).count(), octaves.len());
+    for ((averaging, variance, pairs), octave) in ladder.variances(4).zip(octaves) {
+        vectors.check(octave, "averaging", [averaging]);
+        vectors.check(octave, "variance", [variance]);
+        assert_eq!(u64::from(pairs), octave["pairs"].as_u64().expect("a count"));
     }
 }
 

@@ -66,7 +66,7 @@ void any_record(tumble_record *any)
         draw_spoil(any, sizeof *any);
     }
     any->sensor = draw_code(2);
-    any->rung = draw_code(4);
+    any->fit_model = draw_code(4);
 }
 
 static void correct(void)

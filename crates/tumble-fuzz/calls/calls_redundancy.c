@@ -36,7 +36,7 @@ static void hear(void *context, const tumble_event *event)
 {
     CHECK(context == source, "another context than was given");
     CHECK(event->kind <= TUMBLE_EVENT_KIND_TIME_JUMPED && event->reason <= TUMBLE_REASON_NONE_FIT &&
-              event->check <= TUMBLE_CHECK_VECTOR && event->rung <= TUMBLE_RUNG_AFFINE_AND_LEVER_ARM,
+              event->check <= TUMBLE_CHECK_VECTOR && event->fit_model <= TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM,
           "an event of no kind");
     CHECK(event->unit < TUMBLE_UNITS, "an event of a unit that is not there");
     CHECK((event->record != NULL) == (event->kind == TUMBLE_EVENT_KIND_ADOPTED), "a record without adoption");

@@ -49,7 +49,7 @@ void usual_redundancy_settings(tumble_redundancy_settings *settings)
     settings->data = draw_below(2);
     settings->gate = draw_below(3);
     settings->scope = draw_below(2);
-    settings->highest_rung = draw_below(4);
+    settings->largest_fit_model = draw_below(4);
     settings->vector_check = draw_once_in(2);
     settings->fit_rests = !draw_once_in(4);
     settings->calibrated_only = draw_once_in(2);
@@ -78,7 +78,7 @@ void usual_record(tumble_record *record)
     memset(record, 0, sizeof *record);
     record->identity = 10 + draw_below(TUMBLE_UNITS + 1);
     record->sensor = draw_below(2);
-    record->rung = draw_below(4);
+    record->fit_model = draw_below(4);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             record->matrix[i][j] = (i == j ? 1.0f : 0.0f) + draw_usual(0.05f);

@@ -5,7 +5,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::Matrix3;
 use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::sensor::SENSORS;
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
     DRIFT_ENCODED, DRIFT_VERSION, EncodeError, MAX_ENCODED, StoredRecord, VERSION, decode, decode_drift,
     encode, encode_drift, length,
@@ -215,7 +215,12 @@ const USUAL: [f32; PART_NAMES.len()] = [0.05, 0.5, 0.01, 0.01, 0.2, 0.01, 0.1, 0
 /// A record as a calibration leaves it.
 pub fn plain_record(draw: &mut Draw) -> StoredRecord {
     let mut record = Record::blank(draw.time(), draw.pick(&SENSORS));
-    record.rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
+    record.fit_model = draw.pick(&[
+        FitModel::Offset,
+        FitModel::Gain,
+        FitModel::Affine,
+        FitModel::AffineAndLeverArm,
+    ]);
     record.directions = draw.byte();
     record.pairs = draw.bits() as u32;
     record.sequence = draw.bits() as u32;

@@ -6,7 +6,7 @@ use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibratio
 use tumble_core::redundancy::sensor::Axes;
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{
-    CollectionSettings, Data, EvaluationSettings, Gate, RedundancySettings, Rung, Scope,
+    CollectionSettings, Data, EvaluationSettings, FitModel, Gate, RedundancySettings, Scope,
 };
 
 use crate::draw::Draw;
@@ -87,7 +87,12 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.vector_check = draw.once_in(2);
     settings.evaluation.evaluate_after_start = !draw.once_in(4);
     settings.collection.scope = draw.pick(&[Scope::AllSensors, Scope::TriggeringSensor]);
-    settings.fit.highest_rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
+    settings.fit.largest_fit_model = draw.pick(&[
+        FitModel::Offset,
+        FitModel::Gain,
+        FitModel::Affine,
+        FitModel::AffineAndLeverArm,
+    ]);
     settings.fit.fit_rests = !draw.once_in(4);
     let thresholds = &mut settings.evaluation.thresholds;
     for (threshold, fixed) in [

@@ -2,7 +2,7 @@
 
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::{Adoption, Data, Gate, Rung, Scope};
+use tumble_core::redundancy::settings::{Adoption, Data, FitModel, Gate, Scope};
 
 /// Value of a setting.
 #[derive(Clone, Debug, PartialEq)]
@@ -302,7 +302,7 @@ choice_field!(Adoption);
 choice_field!(Data);
 choice_field!(Gate);
 choice_field!(Scope);
-choice_field!(Rung);
+choice_field!(FitModel);
 
 impl<T: Real> Field for Threshold<T> {
     const KIND: SettingKind = SettingKind::Threshold;

@@ -323,7 +323,7 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
     ];
     let fit = vec![
         row!(
-            fit.highest_rung,
+            fit.largest_fit_model,
             "",
             Any,
             "Largest model that may be fitted: the largest up to it that the motion shows is used."

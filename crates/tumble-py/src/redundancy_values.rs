@@ -10,7 +10,7 @@ use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::platform::PlatformError;
 use tumble_core::redundancy::record::{PART_NAMES, Record};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure};
@@ -121,9 +121,9 @@ pub(crate) fn read_record(dict: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
     }
     let sensor: String = item(dict, "sensor")?;
     let sensor = Sensor::named(&sensor).ok_or_else(|| unknown_word("sensor", &sensor))?;
-    let rung: String = item(dict, "rung")?;
+    let fit_model: String = item(dict, "fit_model")?;
     let mut record = Record::blank(item(dict, "identity")?, sensor);
-    record.rung = Rung::named(&rung).ok_or_else(|| unknown_word("rung", &rung))?;
+    record.fit_model = FitModel::named(&fit_model).ok_or_else(|| unknown_word("fit_model", &fit_model))?;
     record.directions = item(dict, "directions")?;
     record.pairs = item(dict, "pairs")?;
     record.sequence = item(dict, "sequence")?;
@@ -150,7 +150,7 @@ pub(crate) fn write_record<'py>(
     let dict = PyDict::new(py);
     dict.set_item("identity", record.identity)?;
     dict.set_item("sensor", record.sensor.name())?;
-    dict.set_item("rung", record.rung.name())?;
+    dict.set_item("fit_model", record.fit_model.name())?;
     dict.set_item("directions", record.directions)?;
     dict.set_item("pairs", record.pairs)?;
     dict.set_item("sequence", record.sequence)?;

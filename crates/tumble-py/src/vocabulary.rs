@@ -13,7 +13,7 @@ use tumble_core::redundancy::platform::PlatformError;
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::validate::SettingError;
-use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
+use tumble_core::redundancy::settings::{Data, FitModel, Gate, Scope};
 use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
@@ -41,7 +41,7 @@ const KINDS: [(&str, &[&str]); 33] = [
     ("selected", SelectionReason::NAMES),
     ("command", Command::NAMES),
     ("sensor", Sensor::NAMES),
-    ("rung", Rung::NAMES),
+    ("fit_model", FitModel::NAMES),
     ("data", Data::NAMES),
     ("gate", Gate::NAMES),
     ("scope", Scope::NAMES),

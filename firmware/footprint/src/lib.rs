@@ -21,7 +21,7 @@ use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{RedundancySettings, Rung};
+use tumble_core::redundancy::settings::{RedundancySettings, FitModel};
 use tumble_core::sample::Sample;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
@@ -149,7 +149,7 @@ fn record() -> Record<f32> {
         bias_sigma: Vector3::zeros(),
         lever_arm: Vector3::zeros(),
         lever_arm_sigma: Vector3::zeros(),
-        rung: Rung::Affine,
+        fit_model: FitModel::Affine,
         directions: 0,
         residual: 0.0,
         residual_before: 0.0,

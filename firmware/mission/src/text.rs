@@ -118,7 +118,7 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
         ),
         EventKind::Fitted {
             sensor,
-            rung,
+            fit_model,
             directions,
             pairs,
             residual,
@@ -129,7 +129,7 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
                 out,
                 "{} {name}, {}, {directions} directions, {pairs} pairs, ",
                 sensor.name(),
-                rung.name()
+                fit_model.name()
             )?;
             writeln!(out, "residual {after} {}, before {before}", unit(*sensor))
         }
@@ -232,7 +232,7 @@ fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
         record.sensor.name(),
         record.identity,
         record.sequence,
-        record.rung.name(),
+        record.fit_model.name(),
         record.directions,
         record.pairs,
         Bits(record.residual),

@@ -58,7 +58,7 @@ class MonitorSettings(Document):
     """Longest time for collecting; then what there is has to do, or the calibration is abandoned. In s."""
     fewest_pairs: int = 200
     """Fewest pairs with which a fit is tried when time is up."""
-    highest_rung: Literal["offset", "gain", "affine", "affine and lever arm"] = "affine and lever arm"
+    largest_fit_model: Literal["offset", "gain", "affine", "affine and lever arm"] = "affine and lever arm"
     """Largest model that may be fitted: the largest up to it that the motion shows is used."""
     fit_rests: bool = True
     """Fit to means at rests at which the primary is valid as well as to pairs in motion."""

@@ -8,7 +8,7 @@ use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::{Check as CoreCheck, Event as Core, EventKind as CoreKind};
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
-use crate::record::{Record, Rung};
+use crate::record::{FitModel, Record};
 use crate::redundancy::reason::Reason;
 
 /// Kinds of events.
@@ -27,7 +27,7 @@ pub enum EventKind {
     Triggered,
     /// Pairs are collected from now on.
     MotionBegan,
-    /// A fit was made: `rung`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
+    /// A fit was made: `fit_model`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
     /// same with what is stored, m/s^2 or rad/s.
     Fitted,
     /// It replaces what was stored: `record`, to be kept by whoever keeps records.
@@ -96,7 +96,7 @@ pub struct Event {
     /// Way in which a deviation was taken.
     pub check: Check,
     /// Model that was fitted.
-    pub rung: Rung,
+    pub fit_model: FitModel,
     /// Pairs fitted to and held out together.
     pub pairs: u32,
     /// Count of the calibrations of the sensor.
@@ -165,7 +165,7 @@ impl Event {
         reason: Reason::None,
         unit: 0,
         check: Check::None,
-        rung: Rung::Offset,
+        fit_model: FitModel::Offset,
         pairs: 0,
         sequence: 0,
         value: 0.0,
@@ -218,13 +218,13 @@ impl Event {
             CoreKind::MotionBegan => of(EventKind::MotionBegan),
             CoreKind::Fitted {
                 sensor,
-                rung,
+                fit_model,
                 directions,
                 pairs,
                 residual,
                 residual_before,
             } => Self {
-                rung: Rung::of(rung),
+                fit_model: FitModel::of(fit_model),
                 directions,
                 pairs,
                 ..of(EventKind::Fitted)

@@ -7,7 +7,7 @@ use tumble_core::redundancy::settings::RedundancySettings as Core;
 
 use crate::code::{code, truth, unless_zero};
 use crate::pointer::{Place, answer};
-use crate::record::Rung;
+use crate::record::FitModel;
 use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold};
 use crate::status::{Status, StatusResult};
 
@@ -151,8 +151,8 @@ pub struct RedundancySettings {
     /// ::TUMBLE_SCOPE_ALL_SENSORS.
     pub scope: MaybeUninit<Scope>,
     /// Largest model that may be fitted: the largest up to it that the motion shows is used. Default:
-    /// ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
-    pub highest_rung: MaybeUninit<Rung>,
+    /// ::TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM.
+    pub largest_fit_model: MaybeUninit<FitModel>,
     /// Replace what is stored where the fit is plausible and better, or by each calibration. Default:
     /// ::TUMBLE_ADOPTION_IF_BETTER.
     pub adoption: MaybeUninit<Adoption>,
@@ -234,7 +234,7 @@ impl RedundancySettings {
             data: MaybeUninit::new(Data::of(core.evaluation.data)),
             gate: MaybeUninit::new(Gate::of(core.evaluation.gate)),
             scope: MaybeUninit::new(Scope::of(core.collection.scope)),
-            highest_rung: MaybeUninit::new(Rung::of(core.fit.highest_rung)),
+            largest_fit_model: MaybeUninit::new(FitModel::of(core.fit.largest_fit_model)),
             adoption: MaybeUninit::new(Adoption::of(core.adoption.adoption)),
             evaluate_after_start: MaybeUninit::new(core.evaluation.evaluate_after_start),
             vector_check: MaybeUninit::new(core.evaluation.vector_check),
@@ -302,7 +302,7 @@ impl RedundancySettings {
         core.evaluation.data = code(self.data)?.in_core();
         core.evaluation.gate = code(self.gate)?.in_core();
         core.collection.scope = code(self.scope)?.in_core();
-        core.fit.highest_rung = code(self.highest_rung)?.in_core();
+        core.fit.largest_fit_model = code(self.largest_fit_model)?.in_core();
         core.adoption.adoption = code(self.adoption)?.in_core();
         core.evaluation.evaluate_after_start = truth(self.evaluate_after_start);
         core.evaluation.vector_check = truth(self.vector_check);

@@ -16,7 +16,7 @@ tumble_record example_record(void)
     memset(&record, 0, sizeof record);
     record.identity = UINT64_C(0x0123456789ABCDEF);
     record.sensor = TUMBLE_SENSOR_ACCELEROMETER;
-    record.rung = TUMBLE_RUNG_AFFINE_AND_LEVER_ARM;
+    record.fit_model = TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM;
     record.directions = 3;
     record.pairs = 412;
     record.sequence = 7;
@@ -152,7 +152,7 @@ static void what_a_record_may_not_hold_is_refused(void)
     record.temperature = INFINITY;
     refuses_to_encode(TUMBLE_ERROR_NOT_FINITE, &record, TUMBLE_RECORD_BYTES);
     record = example_record();
-    record.rung = (tumble_rung)4;
+    record.fit_model = (tumble_fit_model)4;
     refuses_to_encode(TUMBLE_ERROR_CODE, &record, TUMBLE_RECORD_BYTES);
     record = example_record();
     record.sensor = (tumble_sensor)UINT32_MAX;

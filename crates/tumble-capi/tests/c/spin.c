@@ -111,7 +111,7 @@ static tumble_record record_of_bias(const tumble_spin_estimate *estimate, tumble
     ANSWERS(TUMBLE_OK, tumble_record_encode(&record, bytes, sizeof bytes, &length));
     ANSWERS(TUMBLE_OK, tumble_record_decode(bytes, length, &record));
     CHECK(record.identity == 4711 && record.sensor == sensor && record.sequence == 1);
-    CHECK(record.rung == TUMBLE_RUNG_OFFSET && record.pairs == 0 && isnan(record.temperature));
+    CHECK(record.fit_model == TUMBLE_FIT_MODEL_OFFSET && record.pairs == 0 && isnan(record.temperature));
     CHECK(memcmp(record.bias, bias->value, sizeof record.bias) == 0);
     CHECK(memcmp(record.bias_sigma, bias->sigma, sizeof record.bias_sigma) == 0);
     for (int i = 0; i < 3; ++i) {

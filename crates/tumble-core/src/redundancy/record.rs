@@ -8,7 +8,7 @@ use crate::model::ErrorModel;
 use crate::products::zeros;
 use crate::real::{Real, real};
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::Rung;
+use crate::redundancy::settings::FitModel;
 
 /// Error of one sensor of a secondary relative to the primary, for raw readings of both: `y_secondary = M
 /// y_primary + b`, where the specific force of the primary is first moved to the place of the secondary.
@@ -31,7 +31,7 @@ pub struct Record<T: Real> {
     /// 1-sigma of the lever arm; zero if it was given, infinite where motion did not show it.
     pub lever_arm_sigma: Vector3<T>,
     /// Model that was fitted.
-    pub rung: Rung,
+    pub fit_model: FitModel,
     /// Number of directions of motion along which M was fitted.
     pub directions: u8,
     /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s.
@@ -74,7 +74,7 @@ impl<T: Real> Record<T> {
             bias_sigma: zeros(),
             lever_arm: zeros(),
             lever_arm_sigma: zeros(),
-            rung: Rung::Offset,
+            fit_model: FitModel::Offset,
             directions: 0,
             residual: T::zero(),
             residual_before: T::zero(),
@@ -135,7 +135,7 @@ impl<T: Real> Record<T> {
 
     /// Returns whether motion showed all directions of M.
     pub fn shows_matrix(&self) -> bool {
-        self.rung >= Rung::Affine && self.directions >= 3
+        self.fit_model >= FitModel::Affine && self.directions >= 3
     }
 
     /// Returns whether all numbers in use are finite.
@@ -152,7 +152,7 @@ impl<T: Real> Record<T> {
     /// Converts the record to another type of numbers.
     pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U + Copy) -> Record<U> {
         let mut other = Record::blank(self.identity, self.sensor);
-        (other.rung, other.directions) = (self.rung, self.directions);
+        (other.fit_model, other.directions) = (self.fit_model, self.directions);
         (other.pairs, other.sequence) = (self.pairs, self.sequence);
         for (there, here) in other.parts_mut().into_iter().zip(self.parts()) {
             there

@@ -78,9 +78,9 @@ impl<T: Real> RelativeError<T> {
     /// Reading of the primary, at the place of the secondary and in its axes, computed from a reading `y` of
     /// the secondary.
     pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
-        let mut said = [*y];
-        self.correct_all(&mut said);
-        let [u] = said;
+        let mut measured = [*y];
+        self.correct_all(&mut measured);
+        let [u] = measured;
         u
     }
 

@@ -32,11 +32,11 @@ fn variances<T: Real>(ladder: &AllanLadder<T>, channel: usize) -> Vec<(f64, f64,
         .collect()
 }
 
-/// Half the mean squared difference of means over `2^rung` blocks, pair by pair without overlap.
+/// Half the mean squared difference of means over `2^octave` blocks, pair by pair without overlap.
 fn direct(blocks: &Blocks, channel: usize) -> Vec<(f64, f64, u32)> {
     let mean = |part: &[[f64; CHANNELS]]| part.iter().map(|y| y[channel]).sum::<f64>() / part.len() as f64;
     (0..16)
-        .map(|rung| 1_usize << rung)
+        .map(|octave| 1_usize << octave)
         .map_while(|length| {
             let halved = blocks
                 .chunks_exact(2 * length)
@@ -84,10 +84,10 @@ proptest! {
         back.merge(&first);
         let (of_a, of_b) = (direct(&a, channel), direct(&b, channel));
         let expected: Vec<_> = (0..of_a.len().max(of_b.len()))
-            .map(|rung| {
-                let part = |of: &[(f64, f64, u32)]| of.get(rung).map_or((0.0, 0), |(_, v, n)| (v * f64::from(*n), *n));
+            .map(|octave| {
+                let part = |of: &[(f64, f64, u32)]| of.get(octave).map_or((0.0, 0), |(_, v, n)| (v * f64::from(*n), *n));
                 let ((x, n), (y, m)) = (part(&of_a), part(&of_b));
-                (BLOCK * f64::from(1_u32 << rung), (x + y) / f64::from(n + m), n + m)
+                (BLOCK * f64::from(1_u32 << octave), (x + y) / f64::from(n + m), n + m)
             })
             .collect();
         same(&variances(&there, channel), &expected, 1e-12)?;
@@ -201,7 +201,7 @@ fn flicker_beside_white_noise_is_recovered_within_its_sigma() {
 }
 
 #[test]
-fn flicker_alone_levels_off_at_its_floor_on_every_rung() {
+fn flicker_alone_levels_off_at_its_floor_on_every_octave() {
     let (seed, runs) = (63, 300);
     let mut draws = Draws::new(seed);
     let bias = flicker_blocks(256);
@@ -244,7 +244,7 @@ fn a_channel_without_any_scatter_has_no_noise() {
 }
 
 #[test]
-fn a_channel_that_does_not_exist_has_no_rungs() {
+fn a_channel_that_does_not_exist_has_no_octaves() {
     assert_eq!(
         ladder::<f64>(&vec![[5.0; CHANNELS]; 8])
             .variances(CHANNELS)

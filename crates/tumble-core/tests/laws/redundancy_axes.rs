@@ -6,7 +6,7 @@ use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::sensor::{Axes, SENSORS, Sensor};
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 
 use crate::common::{cases, cast};
 use crate::redundancy_mission::{Flight, Mission, Part, Phase, assert_told, fly, platform, settings, units};
@@ -89,7 +89,7 @@ fn shows_what_both_have<T: Real>(
         let Some(record) = adopted.first() else { continue };
         // Waves at random may cancel, and show fewer directions than there are.
         let there = primary.of(sensor).iter().filter(|has| **has).count();
-        prop_assume!(record.rung == Rung::Gain || usize::from(record.directions) == there);
+        prop_assume!(record.fit_model == FitModel::Gain || usize::from(record.directions) == there);
         for (i, shown) in shown.into_iter().enumerate() {
             let along = turn.row(i).transpose().iamax();
             let (bias, sigma) = (record.model.bias[i], record.bias_sigma[i]);

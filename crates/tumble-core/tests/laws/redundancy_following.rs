@@ -7,7 +7,7 @@ use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{RedundancySettings, Rung};
+use tumble_core::redundancy::settings::{FitModel, RedundancySettings};
 
 use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, assert_told, fly, platform, settings, units,
@@ -26,7 +26,7 @@ fn stored<T: Real>(identity: u64, sensor: Sensor, followed: [f64; 3]) -> Record<
         bias_sigma: Vector3::repeat(real(1e-3)),
         lever_arm: Vector3::zeros(),
         lever_arm_sigma: Vector3::zeros(),
-        rung: Rung::Affine,
+        fit_model: FitModel::Affine,
         directions: 3,
         residual: real(0.01),
         residual_before: real(0.1),

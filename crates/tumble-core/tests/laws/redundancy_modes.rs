@@ -7,7 +7,7 @@ use tumble_core::redundancy::monitor::event::{Abandoned, Check, EventKind};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::{Data, ForceAndRate, RedundancySettings, Rung, Scope};
+use tumble_core::redundancy::settings::{Data, FitModel, ForceAndRate, RedundancySettings, Scope};
 
 use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, assert_holds, assert_told, fly, platform, settings, units,
@@ -201,9 +201,9 @@ fn the_scope_decides_whether_both_sensors_are_calibrated() {
     }
 }
 
-fn rung_reached<T: Real>(highest: Rung, arm_known: bool) -> Rung {
+fn fit_model_reached<T: Real>(highest: FitModel, arm_known: bool) -> FitModel {
     let mut settings = settings::<T>();
-    settings.fit.highest_rung = highest;
+    settings.fit.largest_fit_model = highest;
     // A model that leaves out an error leaves a residual; here it may.
     settings.adoption.residual.specific_force = real(5.0);
     settings.adoption.drift.specific_force = real(5.0);
@@ -214,31 +214,34 @@ fn rung_reached<T: Real>(highest: Rung, arm_known: bool) -> Rung {
     let flight = fly(&platform(settings, set), &Mission::new(SEED, &aged()));
     let adopted = flight.adopted(1, Sensor::Accelerometer);
     assert_eq!(adopted.len(), 1, "{highest:?} {arm_known}\n{}", flight.story());
-    if !arm_known && highest == Rung::AffineAndLeverArm {
+    if !arm_known && highest == FitModel::AffineAndLeverArm {
         assert_holds(&adopted[0], &Part::aged(), SEED);
         let apart = adopted[0].lever_arm - crate::common::cast(&Part::aged().lever_arm);
         assert!(apart.norm() < real(0.003), "{}", flight.story());
     }
-    adopted[0].rung
+    adopted[0].fit_model
 }
 
 #[test]
 fn a_fit_reaches_the_highest_model_and_finds_the_lever_arm() {
-    for rung in [Rung::Offset, Rung::Gain, Rung::Affine] {
+    for fit_model in [FitModel::Offset, FitModel::Gain, FitModel::Affine] {
         for known in [true, false] {
-            assert_eq!(rung_reached::<f32>(rung, known), rung);
-            assert_eq!(rung_reached::<f64>(rung, known), rung);
+            assert_eq!(fit_model_reached::<f32>(fit_model, known), fit_model);
+            assert_eq!(fit_model_reached::<f64>(fit_model, known), fit_model);
         }
     }
     assert_eq!(
-        rung_reached::<f32>(Rung::AffineAndLeverArm, false),
-        Rung::AffineAndLeverArm
+        fit_model_reached::<f32>(FitModel::AffineAndLeverArm, false),
+        FitModel::AffineAndLeverArm
     );
     assert_eq!(
-        rung_reached::<f64>(Rung::AffineAndLeverArm, false),
-        Rung::AffineAndLeverArm
+        fit_model_reached::<f64>(FitModel::AffineAndLeverArm, false),
+        FitModel::AffineAndLeverArm
     );
-    assert_eq!(rung_reached::<f64>(Rung::AffineAndLeverArm, true), Rung::Affine);
+    assert_eq!(
+        fit_model_reached::<f64>(FitModel::AffineAndLeverArm, true),
+        FitModel::Affine
+    );
 }
 
 fn about_one_axis<T: Real>() {
@@ -279,7 +282,7 @@ fn gentle_motion_shows_offsets_only_and_gentler_motion_nothing() {
         1,
         EventKind::Fitted {
             sensor: Sensor::Gyroscope,
-            rung: Rung::Offset,
+            fit_model: FitModel::Offset,
             ..
         }
     );
@@ -322,7 +325,10 @@ fn a_gyroscope_of_one_axis_is_calibrated_along_it_alone() {
     assert_told!(flight, 1, 0 x EventKind::Evaluated { sensor: Sensor::Accelerometer, .. });
     let adopted = flight.adopted(1, Sensor::Gyroscope);
     assert_eq!(adopted.len(), 1, "{}", flight.story());
-    assert_eq!((adopted[0].rung, adopted[0].model.bias.x), (Rung::Gain, 0.0));
+    assert_eq!(
+        (adopted[0].fit_model, adopted[0].model.bias.x),
+        (FitModel::Gain, 0.0)
+    );
     assert!(
         (adopted[0].model.bias.z - 0.015).abs() < 0.002,
         "{}",

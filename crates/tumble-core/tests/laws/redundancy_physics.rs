@@ -9,7 +9,7 @@ use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 
 use crate::common::Draws;
 use crate::redundancy_mission::{
@@ -26,7 +26,7 @@ fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
         bias_sigma: Vector3::repeat(1e-3),
         lever_arm: Vector3::zeros(),
         lever_arm_sigma: Vector3::zeros(),
-        rung: Rung::Affine,
+        fit_model: FitModel::Affine,
         directions: 3,
         residual: 0.01,
         residual_before: 0.1,

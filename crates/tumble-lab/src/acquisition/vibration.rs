@@ -81,7 +81,7 @@ fn pairs_of(ladder: &AllanLadder<f64>) -> u32 {
 fn slowest(ladder: &AllanLadder<f64>, first: usize, windows: [Noise<f64>; 3]) -> [Noise<f64>; 3] {
     let mut noise = level(ladder, first, windows);
     for lowest in 1.. {
-        let upper = ladder.from_rung(lowest);
+        let upper = ladder.from_octave(lowest);
         if pairs_of(&upper) < FEWEST_PAIRS {
             break;
         }

@@ -88,14 +88,14 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         EventKind::Triggered { sensors } => vec![("sensors", Figure::Text(sensors_name(*sensors)))],
         EventKind::Fitted {
             sensor,
-            rung,
+            fit_model,
             directions,
             pairs,
             residual,
             residual_before,
         } => vec![
             of(*sensor),
-            ("rung", Figure::Text(rung.name())),
+            ("fit_model", Figure::Text(fit_model.name())),
             ("directions", Figure::Count((*directions).into())),
             ("pairs", Figure::Count(*pairs)),
             ("residual", number(*residual)),
@@ -103,7 +103,7 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         ],
         EventKind::Adopted { record } => vec![
             of(record.sensor),
-            ("rung", Figure::Text(record.rung.name())),
+            ("fit_model", Figure::Text(record.fit_model.name())),
             ("directions", Figure::Count(record.directions.into())),
             ("residual", number(record.residual)),
             ("residual_before", number(record.residual_before)),

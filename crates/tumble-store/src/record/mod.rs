@@ -97,7 +97,7 @@ pub enum Field {
     /// Accelerometer or gyroscope.
     Sensor,
     /// Model that was fitted.
-    Rung,
+    FitModel,
     /// M.
     Matrix,
     /// b.

@@ -3,7 +3,7 @@
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::{PART_NAMES, Record};
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 
 use crate::checksum::CHECKSUM;
 use crate::record::frame::{HEAD, begin, code, end, field, put, subject};
@@ -14,7 +14,7 @@ use crate::record::{DecodeError, EncodeError, Field, StoredRecord};
 pub const VERSION: u8 = 2;
 
 /// Offsets of what is not a number of single precision.
-const RUNG: usize = HEAD;
+const FIT_MODEL: usize = HEAD;
 const DIRECTIONS: usize = 13;
 const PAIRS: usize = 14;
 const SEQUENCE: usize = 18;
@@ -37,7 +37,12 @@ const PARTS: [(Field, u8); PART_NAMES.len()] = [
 ];
 
 /// In the order of their codes.
-const RUNGS: [Rung; 4] = [Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm];
+const FIT_MODELS: [FitModel; 4] = [
+    FitModel::Offset,
+    FitModel::Gain,
+    FitModel::Affine,
+    FitModel::AffineAndLeverArm,
+];
 
 /// Offset of the flag for a temperature that follows, in versions 1 and 2.
 const FLAGS: [usize; 2] = [numbers_end(PARTS.len() - 1), numbers_end(PARTS.len())];
@@ -82,7 +87,7 @@ pub fn write<T: Real>(
     let length = flag + 1 + known + CHECKSUM;
     let bytes = buffer.get_mut(..length).ok_or(EncodeError::NoRoom)?;
     begin(bytes, VERSION, record.identity, record.sensor);
-    put(bytes, RUNG, [code(&RUNGS, record.rung)]);
+    put(bytes, FIT_MODEL, [code(&FIT_MODELS, record.fit_model)]);
     put(bytes, DIRECTIONS, [record.directions]);
     put(bytes, PAIRS, record.pairs.to_le_bytes());
     put(bytes, SEQUENCE, record.sequence.to_le_bytes());
@@ -109,10 +114,10 @@ pub fn read<T: Real>(bytes: &[u8], flag: usize) -> Result<StoredRecord<T>, Decod
         temperature: temperature(bytes, flag),
     };
     let record = &mut stored.record;
-    let [found, directions] = field(bytes, RUNG).unwrap_or_default();
-    let rung = RUNGS.get(usize::from(found));
-    record.rung = *rung.ok_or(DecodeError::UnknownCode {
-        field: Field::Rung,
+    let [found, directions] = field(bytes, FIT_MODEL).unwrap_or_default();
+    let fit_model = FIT_MODELS.get(usize::from(found));
+    record.fit_model = *fit_model.ok_or(DecodeError::UnknownCode {
+        field: Field::FitModel,
         found,
     })?;
     record.directions = directions;

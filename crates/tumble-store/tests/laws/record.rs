@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
     DRIFT_VERSION, DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
 };
@@ -45,7 +45,7 @@ fn the_example_of_the_document_is_read_as_the_document_says() {
         (0x0123_4567_89ab_cdef, Sensor::Accelerometer)
     );
     assert_eq!((record.sequence, temperature), (7, Some(36.5)));
-    assert_eq!(record.rung, Rung::AffineAndLeverArm);
+    assert_eq!(record.fit_model, FitModel::AffineAndLeverArm);
     assert_eq!(
         vec![3.0, f32::from(record.directions), record.pairs as f32],
         documented_numbers("fitted")
@@ -144,7 +144,7 @@ fn what_is_whole_but_means_nothing_is_named() {
         Err(DecodeError::UnknownVersion { found })
     );
     assert_eq!(decode(&rewritten(&[(11, 2)])), unknown(Field::Sensor, 2));
-    assert_eq!(decode(&rewritten(&[(12, 4)])), unknown(Field::Rung, 4));
+    assert_eq!(decode(&rewritten(&[(12, 4)])), unknown(Field::FitModel, 4));
     assert_eq!(decode(&rewritten(&[(162, 2)])), Err(DecodeError::Corrupt));
     assert_eq!(
         decode(&rewritten(&[(162, 0)])),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
 use tumble_store::record::{
     DRIFT_ENCODED, DRIFT_VERSION, DriftRecord, MAX_ENCODED, StoredRecord, VERSION, decode, decode_drift,
@@ -21,7 +21,7 @@ struct Fields {
     #[serde(with = "fixint::le")]
     identity: u64,
     sensor: u8,
-    rung: u8,
+    fit_model: u8,
     directions: u8,
     #[serde(with = "fixint::le")]
     pairs: u32,
@@ -62,7 +62,12 @@ struct Version3 {
 }
 
 const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
-const RUNGS: [Rung; 4] = [Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm];
+const FIT_MODELS: [FitModel; 4] = [
+    FitModel::Offset,
+    FitModel::Gain,
+    FitModel::Affine,
+    FitModel::AffineAndLeverArm,
+];
 
 fn code<C: PartialEq>(all: &[C], one: C) -> u8 {
     u8::try_from(all.iter().position(|other| *other == one).unwrap()).unwrap()
@@ -73,7 +78,7 @@ fn fields(record: &Record<f32>) -> Fields {
     Fields {
         identity: record.identity,
         sensor: code(&SENSORS, record.sensor),
-        rung: code(&RUNGS, record.rung),
+        fit_model: code(&FIT_MODELS, record.fit_model),
         directions: record.directions,
         pairs: record.pairs,
         sequence: record.sequence,
@@ -101,7 +106,7 @@ fn record_of(fields: &Fields, followed: [f32; 3]) -> Option<Record<f32>> {
         bias_sigma: fields.bias_sigma.into(),
         lever_arm: fields.lever_arm.into(),
         lever_arm_sigma: fields.lever_arm_sigma.into(),
-        rung: *RUNGS.get(usize::from(fields.rung))?,
+        fit_model: *FIT_MODELS.get(usize::from(fields.fit_model))?,
         directions: fields.directions,
         residual: fields.residual,
         residual_before: fields.residual_before,

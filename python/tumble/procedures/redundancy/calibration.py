@@ -78,7 +78,7 @@ def _content(
 
 def _fit_figures(error: SecondaryError) -> dict[str, object]:
     figures: dict[str, object] = {
-        "rung": error.rung,
+        "fit_model": error.fit_model,
         "directions": error.directions,
         "pairs": error.pairs,
         "sequence": error.sequence,

@@ -81,7 +81,7 @@ def _error(
         bias_sigma=sigma[9:],
         lever_arm=np.zeros(3) if known_arm else None,
         lever_arm_sigma=np.full(3, np.inf) if known_arm else None,
-        rung="affine",
+        fit_model="affine",
         directions=3,
         residual=triad.residual,
         residual_before=np.nan,

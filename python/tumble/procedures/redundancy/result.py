@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
 
 Sensor = Literal["accelerometer", "gyroscope"]
-Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
+FitModel = Literal["offset", "gain", "affine", "affine and lever arm"]
 Figure = float | int | str | bool | tuple[str, ...]
 NONE_FIT = "none fit"
 """Reason of `selected` where nobody is the source any more."""
@@ -76,7 +76,7 @@ class SecondaryError(Tabular):
     """(3,) m, from primary to secondary, primary's case frame; `None` for gyroscopes, and where unknown."""
     lever_arm_sigma: FloatArray | None
     """(3,) 1-sigma, 0 where it was given; infinite where the motion did not show it."""
-    rung: Rung
+    fit_model: FitModel
     directions: int
     """Directions of motion, 0 to 3, along which M was found; along the others it is unchanged."""
     residual: float

@@ -42,7 +42,7 @@ class RedundancySettings(MonitorSettings):
     @classmethod
     def as_published(cls) -> RedundancySettings:
         """Those of the literature: thresholds on the norm; offsets, from motion, that always replace."""
-        return cls(vector_check=False, highest_rung="offset", fit_rests=False, adoption="always")
+        return cls(vector_check=False, largest_fit_model="offset", fit_rests=False, adoption="always")
 
     @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:

@@ -33,7 +33,7 @@ from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import STORED_ERROR
-from tumble.procedures.redundancy.result import RECORDED, Identified, Rung, SecondaryError, Sensor
+from tumble.procedures.redundancy.result import RECORDED, Identified, FitModel, SecondaryError, Sensor
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
@@ -77,7 +77,7 @@ class StoredError(Document):
     lever_arm: Vector | None = None
     """From primary to secondary, m, primary's case frame."""
     lever_arm_sigma: VectorWithGaps | None = None
-    rung: Rung
+    fit_model: FitModel
     directions: int = Field(ge=0, le=3)
     """Directions of motion along which M was found."""
     residual: float | None = None

@@ -147,7 +147,7 @@ def _calibrated(error: SecondaryError | None, scale: Scale) -> list[str]:
         return ["no", "", ""]
     when = "stored before" if error.adopted is None else f"at {error.adopted:.1f} s"
     in_part = f", {error.directions} of 3 directions" if error.directions < 3 else ""
-    how = f"{when}: {error.rung}{in_part}"
+    how = f"{when}: {error.fit_model}{in_part}"
     return [how, _quantity(error.residual_before, scale), _quantity(error.residual, scale)]
 
 

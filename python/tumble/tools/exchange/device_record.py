@@ -96,7 +96,7 @@ def _record(identity: int, triad: TriadName, section: Triad) -> dict[str, Any]:
         "bias": section.b,
         "matrix_sigma": known[:9].reshape(3, 3),
         "bias_sigma": known[9:],
-        "rung": "affine" if has_matrix else "offset",
+        "fit_model": "affine" if has_matrix else "offset",
         "directions": 3 if has_matrix else 0,
         # It was fitted to no pairs with a primary, and has followed none.
         "residual": np.inf,

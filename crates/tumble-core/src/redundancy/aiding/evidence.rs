@@ -19,7 +19,7 @@ const FORGOTTEN: f32 = 2.0;
 const MOST: f64 = 15.0;
 
 /// Misfit, sigmas, above which a measurement that fits no unit is rejected.
-const FITS_NOBODY: f64 = 4.0;
+const FITS_NONE: f64 = 4.0;
 
 /// Measurements over which misfits are averaged, and largest mean misfit, sigmas, of a unit that fits.
 const AVERAGED: f64 = 20.0;
@@ -63,7 +63,7 @@ pub(crate) enum Trust<T: Real> {
 pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub units: &'a [Option<UnitReading<T>>; UNITS],
     /// Median reading of the set, m/s^2 and rad/s.
-    pub said: [&'a Vector3<T>; 2],
+    pub measured: [&'a Vector3<T>; 2],
     /// Zero rate of the set at its last rest, rad/s.
     pub resting_rate: &'a Vector3<T>,
     /// True if a sensor of a unit is faulty, accelerometer first.
@@ -83,7 +83,7 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
 
 /// Evidence of aiding measurements against one sensor of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Testified<T: Real> {
+struct SensorEvidence<T: Real> {
     /// Logarithm of the likelihood ratio: fault of the sensor over fault of the set.
     evidence: T,
     /// Mean misfit with the sensor in place of that of the set, of each measured quantity, sigmas.
@@ -102,7 +102,7 @@ struct Confidence<T: Real> {
     fit: bool,
     streak: u16,
     /// True if the loss of trust was reported.
-    told: bool,
+    reported: bool,
 }
 
 impl<T: Real> Confidence<T> {
@@ -113,7 +113,7 @@ impl<T: Real> Confidence<T> {
             trusted: false,
             fit: false,
             streak: 0,
-            told: false,
+            reported: false,
         }
     }
 
@@ -126,7 +126,7 @@ impl<T: Real> Confidence<T> {
 
     /// Updates the trust with a misfit of the best unit, sigmas, and returns a change of it.
     fn trust(&mut self, best: T) -> Option<Trust<T>> {
-        let most = real::<T>(FITS_NOBODY + 1.0);
+        let most = real::<T>(FITS_NONE + 1.0);
         let square = best.min(most) * best.min(most);
         self.lately += (square - self.lately) / real(AVERAGED);
         let limit = tabulated::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
@@ -141,16 +141,16 @@ impl<T: Real> Confidence<T> {
         match (self.trusted, fits) {
             (true, true) => None,
             // The absence of trust from the beginning is reported too.
-            (false, false) if self.streak < ANEW_AFTER || self.told => None,
+            (false, false) if self.streak < ANEW_AFTER || self.reported => None,
             (false, true) if self.streak < TRUSTED_AFTER => None,
             (_, false) => {
                 self.trusted = false;
-                self.told = true;
+                self.reported = true;
                 Some(Trust::Lost { misfit, limit })
             }
             (false, true) => {
                 self.trusted = true;
-                core::mem::take(&mut self.told).then_some(Trust::Regained)
+                core::mem::take(&mut self.reported).then_some(Trust::Regained)
             }
         }
     }
@@ -172,7 +172,7 @@ pub(crate) struct AidingEvidence<T: Real, const UNITS: usize> {
     /// Number of the latest window, and length of a window, microseconds.
     number: u64,
     span: u64,
-    against: [[Testified<T>; 2]; UNITS],
+    against: [[SensorEvidence<T>; 2]; UNITS],
     /// Score of each unit, and its age, s.
     scores: [Option<(T, T)>; UNITS],
     /// Time since the latest velocity, s.
@@ -185,7 +185,7 @@ pub(crate) struct AidingEvidence<T: Real, const UNITS: usize> {
 
 impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     pub fn new() -> Self {
-        let nothing = Testified {
+        let nothing = SensorEvidence {
             evidence: T::zero(),
             misfit: [T::zero(); MEASURED],
         };
@@ -207,9 +207,9 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         let follows = around.number == self.number.saturating_add(1);
         (self.number, self.span, self.calm) = (around.number, around.span.max(1), around.calm);
         self.silent += around.length;
-        let listens = self.silent <= real(SILENT);
-        self.navigation = self.navigation.filter(|_| follows && listens);
-        if listens {
+        let in_use = self.silent <= real(SILENT);
+        self.navigation = self.navigation.filter(|_| follows && in_use);
+        if in_use {
             self.navigate(around);
         }
         self.weigh_scores(around.length);
@@ -217,7 +217,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     }
 
     fn navigate(&mut self, around: &Surroundings<'_, T, UNITS>) {
-        let [force, _] = around.said;
+        let [force, _] = around.measured;
         let rests = around.units.iter().flatten().any(|unit| unit.at_rest.is_some());
         let deviations: [[Vector3<T>; 2]; UNITS] = core::array::from_fn(|number| {
             SENSORS.map(|sensor| {
@@ -225,7 +225,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
                 let faulty = around.faulty.get(number).is_none_or(|faulty| *sensor.of(faulty));
                 let unit = unit.filter(|unit| *sensor.of(&unit.votes) && !faulty);
                 unit.map_or(Vector3::zeros(), |unit| {
-                    sensor.of(&unit.reading) - *sensor.of(&around.said)
+                    sensor.of(&unit.reading) - *sensor.of(&around.measured)
                 })
             })
         });
@@ -238,7 +238,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             }
         }
         navigation.advance(&Step {
-            said: around.said,
+            measured: around.measured,
             deviations: &deviations,
             length: around.length,
             gravity: around.gravity,
@@ -272,9 +272,9 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
                 continue;
             }
             let beyond = (*value - T::one()) * real(0.5);
-            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
+            let added = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
             for against in against {
-                against.evidence = (against.evidence + said).min(real(MOST));
+                against.evidence = (against.evidence + added).min(real(MOST));
             }
         }
     }
@@ -340,7 +340,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         } else {
             navigation.begin_along_primary(aided);
         }
-        let worst = self.listen(navigation, aided, level)?;
+        let worst = self.compare_velocity(navigation, aided, level)?;
         self.trust(Sensor::Accelerometer, worst)
     }
 
@@ -351,7 +351,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     ) -> Option<Trust<T>> {
         let innovation = navigation.along_heading(aided, self.calm)?;
         let best = self.weigh(navigation, &innovation, HEADING);
-        if best.abs() < real(FITS_NOBODY) {
+        if best.abs() < real(FITS_NONE) {
             navigation.update(&innovation);
         }
         let change = self.trust(Sensor::Gyroscope, best.abs());
@@ -380,7 +380,12 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
 
     /// Compares a velocity with the prediction of each unit, axis by axis; returns the largest misfit of the
     /// best unit, sigmas.
-    fn listen(&mut self, navigation: &mut Navigation<T, UNITS>, aided: &Aided<T>, level: bool) -> Option<T> {
+    fn compare_velocity(
+        &mut self,
+        navigation: &mut Navigation<T, UNITS>,
+        aided: &Aided<T>,
+        level: bool,
+    ) -> Option<T> {
         let mut worst = None;
         for (place, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
             let innovation = if level {
@@ -390,7 +395,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             };
             let Some(innovation) = innovation else { continue };
             let best = self.weigh(navigation, &innovation, place);
-            if best.abs() < real(FITS_NOBODY) {
+            if best.abs() < real(FITS_NONE) {
                 navigation.update(&innovation);
             }
             worst = Some(best.abs().max(worst.unwrap_or(T::zero())));
@@ -402,7 +407,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     fn weigh(&mut self, navigation: &Navigation<T, UNITS>, innovation: &Innovation<T>, place: usize) -> T {
         // Common errors of the gyroscopes, drift and the bias error of the filter, change a velocity as much as
         // their differences do; accelerometers do not affect a heading.
-        let (confidence, speaks_of) = if place == HEADING {
+        let (confidence, concerned) = if place == HEADING {
             (&mut self.of_heading, Sensor::Gyroscope)
         } else {
             (&mut self.of_velocity, Sensor::Accelerometer)
@@ -418,7 +423,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
                 best = *own;
             }
         }
-        let (fits_somebody, most) = (best.abs() < real(FITS_NOBODY), real::<T>(FITS_NOBODY + 1.0));
+        let (fits_any, most) = (best.abs() < real(FITS_NONE), real::<T>(FITS_NONE + 1.0));
         for (sensor, unit) in candidates::<UNITS>() {
             let against = self.against.get_mut(unit).map(|against| sensor.of_mut(against));
             let own = misfits.get(unit).map(|misfits| *sensor.of(misfits));
@@ -429,13 +434,13 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             if let Some(misfit) = against.misfit.get_mut(place) {
                 *misfit += (own_within - *misfit) / real(AVERAGED);
             }
-            if fits_somebody && confidence.trusted && sensor == speaks_of {
+            if fits_any && confidence.trusted && sensor == concerned {
                 let set_within = of_set.max(-most).min(most);
-                let said = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
-                against.evidence = (against.evidence + said).max(real(-MOST)).min(real(MOST));
+                let added = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
+                against.evidence = (against.evidence + added).max(real(-MOST)).min(real(MOST));
             }
         }
-        if self.calm && confidence.trusted && fits_somebody {
+        if self.calm && confidence.trusted && fits_any {
             confidence.learn(best);
         }
         best
@@ -464,7 +469,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         change
     }
 
-    fn against(&self, sensor: Sensor, unit: usize) -> Option<&Testified<T>> {
+    fn against(&self, sensor: Sensor, unit: usize) -> Option<&SensorEvidence<T>> {
         self.against.get(unit).map(|against| sensor.of(against))
     }
 
@@ -496,7 +501,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     }
 
     /// Returns the evidence if it is against a unit and in favour of all others.
-    pub fn speaks_against(
+    pub fn contradicts(
         &self,
         sensor: Sensor,
         unit: usize,

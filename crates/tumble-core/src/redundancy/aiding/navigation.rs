@@ -83,7 +83,7 @@ impl<T: Real> Heading<T> {
 /// Readings of the set over a window, and deviations of each sensor of each unit.
 pub(super) struct Step<'a, T: Real, const UNITS: usize> {
     /// Median reading of the set, m/s^2 and rad/s.
-    pub said: [&'a Vector3<T>; 2],
+    pub measured: [&'a Vector3<T>; 2],
     /// Deviation of each unit from it; zero for a unit that is faulty or has no reading.
     pub deviations: &'a [[Vector3<T>; 2]; UNITS],
     /// Length of the window, s.
@@ -199,7 +199,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
 
     /// Advances the state by a window.
     pub fn advance(&mut self, step: &Step<'_, T, UNITS>) {
-        let ([f, w], h) = (step.said, step.length);
+        let ([f, w], h) = (step.measured, step.length);
         let turn: Vector3<T> = (w - self.rate_error) * h;
         let coning: Vector3<T> = self.turn.cross(&turn) * real::<T>(1.0 / 12.0);
         let half: Vector3<T> = turn * real::<T>(0.5);
@@ -218,9 +218,9 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         };
         self.covariance
             .spread(&moves, &noise(&(turn / h), &acceleration, h));
-        for (deviations, said) in self.deviations.iter_mut().zip(step.deviations) {
+        for (deviations, measured) in self.deviations.iter_mut().zip(step.deviations) {
             let [of_force, of_rate] = deviations;
-            let [force, rate] = said;
+            let [force, rate] = measured;
             *of_force = moves.carry(of_force);
             of_force.velocity += level * force * h; // judgement.md, eq. 18
             *of_rate = moves.carry(of_rate);
@@ -249,7 +249,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
     }
 
     /// Removes a faulty sensor of a unit: the state continues with the mean of the others.
-    pub fn leave_out(&mut self, sensor: Sensor, unit: usize, innocent: impl Fn(usize) -> bool) {
+    pub fn leave_out(&mut self, sensor: Sensor, unit: usize, healthy: impl Fn(usize) -> bool) {
         let own = self.deviations.get(unit).map(|deviations| sensor.of(deviations));
         if own.is_none_or(|own| *own == Errors::none()) {
             return;
@@ -259,7 +259,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             .deviations
             .iter()
             .enumerate()
-            .filter(|(other, _)| innocent(*other))
+            .filter(|(other, _)| healthy(*other))
         {
             sum = sum.plus(sensor.of(deviations), T::one());
             others += T::one();

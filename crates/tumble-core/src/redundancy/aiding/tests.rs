@@ -71,7 +71,7 @@ enum Found {
 }
 
 /// Velocity of an aiding measurement at a time.
-type Says = fn(f64, Vector3<f64>) -> Aiding<f64>;
+type Measures = fn(f64, Vector3<f64>) -> Aiding<f64>;
 
 struct Flight<const N: usize> {
     seed: u64,
@@ -79,7 +79,7 @@ struct Flight<const N: usize> {
     /// Errors of a unit at a time.
     fault: fn(usize, f64) -> [Vector3<f64>; 2],
     /// Velocity of the aiding measurement at a time; NaN where there is none.
-    says: Says,
+    measures: Measures,
     /// Time of the simulation, s.
     latency: f64,
 }
@@ -102,7 +102,7 @@ fn reading(f: Vector3<f64>, w: Vector3<f64>) -> Option<UnitReading<f64>> {
         matrix_shown: [true; 2],
         place: 0.0,
         residual: [1e-5, 1e-8],
-        unfound: [0.0; 2],
+        uncertainty: [0.0; 2],
         interval: 0.005,
     })
 }
@@ -111,15 +111,15 @@ fn resting() -> [Option<UnitReading<f64>>; 2] {
     [reading(Vector3::z() * GRAVITY, Vector3::zeros()); 2]
 }
 
-fn listen<const N: usize>(
+fn process<const N: usize>(
     aiding_evidence: &mut Option<AidingEvidence<f64, N>>,
     time: f64,
-    said: &Aiding<f64>,
+    measured: &Aiding<f64>,
 ) -> Result<Option<Trust<f64>>, AidingRejection> {
-    said.check(N)?;
+    measured.check(N)?;
     aiding_evidence
         .get_or_insert_with(AidingEvidence::new)
-        .take((time * 1e6) as u64, said)
+        .take((time * 1e6) as u64, measured)
 }
 
 fn look<const N: usize>(
@@ -127,7 +127,7 @@ fn look<const N: usize>(
     aiding_evidence: &mut Option<AidingEvidence<f64, N>>,
     number: u64,
     units: &[Option<UnitReading<f64>>; N],
-    tell: &mut dyn FnMut(Sensor, Judgement<f64>),
+    emit: &mut dyn FnMut(Sensor, Judgement<f64>),
 ) {
     let window = SetWindow {
         units,
@@ -148,7 +148,7 @@ fn look<const N: usize>(
             angular_rate: 0.0075,
         },
     };
-    judge.look(&window, aiding_evidence.as_mut(), tell);
+    judge.look(&window, aiding_evidence.as_mut(), emit);
 }
 
 impl<const N: usize> Flight<N> {
@@ -162,10 +162,10 @@ impl<const N: usize> Flight<N> {
             let [f, w] = felt(t);
             let units: [Option<UnitReading<f64>>; N] = core::array::from_fn(|i| {
                 let [df, dw] = (self.fault)(i, t);
-                let said = reading(f + draw.vector(0.004) + df, w + draw.vector(0.0003) + dw)?;
+                let measured = reading(f + draw.vector(0.004) + df, w + draw.vector(0.0003) + dw)?;
                 Some(UnitReading {
                     at_rest: (t < 12.0).then_some([0.0; 2]),
-                    ..said
+                    ..measured
                 })
             });
             look(
@@ -187,8 +187,8 @@ impl<const N: usize> Flight<N> {
             );
             if k % 4 == 0 {
                 let at = t - self.latency;
-                let said = (self.says)(at, motion(at).1 + draw.vector(SIGMA));
-                match listen(&mut aiding_evidence, at, &said) {
+                let measured = (self.measures)(at, motion(at).1 + draw.vector(SIGMA));
+                match process(&mut aiding_evidence, at, &measured) {
                     Ok(None) | Err(_) => {}
                     Ok(Some(Trust::Lost { .. })) => found.push((t, Found::Lost)),
                     Ok(Some(Trust::Regained)) => found.push((t, Found::Regained)),
@@ -230,7 +230,7 @@ fn flight<const N: usize>(seed: u64) -> Flight<N> {
         seed,
         until: 150.0,
         fault: sound,
-        says: truthful,
+        measures: truthful,
         latency: 0.15,
     }
 }
@@ -244,7 +244,7 @@ fn blamed(found: &[(f64, Found)]) -> Vec<(usize, Sensor)> {
 }
 
 #[test]
-fn an_aiding_says_which_of_two_accelerometers_drifts() {
+fn an_aiding_isolates_the_drifting_accelerometer_of_two() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: force_drifts,
@@ -260,7 +260,7 @@ fn an_aiding_says_which_of_two_accelerometers_drifts() {
 }
 
 #[test]
-fn a_velocity_blames_no_gyroscope() {
+fn a_velocity_isolates_no_gyroscope() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: rate_drifts,
@@ -273,11 +273,11 @@ fn a_velocity_blames_no_gyroscope() {
 }
 
 #[test]
-fn wheels_say_which_of_two_drifts() {
+fn wheels_isolate_the_drifting_one_of_two() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: force_drifts,
-            says: |t, v| {
+            measures: |t, v| {
                 let (attitude, ..) = motion(t);
                 Aiding::BodyVelocity {
                     value: attitude.inverse() * v,
@@ -293,11 +293,11 @@ fn wheels_say_which_of_two_drifts() {
 }
 
 #[test]
-fn a_climb_rate_says_which_of_two_drifts_along_the_vertical() {
+fn a_climb_rate_isolates_the_unit_drifting_vertically() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: |unit, t| [Vector3::z() * ramp(unit, t, 0.02).norm(), Vector3::zeros()],
-            says: |_, v| Aiding::Velocity {
+            measures: |_, v| Aiding::Velocity {
                 value: Vector3::new(f64::NAN, f64::NAN, v.z),
                 sigma: Vector3::new(f64::INFINITY, f64::INFINITY, SIGMA),
             },
@@ -310,11 +310,11 @@ fn a_climb_rate_says_which_of_two_drifts_along_the_vertical() {
 }
 
 #[test]
-fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
+fn scores_isolate_the_unit_whose_estimator_disagrees() {
     for seed in 0..4 {
         let found = Flight::<2> {
             fault: force_drifts,
-            says: |t, _| Aiding::Score {
+            measures: |t, _| Aiding::Score {
                 unit: 1,
                 value: if t > 110.0 { 6.0 } else { 1.0 },
             },
@@ -352,10 +352,10 @@ fn yaw_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
 #[test]
 fn a_heading_isolates_the_gyroscope_drifting_about_the_vertical() {
     for seed in 0..8 {
-        let flown = |says: Says| {
+        let flown = |measures: Measures| {
             Flight::<2> {
                 fault: yaw_drifts,
-                says,
+                measures,
                 ..flight(seed)
             }
             .fly()
@@ -374,17 +374,21 @@ fn a_heading_isolates_the_gyroscope_drifting_about_the_vertical() {
 fn a_heading_that_is_disturbed_excludes_no_sound_unit() {
     // Iron that passes, iron that comes ever nearer, and a needle that sticks; alone and beside a different
     // fault.
-    let disturbances: [Says; 3] = [
+    let disturbances: [Measures; 3] = [
         |t, v| heading(t, v, if t > 90.0 && t % 20.0 < 6.0 { 0.6 } else { 0.0 }),
         |t, v| heading(t, v, if t > 100.0 { -0.02 * (t - 100.0) } else { 0.0 }),
         |t, v| heading(t.min(95.0), v - motion(t).1 + motion(t.min(95.0)).1, 0.0),
     ];
     for seed in 0..4 {
-        for (number, says) in disturbances.into_iter().enumerate() {
-            let alone = Flight::<2> { says, ..flight(seed) }.fly();
+        for (number, measures) in disturbances.into_iter().enumerate() {
+            let alone = Flight::<2> {
+                measures,
+                ..flight(seed)
+            }
+            .fly();
             assert_eq!(blamed(&alone), [], "seed {seed}, disturbance {number}: {alone:?}");
             let beside = Flight::<2> {
-                says,
+                measures,
                 fault: yaw_drifts,
                 ..flight(seed)
             }
@@ -396,7 +400,7 @@ fn a_heading_that_is_disturbed_excludes_no_sound_unit() {
 }
 
 /// Faults of an aiding measurement from 60 s on, and the expectation that no unit fits it for long.
-const LIES: [(Says, bool); 6] = [
+const LIES: [(Measures, bool); 6] = [
     // The velocity drifts away, fast and slowly.
     (
         |t, v| velocity(v + Vector3::new(0.7, 0.5, 0.2) * (0.3 * (t - 60.0).max(0.0))),
@@ -427,9 +431,17 @@ const LIES: [(Says, bool); 6] = [
 #[test]
 fn an_aiding_that_lies_excludes_no_sound_unit() {
     for seed in 0..2 {
-        for (number, (says, contradicts_all)) in LIES.into_iter().enumerate() {
-            let two = Flight::<2> { says, ..flight(seed) }.fly();
-            let three = Flight::<3> { says, ..flight(seed) }.fly();
+        for (number, (measures, contradicts_all)) in LIES.into_iter().enumerate() {
+            let two = Flight::<2> {
+                measures,
+                ..flight(seed)
+            }
+            .fly();
+            let three = Flight::<3> {
+                measures,
+                ..flight(seed)
+            }
+            .fly();
             for found in [two, three] {
                 assert_eq!(blamed(&found), [], "seed {seed}, lie {number}: {found:?}");
                 let lost = found.iter().any(|(_, found)| *found == Found::Lost);
@@ -440,19 +452,19 @@ fn an_aiding_that_lies_excludes_no_sound_unit() {
 }
 
 /// Fault of an aiding measurement that begins with the drift of a unit, or later.
-const GLITCHES: [Says; 2] = [
+const GLITCHES: [Measures; 2] = [
     |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from((100.0..103.0).contains(&t))),
     |t, v| velocity(v - Vector3::new(1.2, -1.3, 1.0) * f64::from((103.0..108.0).contains(&t))),
 ];
 
 #[test]
 fn a_glitch_together_with_a_fault_names_no_sound_unit() {
-    for (number, says) in GLITCHES.into_iter().enumerate() {
+    for (number, measures) in GLITCHES.into_iter().enumerate() {
         for fault in [force_drifts, rate_drifts] {
             for seed in 0..2 {
                 let base = |seed| Flight::<2> {
                     fault,
-                    says,
+                    measures,
                     ..flight(seed)
                 };
                 let found = base(seed).fly();
@@ -467,9 +479,9 @@ fn a_glitch_together_with_a_fault_names_no_sound_unit() {
 }
 
 #[test]
-fn an_aiding_that_lied_is_believed_again_once_it_fits() {
+fn a_faulty_aiding_is_trusted_again_once_it_fits() {
     let found = Flight::<2> {
-        says: |t, v| velocity(if (60.0..70.0).contains(&t) { v * -1.0 } else { v }),
+        measures: |t, v| velocity(if (60.0..70.0).contains(&t) { v * -1.0 } else { v }),
         ..flight(1)
     }
     .fly();
@@ -489,7 +501,7 @@ fn an_aiding_that_comes_seconds_late_or_early_is_left_out() {
             let t = (k + 1) as f64 * H;
             look(&mut judge, &mut aiding_evidence, k, &resting(), &mut |_, _| {});
             let at = (t - latency).max(0.0);
-            if let Err(why) = listen(&mut aiding_evidence, at, &velocity(Vector3::zeros())) {
+            if let Err(why) = process(&mut aiding_evidence, at, &velocity(Vector3::zeros())) {
                 rejections.push(why);
             }
         }
@@ -556,8 +568,8 @@ fn the_share_of_a_unit_equals_that_of_a_filter_of_its_own() {
             let (unit_force, unit_rate) = (f + own_force, w + own_rate);
             let deviations = [[Vector3::zeros(); 2], [own_force, own_rate]];
             let none = [[Vector3::zeros(); 2]; 2];
-            let step = |said, deviations| Step {
-                said,
+            let step = |measured, deviations| Step {
+                measured,
                 deviations,
                 length: H,
                 gravity: GRAVITY,
@@ -599,17 +611,17 @@ fn the_share_of_a_unit_equals_that_of_a_filter_of_its_own() {
 }
 
 #[test]
-fn what_is_left_out_of_an_aiding_is_counted_and_told_of_once() {
+fn rejected_aidings_are_counted_and_reported_once() {
     let mut monitor = Monitor::<f64, 2, 1, 1>::new();
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for time in 0..10 {
         for value in [Vector3::repeat(f64::NAN), Vector3::zeros()] {
             monitor.aiding(time * 200_000, &velocity(value), &mut |event| {
-                told.push(event.kind)
+                reported.push(event.kind)
             });
         }
     }
     let why = AidingRejection::NotFinite;
-    assert_eq!(told, [EventKind::AidingLeftOut { why }]);
+    assert_eq!(reported, [EventKind::AidingLeftOut { why }]);
     assert_eq!(monitor.aiding_measurements_left_out(), 10);
 }

@@ -24,9 +24,9 @@ use crate::real::{Real, count, real};
 use crate::redundancy::fit::excitation::ExcitedDirections;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::fit::rests::{RowPairs, WeighedRests};
-use crate::redundancy::fit::row_moments::{BelievedRow, RowMoments};
+use crate::redundancy::fit::row_moments::{EstimatedRow, RowMoments};
 use crate::redundancy::relative_error::{ERROR_NUMBERS, RelativeError};
-use crate::redundancy::settings::Rung;
+use crate::redundancy::settings::FitModel;
 
 /// Variance of the noise of the primary in a pair, measured at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub struct FitProblem<'a, T: Real> {
     /// Stored error, which remains where the data show nothing.
     pub stored: &'a RelativeError<T>,
     /// Largest model that the fit may estimate.
-    pub highest: Rung,
+    pub highest: FitModel,
     /// Standard deviation of the motion along a direction above which it is fitted, m/s^2 or rad/s.
     pub excitation: T,
     /// Excitation of the lever arm above which it is fitted, m/s^2 per m; `None` if the lever arm is known.
@@ -67,7 +67,7 @@ pub struct Fit<T: Real> {
     /// Estimated error.
     pub error: RelativeError<T>,
     /// Model that was estimated.
-    pub rung: Rung,
+    pub fit_model: FitModel,
     /// Number of directions along which M was fitted.
     pub directions: u8,
     /// Projection onto the directions along which each row of M was fitted.
@@ -110,7 +110,7 @@ impl<T: Real> Fit<T> {
     pub fn none() -> Self {
         Self {
             error: RelativeError::none(),
-            rung: Rung::Offset,
+            fit_model: FitModel::Offset,
             directions: 0,
             shown: [zeros(); 3],
             row_covariance: [zeros(); 3],
@@ -148,7 +148,7 @@ impl<T: Real> Fit<T> {
 
 /// State of a fit after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LadderState {
+pub enum FitProgress {
     /// Another step would change the result.
     GoesOn,
     /// The fit is complete.
@@ -210,7 +210,7 @@ struct RowMeans<T: Real> {
 }
 
 /// State of the iteration.
-struct Ladder<T: Real> {
+struct FitIteration<T: Real> {
     matrix: Matrix3<T>,
     lever_arm: Vector3<T>,
     rows: [RowStep<T>; 3],
@@ -219,7 +219,7 @@ struct Ladder<T: Real> {
     settled: bool,
 }
 
-impl<T: Real> Ladder<T> {
+impl<T: Real> FitIteration<T> {
     #[inline(never)]
     fn from(error: &RelativeError<T>) -> Self {
         Self {
@@ -240,23 +240,23 @@ impl<T: Real> FitProblem<'_, T> {
     /// Takes one step of Gauss and Newton from `near`, which it updates, over all parameters that the motion
     /// excites. `taken` steps precede it.
     #[inline(never)]
-    pub fn go_on(&self, near: &mut RelativeError<T>, taken: u8, found: &mut Fit<T>) -> LadderState {
-        let mut ladder = Ladder::from(near);
-        self.step(&mut ladder);
-        (near.matrix, near.lever_arm) = (ladder.matrix, ladder.lever_arm);
-        if !ladder.settled && taken.saturating_add(1) < STEPS {
-            return LadderState::GoesOn;
+    pub fn go_on(&self, near: &mut RelativeError<T>, taken: u8, found: &mut Fit<T>) -> FitProgress {
+        let mut iteration = FitIteration::from(near);
+        self.step(&mut iteration);
+        (near.matrix, near.lever_arm) = (iteration.matrix, iteration.lever_arm);
+        if !iteration.settled && taken.saturating_add(1) < STEPS {
+            return FitProgress::GoesOn;
         }
-        match self.conclude(&ladder, found) {
-            Some(()) => LadderState::Found,
-            None => LadderState::Unsolvable,
+        match self.conclude(&iteration, found) {
+            Some(()) => FitProgress::Found,
+            None => FitProgress::Unsolvable,
         }
     }
 
     /// Computes a step of Gauss and Newton.
     #[inline(never)]
-    fn step(&self, ladder: &mut Ladder<T>) {
-        let change = ladder.lever_arm - self.stored.lever_arm;
+    fn step(&self, iteration: &mut FitIteration<T>) {
+        let change = iteration.lever_arm - self.stored.lever_arm;
         let v = &self.noise.angular_acceleration;
         let noise = diagonal(v.y + v.z, v.z + v.x, v.x + v.y); // eq. 10
         let mut sums = LeverSums {
@@ -265,17 +265,17 @@ impl<T: Real> FitProblem<'_, T> {
             unexplained: zeros(),
             left: T::zero(),
         };
-        let matrices = rows_of(&ladder.matrix)
+        let matrices = rows_of(&iteration.matrix)
             .into_iter()
             .zip(rows_of(&self.stored.matrix));
-        for ((number, row), (matrix, stored)) in ladder.rows.iter_mut().enumerate().zip(matrices) {
-            let believed = BelievedRow {
+        for ((number, row), (matrix, stored)) in iteration.rows.iter_mut().enumerate().zip(matrices) {
+            let estimated = EstimatedRow {
                 number,
                 matrix,
                 stored,
                 change,
             };
-            let moments = RowMoments::of(self, &believed);
+            let moments = RowMoments::of(self, &estimated);
             row.excited = self.excited(&moments.motion, number);
             row.explained = product(&row.excited.inverse, &moments.motion_beyond);
             row.carried = matrix_product(&row.excited.inverse, &moments.motion_lever);
@@ -288,29 +288,29 @@ impl<T: Real> FitProblem<'_, T> {
             sums.complement += moments.lever - transposed_matrix_product(&moments.motion_lever, &row.carried); // eq. 8: S
             sums.left += moments.beyond - moments.motion_beyond.dot(&row.explained);
         }
-        self.excite_lever(&sums.complement, &mut ladder.lever);
-        self.take_step(ladder, &sums);
+        self.excite_lever(&sums.complement, &mut iteration.lever);
+        self.take_step(iteration, &sums);
     }
 
     /// Applies the step that minimises the unexplained variance.
     #[inline(never)]
-    fn take_step(&self, ladder: &mut Ladder<T>, sums: &LeverSums<T>) {
-        let change = ladder.lever_arm - self.stored.lever_arm;
-        let step = product(&ladder.lever.inverse, &sums.unexplained); // eq. 8: s
-        let changes = ladder.rows.each_ref();
+    fn take_step(&self, iteration: &mut FitIteration<T>, sums: &LeverSums<T>) {
+        let change = iteration.lever_arm - self.stored.lever_arm;
+        let step = product(&iteration.lever.inverse, &sums.unexplained); // eq. 8: s
+        let changes = iteration.rows.each_ref();
         let changes = changes.map(|row| row.explained - product(&row.carried, &step)); // eq. 9: Delta_i
         let matrix = self.stored.matrix + of_columns(changes).transpose();
         // The product of the step and the change of M is left for the next step.
         let moved = step.dot(&product(&sums.lever, &step));
-        let next = squared_matrix(&(matrix - ladder.matrix)) * moved;
+        let next = squared_matrix(&(matrix - iteration.matrix)) * moved;
         let left = sums.left - step.dot(&sums.unexplained);
         // Along directions that show nothing the stored value remains.
-        let shown = product(&ladder.lever.projection, &change);
+        let shown = product(&iteration.lever.projection, &change);
         let strayed = squared(&(change - shown)) > squared(&change) * real(STRAYED);
         // redundancy.md, eq. 23
-        ladder.settled = !strayed && next <= left * self.share(0) * real(SETTLED / 3.0);
-        ladder.matrix = matrix;
-        ladder.lever_arm = self.stored.lever_arm + shown + step;
+        iteration.settled = !strayed && next <= left * self.share(0) * real(SETTLED / 3.0);
+        iteration.matrix = matrix;
+        iteration.lever_arm = self.stored.lever_arm + shown + step;
     }
 
     fn row_pairs(&self, row: usize) -> RowPairs<'_, T> {
@@ -327,16 +327,18 @@ impl<T: Real> FitProblem<'_, T> {
         let least = self.excitation * self.excitation;
         match self.highest {
             _ if self.axes.get(i) != Some(&true) => ExcitedDirections::nothing(),
-            Rung::Offset => ExcitedDirections::nothing(),
-            Rung::Affine | Rung::AffineAndLeverArm if self.complete => ExcitedDirections::of(*motion, least),
-            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
+            FitModel::Offset => ExcitedDirections::nothing(),
+            FitModel::Affine | FitModel::AffineAndLeverArm if self.complete => {
+                ExcitedDirections::of(*motion, least)
+            }
+            FitModel::Gain | FitModel::Affine | FitModel::AffineAndLeverArm => {
                 ExcitedDirections::along_axis(motion, i, least)
             }
         }
     }
 
     fn finds_lever_arm(&self) -> bool {
-        self.lever_arm_excitation.is_some() && self.highest == Rung::AffineAndLeverArm
+        self.lever_arm_excitation.is_some() && self.highest == FitModel::AffineAndLeverArm
     }
 
     /// Directions along which the lever arm shows beyond the effects of the motion.
@@ -362,13 +364,13 @@ impl<T: Real> FitProblem<'_, T> {
     }
 
     #[inline(never)]
-    fn conclude(&self, ladder: &Ladder<T>, fit: &mut Fit<T>) -> Option<()> {
-        let Ladder {
+    fn conclude(&self, iteration: &FitIteration<T>, fit: &mut Fit<T>) -> Option<()> {
+        let FitIteration {
             matrix,
             lever_arm,
             rows,
             ..
-        } = ladder;
+        } = iteration;
         let stored = self.stored;
         let (more, farther) = (matrix - stored.matrix, lever_arm - stored.lever_arm);
         let [x, y, z] = rows_of(matrix);
@@ -386,12 +388,12 @@ impl<T: Real> FitProblem<'_, T> {
         }
         fit.error = RelativeError::new(*matrix, bias, *lever_arm)?;
         fit.directions = rows.iter().fold(0, |most, row| row.excited.directions.max(most));
-        fit.rung = self.rung(fit.directions, ladder.lever.directions);
+        fit.fit_model = self.fit_model(fit.directions, iteration.lever.directions);
         fit.pairs = self.pairs.samples();
         let share = self.share(1 + u32::from(fit.directions));
         let variance = [0, 1, 2].map(|i| self.residual_variance(&fit.error, i) * share);
-        fit.lever_arm_shown = ladder.lever.projection;
-        fit.lever_arm_covariance = ladder.lever.inverse * self.mean_of_rows(&variance); // eq. 11: C_r
+        fit.lever_arm_shown = iteration.lever.projection;
+        fit.lever_arm_covariance = iteration.lever.inverse * self.mean_of_rows(&variance); // eq. 11: C_r
         let of_arm = &fit.lever_arm_covariance;
         fit.shown = rows.each_ref().map(|row| row.excited.projection);
         let found = fit.row_covariance.iter_mut().zip(fit.bias_sigma.iter_mut());
@@ -422,12 +424,12 @@ impl<T: Real> FitProblem<'_, T> {
         sum / rows.max(T::one())
     }
 
-    fn rung(&self, directions: u8, lever_directions: u8) -> Rung {
+    fn fit_model(&self, directions: u8, lever_directions: u8) -> FitModel {
         match (directions, lever_directions) {
-            (_, 1..) => Rung::AffineAndLeverArm,
-            (0, 0) => Rung::Offset,
-            _ if self.highest == Rung::Gain || !self.complete => Rung::Gain,
-            _ => Rung::Affine,
+            (_, 1..) => FitModel::AffineAndLeverArm,
+            (0, 0) => FitModel::Offset,
+            _ if self.highest == FitModel::Gain || !self.complete => FitModel::Gain,
+            _ => FitModel::Affine,
         }
     }
 

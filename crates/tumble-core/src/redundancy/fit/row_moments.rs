@@ -21,7 +21,7 @@ const LEVER: usize = 4;
 type Covariances<T> = [[T; CHANNELS]; CHANNELS];
 
 /// Current estimate of a row, whose values weight the channels in the sums of a step.
-pub(super) struct BelievedRow<T: Real> {
+pub(super) struct EstimatedRow<T: Real> {
     /// Number of the row.
     pub number: usize,
     /// Current row of M.
@@ -51,7 +51,7 @@ pub(super) struct RowMoments<T: Real> {
 impl<T: Real> RowMoments<T> {
     /// Computes the moments of a row.
     #[inline(never)]
-    pub fn of(problem: &FitProblem<'_, T>, row: &BelievedRow<T>) -> Self {
+    pub fn of(problem: &FitProblem<'_, T>, row: &EstimatedRow<T>) -> Self {
         let mut moments = [[T::zero(); CHANNELS]; CHANNELS];
         problem.covariances(row.number, &mut moments);
         row.sum(&mut moments, problem.channels());
@@ -77,7 +77,7 @@ impl<T: Real> RowMoments<T> {
     }
 }
 
-impl<T: Real> BelievedRow<T> {
+impl<T: Real> EstimatedRow<T> {
     /// Replaces channels by sums: motion at the estimated place of the secondary 3, reading of the secondary
     /// minus the stored prediction there, and row of M times lever 3.
     fn sums(&self, channels: &mut [T; CHANNELS]) {

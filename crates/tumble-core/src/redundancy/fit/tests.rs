@@ -74,7 +74,7 @@ fn problem<'a>(
         complete: true,
         noise: &NOISELESS,
         stored,
-        highest: Rung::AffineAndLeverArm,
+        highest: FitModel::AffineAndLeverArm,
         excitation: 0.1,
         lever_arm_excitation: layout.lever.map(|_| 0.5),
     }
@@ -84,8 +84,8 @@ fn problem<'a>(
 fn solve(problem: &FitProblem<'_, f64>, near: &RelativeError<f64>) -> Fit<f64> {
     let (mut near, mut found) = (*near, Fit::none());
     let mut states = (0..).map(|taken| problem.go_on(&mut near, taken, &mut found));
-    let end = states.find(|state| *state != LadderState::GoesOn);
-    assert_eq!(end, Some(LadderState::Found));
+    let end = states.find(|state| *state != FitProgress::GoesOn);
+    assert_eq!(end, Some(FitProgress::Found));
     found
 }
 
@@ -97,14 +97,14 @@ proptest! {
         let (truth, stored) = (error(m, b, r), error(m0, b0, r0));
         let (forces, rates) = pairs(&truth, &stored, &Matrix3::identity(), 0.0);
         let fit = solve(&problem(&forces, FORCE_LAYOUT, &stored), &stored);
-        prop_assert_eq!((fit.rung, fit.directions), (Rung::AffineAndLeverArm, 3));
+        prop_assert_eq!((fit.fit_model, fit.directions), (FitModel::AffineAndLeverArm, 3));
         // Three steps of Gauss and Newton leave this error.
         prop_assert!((fit.error.matrix - truth.matrix).amax() < 1e-6, "{}", fit.error.matrix - truth.matrix);
         let gravity = Vector3::new(0.0, 0.0, 9.8);
         prop_assert!((fit.error.predict(&gravity) - truth.predict(&gravity)).amax() < 1e-5);
         prop_assert!((fit.error.lever_arm - truth.lever_arm).amax() < 1e-5);
         let fit = solve(&problem(&rates, RATE_LAYOUT, &stored), &stored);
-        prop_assert_eq!((fit.rung, fit.directions), (Rung::Affine, 3));
+        prop_assert_eq!((fit.fit_model, fit.directions), (FitModel::Affine, 3));
         prop_assert!((fit.error.matrix - truth.matrix).amax() < 1e-9);
         prop_assert!((fit.error.bias - truth.bias).amax() < 1e-9);
     }

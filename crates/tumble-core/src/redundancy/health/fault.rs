@@ -290,7 +290,7 @@ impl<T: Real> HealthFault<T> {
     }
 
     /// Returns whether a calibration may correct the fault.
-    pub fn may_be_mended(&self) -> bool {
+    pub fn may_be_corrected(&self) -> bool {
         matches!(
             self,
             Self::OutOfFamily { .. } | Self::Blamed { .. } | Self::Refuted { .. }

@@ -147,7 +147,7 @@ impl<T: Real> Health<T> {
         if self.presence != Presence::Seen || now > spoke.saturating_add(self.patience(settings)) {
             return Condition::Silent;
         }
-        if !self.speaks() {
+        if !self.is_live() {
             return Condition::Useless;
         }
         if self.refuted != [[false; 2]; 2] {
@@ -157,7 +157,7 @@ impl<T: Real> Health<T> {
     }
 
     /// Returns whether the latest sample has finite values that do not all repeat.
-    pub fn speaks(&self) -> bool {
+    pub fn is_live(&self) -> bool {
         self.mute == 0
     }
 
@@ -242,7 +242,7 @@ impl<T: Real> Health<T> {
         self.arrive(now, settings);
         let lapse = Lapse::between(self.time, now);
         self.time = now;
-        let (mut usable, mut speaks) = ([false; 2], true);
+        let (mut usable, mut is_live) = ([false; 2], true);
         let mut followed = [None; 2];
         let surroundings = self.surroundings();
         for sensor in SENSORS {
@@ -263,14 +263,14 @@ impl<T: Real> Health<T> {
             });
             *sensor.of_mut(&mut followed) = judgement.followed;
             *sensor.of_mut(&mut usable) = judgement.usable;
-            speaks &= judgement.speaks;
+            is_live &= judgement.is_live;
             match &judgement.fault {
                 Some(fault) => self.exclude(*fault, now),
                 None if judgement.lasts && self.fault.is_some() => self.since = now,
                 None => {}
             }
         }
-        self.mute = if speaks {
+        self.mute = if is_live {
             0
         } else {
             self.mute.saturating_add(lapse.whole.max(1))
@@ -336,8 +336,8 @@ impl<T: Real> Health<T> {
 
     /// Returns whether a calibration may correct the fault, if there is one.
     pub fn may_be_calibrated(&self) -> bool {
-        let mendable = self.fault.as_ref().is_none_or(HealthFault::may_be_mended);
-        mendable && self.presence == Presence::Seen
+        let correctable = self.fault.as_ref().is_none_or(HealthFault::may_be_corrected);
+        correctable && self.presence == Presence::Seen
     }
 
     /// Records the deviation of a sensor at rest from gravity, m/s^2, or from zero, rad/s, with its limit,

@@ -50,7 +50,7 @@ impl Bench {
         self.draws.sample(StandardNormal)
     }
 
-    fn push(&mut self, spoil: impl Fn(&mut Sample<f32>)) -> Usable {
+    fn push(&mut self, corrupt: impl Fn(&mut Sample<f32>)) -> Usable {
         self.time += PERIOD;
         let force = Vector3::from_fn(|_, _| 0.02 * self.noise());
         let rate = Vector3::from_fn(|_, _| 0.002 * self.noise());
@@ -59,22 +59,22 @@ impl Bench {
             specific_force: Vector3::new(0.0, 0.0, 9.81) + force,
             angular_rate: rate,
         };
-        spoil(&mut sample);
+        corrupt(&mut sample);
         self.axes.blank(&mut sample);
         self.health.push(&sample, &self.axes, &RANGE, &self.settings)
     }
 
-    fn run(&mut self, samples: usize, spoil: impl Fn(usize, &mut Sample<f32>)) -> Vec<Usable> {
+    fn run(&mut self, samples: usize, corrupt: impl Fn(usize, &mut Sample<f32>)) -> Vec<Usable> {
         (0..samples)
-            .map(|i| self.push(|sample| spoil(i, sample)))
+            .map(|i| self.push(|sample| corrupt(i, sample)))
             .collect()
     }
 
     /// Seconds until a fault is found.
-    fn time_to_fault(&mut self, spoil: impl Fn(usize, &mut Sample<f32>)) -> f32 {
+    fn time_to_fault(&mut self, corrupt: impl Fn(usize, &mut Sample<f32>)) -> f32 {
         let start = self.time;
         for i in 0..2_000 {
-            self.push(|sample| spoil(i, sample));
+            self.push(|sample| corrupt(i, sample));
             if self.health.fault().is_some() {
                 return seconds(self.time - start);
             }
@@ -322,15 +322,15 @@ fn doubled(bench: &mut Bench, samples: usize) {
             specific_force: Vector3::new(0.0, 0.0, 9.81) + Vector3::from_fn(|_, _| 0.02 * bench.noise()),
             angular_rate: Vector3::from_fn(|_, _| 0.002 * bench.noise()),
         };
-        let said = before.filter(|_| i % 2 == 1).unwrap_or(fresh);
-        before = Some(said);
+        let measured = before.filter(|_| i % 2 == 1).unwrap_or(fresh);
+        before = Some(measured);
         let sample = Sample {
             time: bench.time,
-            ..said
+            ..measured
         };
         let usable = bench.health.push(&sample, &Axes::ALL, &RANGE, &bench.settings);
         assert_eq!(usable, [true; 2]);
-        assert!(bench.health.speaks());
+        assert!(bench.health.is_live());
     }
 }
 
@@ -416,9 +416,9 @@ fn one_bad_sample_is_not_used_and_excludes_nobody() {
         |sample| sample.specific_force.y = -160.0,
         |sample| sample.specific_force.y = 60.0,
     ];
-    for spoil in bad {
+    for corrupt in bad {
         let mut bench = Bench::running();
-        assert_eq!(bench.push(spoil), [false, true]);
+        assert_eq!(bench.push(corrupt), [false, true]);
         for usable in bench.run(500, |_, _| {}) {
             assert_eq!(usable, [true; 2]);
             assert_eq!(bench.health.fault(), None);
@@ -455,12 +455,12 @@ fn frequent_readings_of_nan_are_found_between_good_ones() {
 #[test]
 fn spikes_exclude_when_they_come_often_and_are_never_used() {
     let mut bench = Bench::running();
-    let spoil = |i: usize, sample: &mut Sample<f32>| {
+    let corrupt = |i: usize, sample: &mut Sample<f32>| {
         if i % 40 == 7 {
             sample.angular_rate.x += 20.0;
         }
     };
-    let usable = bench.run(200, spoil);
+    let usable = bench.run(200, corrupt);
     for (i, usable) in usable.into_iter().enumerate() {
         assert_eq!(usable, [true, i % 40 != 7], "{i}");
     }
@@ -640,9 +640,9 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
             s.frozen = 3_000_000
         }),
     ];
-    for (setting, error, spoil) in cases {
+    for (setting, error, corrupt) in cases {
         let mut settings = good;
-        spoil(&mut settings.health);
+        corrupt(&mut settings.health);
         let refused = settings.validate().unwrap_err();
         assert_eq!((refused.setting, refused.error), (setting, error));
     }

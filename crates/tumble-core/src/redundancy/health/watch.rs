@@ -144,7 +144,7 @@ pub(super) struct Judgement<T: Real> {
     /// True if the reading may enter a mean.
     pub usable: bool,
     /// True if the reading is finite and does not repeat on all axes.
-    pub speaks: bool,
+    pub is_live: bool,
     /// Fault of the sensor.
     pub fault: Option<HealthFault<T>>,
     /// True if an earlier fault persists.
@@ -272,7 +272,7 @@ impl<T: Real> SensorWatch<T> {
                 .flatten();
             return Judgement {
                 usable: false,
-                speaks: look.finite,
+                is_live: look.finite,
                 fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
                 lasts: useless,
                 followed: None,
@@ -296,7 +296,7 @@ impl<T: Real> SensorWatch<T> {
         };
         Judgement {
             usable: !away && !frozen && !look.at_end,
-            speaks: !away && (!frozen || self.repeating.is_empty()),
+            is_live: !away && (!frozen || self.repeating.is_empty()),
             fault,
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
             followed,
@@ -344,10 +344,10 @@ impl<T: Real> SensorWatch<T> {
     /// Repetition of the previous reading, if all axes changed too much to repeat by chance.
     #[inline]
     fn followed(&self, given: u16, away: bool) -> Option<Followed> {
-        let tells = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
+        let distinguishes = self.repeated == 0 && !away && self.usual_change > self.step * real(COUNTS);
         match given {
-            0 if tells => Some(Followed::Once),
-            1 if tells => Some(Followed::Twice),
+            0 if distinguishes => Some(Followed::Once),
+            1 if distinguishes => Some(Followed::Twice),
             _ => None,
         }
     }

@@ -193,8 +193,8 @@ impl<T: Real> Evidence<T> {
         }
         let more = (squared(first) - squared(second)) / (variance + variance);
         let most = real::<T>(MOST);
-        let said = more.max(-most).min(most) * news;
-        self.gathered += said; // eq. 15
+        let evidence = more.max(-most).min(most) * news;
+        self.gathered += evidence; // eq. 15
         self.fade(news);
     }
 
@@ -207,13 +207,13 @@ impl<T: Real> Evidence<T> {
 
     /// Returns the faulty one of two units, 0 or 1, with the latest kind of evidence, if the evidence decides.
     pub fn decides(&self, ground: Ground) -> Option<(usize, Proof<T>)> {
-        let (said, limit) = (self.gathered + self.at_rest, real::<T>(DECIDES));
+        let (evidence, limit) = (self.gathered + self.at_rest, real::<T>(DECIDES));
         let proof = Proof {
             ground,
-            value: said.abs(),
+            value: evidence.abs(),
             limit,
         };
-        (said.abs() > limit).then_some((usize::from(said < T::zero()), proof))
+        (evidence.abs() > limit).then_some((usize::from(evidence < T::zero()), proof))
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_that_fits_no_disagreement_says_nothing() {
+    fn a_rest_that_fits_no_disagreement_is_no_evidence() {
         let mut evidence = Evidence::none();
         let (first, second) = (left(0.3, 0.0), left(0.0, 0.0));
         evidence.push_rest(Sensor::Accelerometer, &first, &second, Some(0.0), &UP);

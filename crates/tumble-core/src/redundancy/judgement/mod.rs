@@ -66,7 +66,7 @@ pub struct UnitReading<T: Real> {
     /// Residual of a channel that its calibration leaves on pairs, squared, `(m/s^2)^2` and `(rad/s)^2`.
     pub residual: [T; 2],
     /// Square of the largest error that a calibration could find in an uncalibrated unit; zero for other units.
-    pub unfound: [T; 2],
+    pub uncertainty: [T; 2],
     /// Sample interval, s.
     pub interval: T,
     /// `|f| - g`, m/s^2, and `|w|`, rad/s, over this rest; `None` in motion, and until the rest has lasted.
@@ -210,10 +210,12 @@ impl<T: Real> RestInHealth<T> {
     }
 
     /// Updates mean, deviation and number of rests with the reading of another rest.
-    fn learn(&mut self, said: T, rests: &mut u8) {
-        self.strays = (said - self.usual).abs().max(self.strays * real(STRAYED_BEFORE));
+    fn learn(&mut self, measured: T, rests: &mut u8) {
+        self.strays = (measured - self.usual)
+            .abs()
+            .max(self.strays * real(STRAYED_BEFORE));
         *rests = rests.saturating_add(1).min(USUAL_RESTS);
-        self.usual += (said - self.usual) / count((*rests).into());
+        self.usual += (measured - self.usual) / count((*rests).into());
     }
 }
 
@@ -286,8 +288,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Withdraws the vote of a sensor until it is calibrated: a check against physics found it faulty.
-    pub(crate) fn disown(&mut self, sensor: Sensor, unit: usize) {
-        sensor.of_mut(&mut self.sensors).disown(unit);
+    pub(crate) fn withdraw_vote(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).withdraw_vote(unit);
     }
 
     /// Resets the evidence on a sensor that a check against physics has cleared.
@@ -375,7 +377,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
         aiding_evidence: Option<&mut AidingEvidence<T, UNITS>>,
-        tell: &mut dyn FnMut(Sensor, Judgement<T>),
+        emit: &mut dyn FnMut(Sensor, Judgement<T>),
     ) {
         let [mut voters, mut known] = [[UnitSet::default(); 2]; 2];
         for (number, unit) in window.units.iter().enumerate() {
@@ -389,11 +391,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 }
             }
         }
-        let said = SENSORS.map(|sensor| {
-            let said = |unit: usize| Some(sensor.of(&window.units.get(unit)?.as_ref()?.reading));
-            sensor.of(&self.sensors).median_of(*sensor.of(&known), &said)
+        let measured = SENSORS.map(|sensor| {
+            let measured = |unit: usize| Some(sensor.of(&window.units.get(unit)?.as_ref()?.reading));
+            sensor.of(&self.sensors).median_of(*sensor.of(&known), &measured)
         });
-        let [Some(f), Some(w)] = said else { return };
+        let [Some(f), Some(w)] = measured else { return };
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let acceleration = self.motion.acceleration(&w, window.length);
         let strains = self.motion.push(&[f, w], vibration, window.length);
@@ -401,12 +403,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         self.turned
             .push(&difference(&w, &self.resting_rate), window.length);
         let aiding_evidence = aiding_evidence.map(|aiding_evidence| {
-            self.hear(aiding_evidence, window, [&f, &w]);
+            self.update_aiding(aiding_evidence, window, [&f, &w]);
             &*aiding_evidence
         });
         let find_aided = aiding_evidence.map(|_| SensorJudge::find_aided as FindAided<T, UNITS>);
         for sensor in SENSORS {
-            let said = match sensor {
+            let measured = match sensor {
                 Sensor::Accelerometer => &f,
                 Sensor::Gyroscope => &w,
             };
@@ -415,7 +417,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 Sensor::Accelerometer => (accelerometers, Some((&*gyroscopes, &self.trimmed))),
                 Sensor::Gyroscope => (gyroscopes, None),
             };
-            judge.take(sensor, window, said, sensor.of(&strains));
+            judge.take(sensor, window, measured, sensor.of(&strains));
             if window.means_only {
                 continue;
             }
@@ -435,10 +437,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 known: *sensor.of(&known),
                 late: self.delays.late(window.length),
             };
-            judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
+            judge.judge(&case, &mut self.shown, &mut |judgement| emit(sensor, judgement));
         }
         if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
-            self.find_late(window, &acceleration, tell);
+            self.find_late(window, &acceleration, emit);
         }
         self.learn(window, &w);
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
@@ -453,7 +455,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
         acceleration: &Vector3<T>,
-        tell: &mut dyn FnMut(Sensor, Judgement<T>),
+        emit: &mut dyn FnMut(Sensor, Judgement<T>),
     ) {
         let [_, gyroscopes] = &mut self.sensors;
         let calibrated = |number: usize| {
@@ -471,7 +473,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             && gyroscopes.exclude(grown.unit)
         {
             gyroscopes.end_dispute();
-            tell(
+            emit(
                 Sensor::Gyroscope,
                 Judgement::ClockDrifts {
                     unit: grown.unit,
@@ -483,16 +485,16 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Updates the aiding evidence with the window.
-    fn hear(
+    fn update_aiding(
         &self,
         aiding_evidence: &mut AidingEvidence<T, UNITS>,
         window: &SetWindow<'_, T, UNITS>,
-        said: [&Vector3<T>; 2],
+        measured: [&Vector3<T>; 2],
     ) {
         let sensors = &self.sensors;
         let surroundings = Surroundings {
             units: window.units,
-            said,
+            measured,
             resting_rate: &self.resting_rate,
             faulty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_faulty(unit))),
             departs: core::array::from_fn(|unit| {

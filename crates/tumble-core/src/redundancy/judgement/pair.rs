@@ -310,7 +310,7 @@ pub struct Knowledge<'a, T: Real> {
     /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
     pub residual: T,
     /// Square of the largest error that a calibration could find in an uncalibrated unit among them.
-    pub unfound: T,
+    pub uncertainty: T,
     /// Square of the difference that drift since the calibrations may have caused, by temperature or common to
     /// all units.
     pub drifted: T,
@@ -346,7 +346,7 @@ impl<T: Real> Comparison<T> {
             let explained = of.noise_variance::<T>(sensor) + share * strain + shaken;
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
             let allowed = drift * drift + known.drifted + straight;
-            let threshold = allowed + tail * tail * explained + residuals + known.unfound; // eq. 8
+            let threshold = allowed + tail * tail * explained + residuals + known.uncertainty; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
             let ratio = apart / threshold;
             *squares = Squares {

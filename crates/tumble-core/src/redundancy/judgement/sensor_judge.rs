@@ -46,7 +46,7 @@ const STEP_WITHIN: f64 = 0.6;
 
 /// Largest difference of the accelerometer of an uncalibrated unit from gravity carried by its own gyroscope,
 /// m/s^2.
-const STRANGE: f64 = 1.0;
+const UNCALIBRATED_ERROR: f64 = 1.0;
 
 /// Factor on the drift that remains without any one unit, up to which units may differ.
 const SHARED: f64 = 2.0;
@@ -183,11 +183,11 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     }
 }
 
-type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
+type Emit<'a, T> = &'a mut dyn FnMut(Judgement<T>);
 
 /// Type of [`SensorJudge::find_aided`]; a pointer keeps its code out of programs without aiding measurements.
 pub(super) type FindAided<T, const UNITS: usize> =
-    fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Tell<'_, T>);
+    fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Emit<'_, T>);
 
 impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     pub fn new() -> Self {
@@ -264,7 +264,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.clear(unit);
     }
 
-    pub fn disown(&mut self, unit: usize) {
+    pub fn withdraw_vote(&mut self, unit: usize) {
         self.accepted.remove(unit);
         self.begin_anew(unit);
     }
@@ -325,14 +325,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     pub fn median_of<'a>(
         &self,
         units: UnitSet,
-        said: &dyn Fn(usize) -> Option<&'a Vector3<T>>,
+        measured: &dyn Fn(usize) -> Option<&'a Vector3<T>>,
     ) -> Option<Vector3<T>> {
         let [mut x, mut y, mut z] = [[T::zero(); UNITS]; 3];
         let mut found = 0_usize;
-        for said in units.without(self.faulty).units().filter_map(said) {
-            insert(&mut x, found, said.x);
-            insert(&mut y, found, said.y);
-            insert(&mut z, found, said.z);
+        for measured in units.without(self.faulty).units().filter_map(measured) {
+            insert(&mut x, found, measured.x);
+            insert(&mut y, found, measured.y);
+            insert(&mut z, found, measured.z);
             found += 1;
         }
         Some(Vector3::new(
@@ -349,7 +349,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         sensor: Sensor,
         window: &SetWindow<'_, T, UNITS>,
-        said: &Vector3<T>,
+        measured: &Vector3<T>,
         strain: &Strain<T>,
     ) {
         self.windows = self.windows.saturating_add(1);
@@ -357,7 +357,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.strains.push(strain, shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
             if let Some(unit) = unit.as_ref().filter(|unit| *sensor.of(&unit.votes)) {
-                let apart = difference(sensor.of(&unit.reading), said);
+                let apart = difference(sensor.of(&unit.reading), measured);
                 deviation.push(sensor, &apart, strain.vibration, &mut shares);
             } else {
                 deviation.skip();
@@ -372,9 +372,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         case: &Case<'_, T, UNITS>,
         shown: &mut ShownByPairs<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
-        self.find_noisy(case, tell);
+        self.find_noisy(case, emit);
         let mut comparisons = Comparisons::none();
         let mut disagrees = self.compare(case, shown, T::zero(), &mut comparisons);
         if disagrees {
@@ -384,12 +384,12 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 disagrees = self.compare(case, shown, shared, &mut comparisons);
             }
         }
-        self.find_odd(case, &comparisons, disagrees, tell);
+        self.find_odd(case, &comparisons, disagrees, emit);
         if let Some(find) = case.find_aided {
-            find(self, case, &comparisons, tell);
+            find(self, case, &comparisons, emit);
         }
-        self.settle_dispute(case, &comparisons, tell);
-        self.reinstate(case, &comparisons, tell);
+        self.settle_dispute(case, &comparisons, emit);
+        self.reinstate(case, &comparisons, emit);
         self.learn(case, &comparisons, shown, disagrees);
     }
 
@@ -517,7 +517,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Excludes units whose scatter exceeds the limit that the other units set.
-    fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
+    fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, emit: Emit<'_, T>) {
         let sensor = case.sensor;
         for unit in case.known.units() {
             let scatter_of = |unit: usize| Some(case.scatter(case.unit(unit)?));
@@ -544,7 +544,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 .get_mut(unit)
                 .is_some_and(|scatters| scatters.is_noisy(scatter, limit));
             if noisy && self.exclude(unit) {
-                tell(Judgement::Noisy { unit, scatter, limit });
+                emit(Judgement::Noisy { unit, scatter, limit });
             }
         }
     }
@@ -555,7 +555,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
         disagree: bool,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         if !disagree {
             self.streaks = [Streak::NONE; SCALES];
@@ -577,9 +577,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             match finding {
                 Finding::Agreement => {}
                 Finding::Odd(unit) => {
-                    self.find_out_of_family(usize::from(unit), scale, voters, comparisons, tell);
+                    self.find_out_of_family(usize::from(unit), scale, voters, comparisons, emit);
                 }
-                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, tell),
+                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, emit),
             }
         }
     }
@@ -590,7 +590,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         let Some(aiding_evidence) = case.aiding_evidence else {
             return;
@@ -601,7 +601,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 && self.exclude(unit)
             {
                 self.end_dispute();
-                tell(Judgement::Blamed { unit, proof });
+                emit(Judgement::Blamed { unit, proof });
                 return;
             }
         }
@@ -613,7 +613,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         scale: usize,
         voters: UnitSet,
         comparisons: &Comparisons<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         let agreeing = UnitSet::of::<UNITS>(|other| other != unit && voters.contains(other));
         let mut worst = None::<(usize, T)>;
@@ -630,7 +630,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             && self.exclude(unit)
         {
             self.end_dispute();
-            tell(Judgement::OutOfFamily {
+            emit(Judgement::OutOfFamily {
                 unit,
                 figures,
                 scale: seconds_of(scale),
@@ -644,7 +644,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         units: [u8; 2],
         scale: usize,
         comparisons: &Comparisons<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         if self.dispute.is_some() {
             return;
@@ -661,7 +661,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             windows: 0,
             calm: 0,
         });
-        tell(Judgement::Disagree {
+        emit(Judgement::Disagree {
             units: [i, j],
             figures,
             scale: seconds_of(scale),
@@ -681,7 +681,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         let Some(mut dispute) = self.dispute else {
             self.evidence.fade(case.turned.news(case.window.length));
@@ -698,7 +698,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let span = |windows: u16| case.window.length * count::<T>(windows.into());
         if span(dispute.calm) >= real(SETTLED_AFTER) {
             self.end_dispute();
-            tell(Judgement::Agree { units });
+            emit(Judgement::Agree { units });
             return;
         }
         let lasting = span(dispute.windows);
@@ -706,7 +706,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             && self.exclude(unit)
         {
             self.end_dispute();
-            tell(Judgement::Blamed { unit, proof });
+            emit(Judgement::Blamed { unit, proof });
         }
     }
 
@@ -738,7 +738,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         if let Some(found) = case
             .aiding_evidence
-            .and_then(|said| said.decides(sensor, [i, j], true))
+            .and_then(|evidence| evidence.decides(sensor, [i, j], true))
         {
             return Some(found);
         }
@@ -747,7 +747,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         } else if case.known.contain_both([i, j]) {
             return None;
         } else {
-            case.usual_error.unwrap_or(T::zero()) + real(STRANGE * STRANGE)
+            case.usual_error.unwrap_or(T::zero()) + real(UNCALIBRATED_ERROR * UNCALIBRATED_ERROR)
         };
         let news = case.turned.news(case.window.length);
         self.evidence
@@ -808,7 +808,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
-        tell: Tell<'_, T>,
+        emit: Emit<'_, T>,
     ) {
         let faulty = self.faulty;
         // An uncalibrated unit may agree by chance for a while; only a calibrated one is reinstated.
@@ -831,7 +831,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             };
             if case.window.length * count::<T>((*reinstated).into()) >= real(REINSTATED_AFTER) {
                 self.faulty.remove(unit);
-                tell(Judgement::Reinstated { unit });
+                emit(Judgement::Reinstated { unit });
             }
         }
     }
@@ -851,8 +851,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.disagreed = false;
         self.learnt = self.learnt.saturating_add(1);
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
-        let innocent = case.known.without(self.faulty);
-        for [i, j] in pairs::<UNITS>().filter(|pair| innocent.contain_both(*pair)) {
+        let healthy = case.known.without(self.faulty);
+        for [i, j] in pairs::<UNITS>().filter(|pair| healthy.contain_both(*pair)) {
             let pair = comparisons.of(i, j).zip(shown.of_mut(case.sensor, i, j));
             if let Some((comparison, shown)) = pair
                 && comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN)
@@ -860,7 +860,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 shown.learn(case.sensor, comparison, &gains);
             }
         }
-        for unit in innocent.units() {
+        for unit in healthy.units() {
             let within = self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
             let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
             let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {
@@ -898,7 +898,7 @@ fn aided<T: Real, const UNITS: usize>(
         Finding::Odd(unit) => {
             let unit = usize::from(unit);
             let others = (0..UNITS).filter(|other| *other != unit && voters.contains(*other));
-            let proof = aiding_evidence.speaks_against(case.sensor, unit, others.clone())?;
+            let proof = aiding_evidence.contradicts(case.sensor, unit, others.clone())?;
             let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
             apart.any(|drifted| drifted).then_some((unit, proof))
         }
@@ -937,7 +937,7 @@ fn known<'a, T: Real>(
             interpolation: interpolation * interpolation,
         },
         residual: *sensor.of(&a.residual) + *sensor.of(&b.residual),
-        unfound: *sensor.of(&a.unfound) + *sensor.of(&b.unfound),
+        uncertainty: *sensor.of(&a.uncertainty) + *sensor.of(&b.uncertainty),
         drifted,
         shaken,
     }

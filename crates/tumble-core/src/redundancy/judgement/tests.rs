@@ -46,7 +46,7 @@ fn fly<const N: usize>(
                 matrix_shown: [true; 2],
                 place: 0.0,
                 residual: [1e-5, 1e-8],
-                unfound: [0.0; 2],
+                uncertainty: [0.0; 2],
                 interval: 0.005,
             })
         });

@@ -84,7 +84,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             window,
             &mut found,
         )?;
-        let mut tell = |kind| {
+        let mut emit = |kind| {
             report(Event {
                 time,
                 unit: number,
@@ -99,7 +99,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             mounted,
             sensor.of_mut(stored),
             settings,
-            &mut tell,
+            &mut emit,
         ) {
             Conclusion::NothingNew => {}
             Conclusion::Replaced => {
@@ -128,12 +128,12 @@ fn conclude<T: Real>(
     (unit, axes): (&MountedUnit<T>, [bool; 3]),
     stored: &mut StoredCalibration<T>,
     settings: &RedundancySettings<T>,
-    tell: &mut dyn FnMut(EventKind<T>),
+    emit: &mut dyn FnMut(EventKind<T>),
 ) -> Conclusion<T> {
     let adopted = outcome.as_ref().map_err(|why| *why).and_then(|outcome| {
-        tell(EventKind::Fitted {
+        emit(EventKind::Fitted {
             sensor,
-            rung: outcome.fit.rung,
+            fit_model: outcome.fit.fit_model,
             directions: outcome.fit.directions,
             pairs: outcome.fit.pairs,
             residual: outcome.residuals.after,
@@ -143,7 +143,7 @@ fn conclude<T: Real>(
     });
     match adopted {
         Err(why) => {
-            tell(EventKind::Refused { sensor, why });
+            emit(EventKind::Refused { sensor, why });
             Conclusion::refused(&why)
         }
         Ok(outcome) => {
@@ -155,7 +155,7 @@ fn conclude<T: Real>(
             stored.matrix_shown = record.shows_matrix();
             stored.place_sigma = record.lever_arm_sigma.length();
             stored.followed = record.followed;
-            tell(EventKind::Adopted { record });
+            emit(EventKind::Adopted { record });
             Conclusion::Replaced
         }
     }
@@ -188,7 +188,7 @@ fn record<T: Real>(
         } else {
             sigma(&fit.lever_arm_covariance, &fit.lever_arm_shown)
         },
-        rung: fit.rung,
+        fit_model: fit.fit_model,
         directions: fit.directions,
         residual: outcome.residuals.after,
         residual_before: outcome.residuals.before,

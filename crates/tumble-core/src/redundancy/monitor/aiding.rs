@@ -12,7 +12,7 @@ pub(super) struct AidingChannel<T: Real, const UNITS: usize> {
     pub aiding_evidence: Option<AidingEvidence<T, UNITS>>,
     /// Number of rejected measurements, and one bit for each reason reported.
     left_out: u32,
-    told: u8,
+    reported: u8,
 }
 
 impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
@@ -21,11 +21,11 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
         Self {
             aiding_evidence: None,
             left_out: 0,
-            told: 0,
+            reported: 0,
         }
     }
 
-    fn listen(&mut self, time: u64, aiding: &Aiding<T>) -> Result<Option<Trust<T>>, AidingRejection> {
+    fn process(&mut self, time: u64, aiding: &Aiding<T>) -> Result<Option<Trust<T>>, AidingRejection> {
         aiding.check(UNITS)?;
         self.aiding_evidence
             .get_or_insert_with(AidingEvidence::new)
@@ -36,9 +36,9 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
     fn leave_out(&mut self, why: AidingRejection) -> bool {
         self.left_out = self.left_out.saturating_add(1);
         let bit = 1_u8.checked_shl(why as u32).unwrap_or(0);
-        let told = self.told & bit != 0;
-        self.told |= bit;
-        !told
+        let reported = self.reported & bit != 0;
+        self.reported |= bit;
+        !reported
     }
 }
 
@@ -48,7 +48,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     /// event reports each reason once.
     pub fn aiding(&mut self, time: u64, aiding: &Aiding<T>, report: Report<'_, T>) {
         let [aiding_channel] = &mut self.aiding_channel;
-        let kind = match aiding_channel.listen(time, aiding) {
+        let kind = match aiding_channel.process(time, aiding) {
             Ok(None) => return,
             Ok(Some(Trust::Lost { misfit, limit })) => EventKind::AidingDistrusted { misfit, limit },
             Ok(Some(Trust::Regained)) => EventKind::AidingTrusted,

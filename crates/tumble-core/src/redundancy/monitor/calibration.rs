@@ -176,12 +176,12 @@ impl<T: Real> CalibrationRun<T> {
             if !sensor.of(&rest.valid) || !unit.axes.any(sensor) {
                 continue;
             }
-            let said = |mean: &RestMean<T>| sensor.triad(mean.mean());
+            let measured = |mean: &RestMean<T>| sensor.triad(mean.mean());
             let noise = |mean: &RestMean<T>| {
                 sensor.triad(&mean.variance()).sum() / (count::<T>(3) * count(mean.windows().max(1)))
             };
-            let first = unit.sensor_from_primary * said(rest.primary);
-            let beyond = said(rest.secondary) - stored.error.predict(&first);
+            let first = unit.sensor_from_primary * measured(rest.primary);
+            let beyond = measured(rest.secondary) - stored.error.predict(&first);
             rests.push(age, &first, &beyond, noise(rest.primary) + noise(rest.secondary));
         }
     }

@@ -70,8 +70,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
         let purpose = self.purpose(platform, time);
         let calibrating = self.calibrations.iter().any(Option::is_some);
-        let told = calibrating || purpose > Purpose::Health;
-        let deviations = self.evaluate_primary(platform, fewest, time, told, report);
+        let reports = calibrating || purpose > Purpose::Health;
+        let deviations = self.evaluate_primary(platform, fewest, time, reports, report);
         self.hold_rest_against_primary(platform, &deviations);
         let reopened = self.apply_physics(platform, fewest, &deviations);
         let proven = deviations.map(|deviation| deviation.is_some_and(|deviation| !deviation.exceeds()));
@@ -144,14 +144,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         fewest: u64,
         valid: [bool; 2],
     ) -> [Option<Vector3<T>>; UNITS] {
-        let said = |number: usize| {
+        let measured = |number: usize| {
             let at_rest = self.rest_means.get(number)?;
             let rested = u64::from(at_rest.windows()) >= fewest.max(1);
             let mean = sensor.triad(at_rest.mean());
             self.compensated(platform, number, sensor, &mean)
                 .filter(|_| rested)
         };
-        let primary = said(0);
+        let primary = measured(0);
         core::array::from_fn(|number| {
             let stored = sensor.of(self.stored.get(number)?);
             let complete = platform.units().get(number)?.axes.complete(sensor);
@@ -159,7 +159,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let known = stored.calibrated && !stored.stale;
             let primary = primary.filter(|_| number != 0 && known && complete && sound)?;
             let of_primary = platform.primary_axes();
-            let apart = of_primary.present(sensor, &(said(number)? - primary));
+            let apart = of_primary.present(sensor, &(measured(number)? - primary));
             // A sensor with a missing axis cannot prove the others.
             let proven = *sensor.of(&valid) && of_primary.complete(sensor);
             Some(match (proven, sensor) {
@@ -192,7 +192,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         platform: &Platform<T, UNITS>,
         fewest: u64,
         time: u64,
-        told: bool,
+        reports: bool,
         report: Report<'_, T>,
     ) -> [Option<Deviation<T>>; 2] {
         let settings = platform.settings();
@@ -213,7 +213,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let deviation = primary.deviation(&settings.evaluation);
             let off = primary.off_physics(Data::Compensated, settings.evaluation.gravity);
             health.at_rest(sensor, off, settings.health.rest.of(sensor));
-            if told {
+            if reports {
                 report(Event {
                     time,
                     unit: 0,
@@ -272,7 +272,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 not += u32::from(!agrees);
             } else if UNITS > 2 {
                 let own = self
-                    .at_rest_said(platform, number)
+                    .at_rest_measured(platform, number)
                     .map(|own| sensor.of(&own).abs());
                 off |= own.is_some_and(|own| own >= deviation * real(AS_WELL));
             }
@@ -349,7 +349,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             // Axes that the primary lacks cannot be calibrated against it.
             let shown = unit.axes.within(&comparable, sensor) || !settings.evaluation.vector_check;
             let shown = shown && comparable.any(sensor);
-            let mut tell = |check, deviation: &Deviation<T>| {
+            let mut emit = |check, deviation: &Deviation<T>| {
                 // Beside a primary that deviates itself, only the difference from it counts.
                 let counts = match check {
                     Check::Norm => shown && !trust.is_relative(sensor),
@@ -372,11 +372,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 health.at_rest(sensor, off, limit);
             }
             if let Some(deviation) = secondary.norm(&settings.evaluation) {
-                tell(Check::Norm, &deviation);
+                emit(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy && comparable.any(sensor) {
                 let deviation = secondary.vector(&sensor.triad(&primary), &settings.evaluation);
-                tell(Check::Vector, &deviation);
+                emit(Check::Vector, &deviation);
                 *sensor.of_mut(&mut apart) = Some(deviation).filter(|_| !*sensor.of(&shared));
             }
         }

@@ -8,7 +8,7 @@ use crate::redundancy::health::HealthFault;
 use crate::redundancy::record::Record;
 use crate::redundancy::selection::SelectionReason;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::Rung;
+use crate::redundancy::settings::FitModel;
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +106,7 @@ crate::vocabulary! {
             /// Sensor concerned.
             sensor: Sensor,
             /// Model that the fit estimated.
-            rung: Rung,
+            fit_model: FitModel,
             /// Directions along which the matrix was fitted.
             directions: u8,
             /// Pairs, both fitted and held out.

@@ -162,7 +162,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let live = UnitSet::of::<UNITS>(|number| self.lives(number));
         let set = Known { known, live, length };
         let mut rates = [[zeros(); 3]; UNITS];
-        let mut said = UnitSet::default();
+        let mut measured = UnitSet::default();
         for (number, (reading, rates)) in readings.iter_mut().zip(&mut rates).enumerate() {
             *reading = self.reading(platform, number, window, &set, rates);
             let turns = platform
@@ -170,11 +170,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 .get(number)
                 .is_some_and(|unit| unit.axes.complete(Sensor::Gyroscope));
             if reading.is_some() && turns {
-                said.insert(number);
+                measured.insert(number);
             }
         }
         let [_, known_rates] = known;
-        if let Some((rate, change)) = self.turning(&rates, known_rates.and(live).and(said), length) {
+        if let Some((rate, change)) = self.turning(&rates, known_rates.and(live).and(measured), length) {
             self.carry_to_primary(platform, &rate, &change, readings);
         }
     }
@@ -207,7 +207,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let live = set.live.contains(number) && !sensor.of(stored).stale;
             usable && live && unit.axes.complete(sensor)
         };
-        let unfound = |sensor: Sensor| {
+        let uncertainty = |sensor: Sensor| {
             if sensor.of(&set.known).contains(number) {
                 // A stored calibration may have aged by up to its trigger, until a rest shows the actual
                 // ageing.
@@ -248,7 +248,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 accelerometer.place_sigma
             },
             residual: [squared_residual(accelerometer), squared_residual(gyroscope)],
-            unfound: SENSORS.map(unfound),
+            uncertainty: SENSORS.map(uncertainty),
             interval: self.steps.get(number)?.interval() * set.length,
             at_rest: self.at_rest(platform, number),
         })
@@ -311,15 +311,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.rest_means
             .get(number)
             .filter(|at_rest| at_rest.windows() >= RESTED)?;
-        self.at_rest_said(platform, number)
+        self.at_rest_measured(platform, number)
     }
 
     /// `|f| - g` and `|w|` of a unit over this rest, of any length.
-    pub(super) fn at_rest_said(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
+    pub(super) fn at_rest_measured(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
         let at_rest = self.rest_means.get(number)?;
-        let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
-        let force = said(Sensor::Accelerometer)?.length() - platform.settings().evaluation.gravity;
-        Some([force, said(Sensor::Gyroscope)?.length()])
+        let measured =
+            |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
+        let force = measured(Sensor::Accelerometer)?.length() - platform.settings().evaluation.gravity;
+        Some([force, measured(Sensor::Gyroscope)?.length()])
     }
 
     /// Marks the primary as faulty if it deviates at rest beside a calibrated secondary that does not.
@@ -438,14 +439,14 @@ pub(super) fn is_contested<T: Real, const UNITS: usize>(
 }
 
 /// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.
-pub(super) fn is_strange<T: Real, const UNITS: usize>(
+pub(super) fn is_implausible<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     number: usize,
 ) -> bool {
     let disputed = judge.is_disputed(Sensor::Accelerometer) || judge.is_disputed(Sensor::Gyroscope);
-    let strange = |sensor| contradicts_as_uncalibrated(judge, stored, sensor, number);
-    disputed && SENSORS.into_iter().any(strange)
+    let implausible = |sensor| contradicts_as_uncalibrated(judge, stored, sensor, number);
+    disputed && SENSORS.into_iter().any(implausible)
 }
 
 #[inline]

@@ -208,7 +208,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         if verdict == Verdict::Accept {
             self.excuse_pause(number, now, before, settings, report)?;
         }
-        let (mut usable, mut speaks) = ([false; 2], false);
+        let (mut usable, mut is_live) = ([false; 2], false);
         if accepted {
             let health = self.health.get_mut(number)?;
             health.expect_every(match self.clock.interval(number) {
@@ -217,14 +217,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 interval => interval,
             });
             usable = health.push(&sample, &unit.axes, &unit.range, settings);
-            speaks = health.speaks();
+            is_live = health.is_live();
             self.lengthen_windows(platform, number, now, report);
             self.find_copy(platform, number, &sample.channels());
             self.integrate(platform, number, &sample, usable, report);
         }
         self.watch_health(now, settings, report);
         self.select(platform, now, report);
-        if !speaks || self.source() != Some(number) {
+        if !is_live || self.source() != Some(number) {
             return None;
         }
         let mut output = self.output(platform, number, &sample)?;
@@ -491,18 +491,18 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 .get(unit)
                 .is_some_and(|unit| platform.replaces_primary(unit))
         };
-        let is_strange = |unit: usize| judge::is_strange(judge, all_stored, unit);
+        let is_implausible = |unit: usize| judge::is_implausible(judge, all_stored, unit);
         let is_fit = |unit: usize| {
             let healthy = health
                 .get(unit)
                 .is_some_and(|unit| unit.healthy_since().is_some());
-            healthy && is_complete(unit) && !is_strange(unit) && !is_stale(all_stored, unit)
+            healthy && is_complete(unit) && !is_implausible(unit) && !is_stale(all_stored, unit)
         };
         let condition = |unit: usize, health: &Health<T>| {
             let condition = health.condition(now, &platform.settings().health);
             let most = if !is_complete(unit) {
                 Condition::Lacking
-            } else if is_strange(unit) {
+            } else if is_implausible(unit) {
                 Condition::Refuted
             } else {
                 Condition::Doubtful
@@ -561,9 +561,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         sensor: Sensor,
         y: &Vector3<T>,
     ) -> Option<Vector3<T>> {
-        let mut said = [*y];
-        self.compensate(platform, number, sensor, &mut said)?;
-        let [compensated] = said;
+        let mut measured = [*y];
+        self.compensate(platform, number, sensor, &mut measured)?;
+        let [compensated] = measured;
         Some(compensated)
     }
 

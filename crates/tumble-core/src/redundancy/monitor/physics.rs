@@ -45,8 +45,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let mut reopened = false;
         for (sensor, deviation) in SENSORS.into_iter().zip(deviations) {
             let fault = self.health.first().and_then(|health| health.fault());
-            let believed = fault.is_none_or(|fault| fault.is_judged());
-            let Some(primary) = deviation.filter(|deviation| believed && !deviation.exceeds()) else {
+            let trusted = fault.is_none_or(|fault| fault.is_judged());
+            let Some(primary) = deviation.filter(|deviation| trusted && !deviation.exceeds()) else {
                 continue;
             };
             let common = self.common_across(platform, sensor);
@@ -268,11 +268,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         sensor: Sensor,
         number: usize,
     ) -> Option<Vector3<T>> {
-        let said = |number: usize| {
+        let measured = |number: usize| {
             let at_rest = self.rest_means.get(number).filter(|rest| rest.windows() > 0)?;
             self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()))
         };
-        let apart = difference(&said(number)?, &said(0)?);
+        let apart = difference(&measured(number)?, &measured(0)?);
         Some(platform.primary_axes().present(sensor, &apart))
     }
 
@@ -282,7 +282,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         stored.freed |= freed;
         if !stored.stale {
             stored.stale = true;
-            self.judge.disown(sensor, number);
+            self.judge.withdraw_vote(sensor, number);
             health.clear(sensor);
             self.rest.triggered(number);
         }

@@ -72,14 +72,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     ) -> Option<Compensated<T>> {
         let (before, means) = self.histories.get(number)?.pair(window)?;
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-        let said = |sensor: Sensor, means: &Means<T, CHANNELS>| {
+        let measured = |sensor: Sensor, means: &Means<T, CHANNELS>| {
             self.compensated(platform, number, sensor, &sensor.triad(&means.mean))
         };
-        let (earlier, w) = (said(Sensor::Gyroscope, before)?, said(Sensor::Gyroscope, means)?);
+        let (earlier, w) = (
+            measured(Sensor::Gyroscope, before)?,
+            measured(Sensor::Gyroscope, means)?,
+        );
         let change = (w - earlier) / seconds::<T>(self.window_length(platform));
         let arm = lever_arm(unit, stored);
         Some(Compensated {
-            specific_force: said(Sensor::Accelerometer, means)?
+            specific_force: measured(Sensor::Accelerometer, means)?
                 - cross(&change, &arm)
                 - cross(&w, &cross(&w, &arm)),
             angular_rate: w,

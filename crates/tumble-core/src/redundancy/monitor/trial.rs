@@ -7,7 +7,7 @@ use crate::real::Real;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Following, Residuals, RestReadings};
 use crate::redundancy::fit::residual::{Layout, PairMoments};
 use crate::redundancy::fit::rests::{RestWeighing, RestWeights, Rests, WeighedRests};
-use crate::redundancy::fit::{ErrorVariances, Fit, FitProblem, LadderState, PrimaryNoise, disagreement};
+use crate::redundancy::fit::{ErrorVariances, Fit, FitProblem, FitProgress, PrimaryNoise, disagreement};
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::{Axes, Sensor};
@@ -131,20 +131,20 @@ impl<T: Real> Trial<T> {
     ) -> Result<Option<FitOutcome<'f, T>>, AdoptionRefusal<T>> {
         data.are_enough()?;
         match self.step(data, found) {
-            LadderState::GoesOn => {
+            FitProgress::GoesOn => {
                 self.steps = self.steps.saturating_add(1);
                 Ok(None)
             }
-            LadderState::Found => {
+            FitProgress::Found => {
                 self.steps = 0;
                 Ok(self.next(data, found))
             }
-            LadderState::Unsolvable => Err(AdoptionRefusal::Unsolvable),
+            FitProgress::Unsolvable => Err(AdoptionRefusal::Unsolvable),
         }
     }
 
     #[inline(never)]
-    fn step(&mut self, data: &TrialData<'_, T>, found: &mut Fit<T>) -> LadderState {
+    fn step(&mut self, data: &TrialData<'_, T>, found: &mut Fit<T>) -> FitProgress {
         let usual = match &self.fit {
             TrialFit::Rests { weighing, .. } => Some(weighing.usual(data.rests)),
             _ => None,
@@ -247,7 +247,7 @@ impl<T: Real> TrialData<'_, T> {
             complete: self.unit.axes.complete(self.sensor),
             noise: &self.noise,
             stored: self.stored,
-            highest: settings.highest_rung,
+            highest: settings.largest_fit_model,
             excitation: settings.excitation.of(self.sensor),
             lever_arm_excitation: unknown_arm.then_some(settings.excitation_lever_arm),
         }

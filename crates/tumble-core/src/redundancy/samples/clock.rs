@@ -100,7 +100,7 @@ struct UnitTimestamps {
     /// True if another unit was accepted while these were dropped.
     disputed: bool,
     /// True if another unit was accepted since the latest sample.
-    heard_others: bool,
+    received_others: bool,
     /// True if any sample was accepted.
     is_known: bool,
 }
@@ -126,7 +126,7 @@ impl UnitTimestamps {
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
         let step = u32::try_from(step).unwrap_or(u32::MAX);
         // Samples of other units since the previous suspect dispute the time up to now.
-        let undisputed = if core::mem::take(&mut self.heard_others) {
+        let undisputed = if core::mem::take(&mut self.received_others) {
             0
         } else {
             step
@@ -197,7 +197,7 @@ impl UnitTimestamps {
     /// Records that another unit keeps to the time of the set.
     fn dispute(&mut self) {
         self.undisputed = 0;
-        self.heard_others = true;
+        self.received_others = true;
         self.disputed |= self.dropped > 0;
     }
 }
@@ -255,7 +255,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
             track.agreeing = 0;
         } else {
             track.suspect(time, settings);
-            if self.is_believed(unit, time, settings) {
+            if self.is_accepted(unit, time, settings) {
                 return self.follow(time, settings);
             }
         }
@@ -291,7 +291,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     /// other unit was accepted in between, for longer than the gaps within a burst; much more time is needed if
     /// others kept to the old time. Old samples may arrive late, also of several units at once, so a jump back
     /// needs persistent agreement; two units that err ahead in the same way are too unlikely.
-    fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
+    fn is_accepted(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
         let undisputed = self.tracks.get(unit).is_some_and(|track| !track.disputed);
         let alone = self.count(|track| track.is_known) <= 1;

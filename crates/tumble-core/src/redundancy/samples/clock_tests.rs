@@ -282,7 +282,7 @@ fn a_slow_unit_alone_loses_one_sample_for_its_interval() {
 }
 
 #[test]
-fn a_unit_that_is_not_there_is_not_listened_to() {
+fn an_aiding_of_an_unknown_unit_is_rejected() {
     let mut clock = CommonClock::<2>::new();
     assert_eq!(clock.push(2, 5, &ClockSettings::default()), Verdict::Drop);
     assert_eq!(clock.now(), None);

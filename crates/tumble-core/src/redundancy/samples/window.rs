@@ -146,7 +146,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         let [from, to] = [from as u32, to as u32];
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
-        self.spoil(before.usable, now.usable);
+        self.restrict(before.usable, now.usable);
         if to < length {
             let s = [position(from), position(to)];
             self.add(&Piece {
@@ -165,7 +165,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         });
         let closed = self.whole.then(|| self.means());
         *self = Self::starting(self.index.saturating_add(1), &crossing, true);
-        self.spoil(before.usable, now.usable);
+        self.restrict(before.usable, now.usable);
         self.add(&Piece {
             s: [T::zero(), position(to - length)],
             from: &crossing,
@@ -187,7 +187,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
     }
 
-    fn spoil(&mut self, before: [bool; 2], now: [bool; 2]) {
+    fn restrict(&mut self, before: [bool; 2], now: [bool; 2]) {
         let ([first, second], [before_first, before_second], [now_first, now_second]) =
             (&mut self.usable, before, now);
         *first &= before_first & now_first;

@@ -58,7 +58,7 @@ crate::vocabulary! {
 crate::vocabulary! {
     /// Model that a fit estimates; each includes those before.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-    pub enum Rung {
+    pub enum FitModel {
         /// Three offsets.
         Offset = "offset",
         /// An offset and a gain for each axis.
@@ -135,7 +135,7 @@ pub struct CollectionSettings<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitSettings<T: Real> {
     /// Largest model that a fit may estimate.
-    pub highest_rung: Rung,
+    pub largest_fit_model: FitModel,
     /// True if means at rest are fitted beside the pairs in motion.
     pub fit_rests: bool,
     /// Standard deviation of the motion along a direction above which the matrix is fitted along it.
@@ -291,7 +291,7 @@ impl<T: Real> Default for RedundancySettings<T> {
                 fewest_pairs: 200,
             },
             fit: FitSettings {
-                highest_rung: Rung::AffineAndLeverArm,
+                largest_fit_model: FitModel::AffineAndLeverArm,
                 fit_rests: true,
                 excitation: both(0.5, 0.2),
                 excitation_lever_arm: real(2.0),

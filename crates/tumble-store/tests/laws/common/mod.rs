@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
-use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
 use tumble_store::record::{DriftRecord, StoredRecord};
 
@@ -39,7 +39,7 @@ pub fn example() -> StoredRecord {
         bias_sigma: Vector3::new(1.0 / 128.0, 1.0 / 128.0, 1.0 / 64.0),
         lever_arm: Vector3::new(0.25, -0.125, 0.0625),
         lever_arm_sigma: Vector3::repeat(1.0 / 512.0),
-        rung: Rung::AffineAndLeverArm,
+        fit_model: FitModel::AffineAndLeverArm,
         directions: 3,
         residual: 0.0625,
         residual_before: 0.5,
@@ -92,7 +92,7 @@ prop_compose! {
         followed in uniform3(finite()),
         matrix_sigma in uniform9(sigma()),
         sigmas in (uniform3(sigma()), uniform3(sigma())),
-        rung in prop::sample::select(vec![Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]),
+        fit_model in prop::sample::select(vec![FitModel::Offset, FitModel::Gain, FitModel::Affine, FitModel::AffineAndLeverArm]),
         counts in any::<(u8, u32, u32)>(),
         residuals in (sigma(), sigma()),
         temperature in prop::option::of(finite()),
@@ -105,7 +105,7 @@ prop_compose! {
             bias_sigma: Vector3::from(sigmas.0),
             lever_arm: Vector3::from(lever_arm),
             lever_arm_sigma: Vector3::from(sigmas.1),
-            rung,
+            fit_model,
             directions: counts.0,
             residual: residuals.0,
             residual_before: residuals.1,

@@ -376,7 +376,7 @@ def fit_sentence(error: SecondaryError) -> str:
     """Describes the source of an error and its residual on held-out pairs."""
     when = "stored before the replay" if error.adopted is None else f"adopted at {error.adopted:.2f} s"
     sentence = (
-        f"Rung: {error.rung}, {error.directions} of 3 directions, {count_of('pair', error.pairs)}, "
+        f"Model: {error.fit_model}, {error.directions} of 3 directions, {count_of('pair', error.pairs)}, "
         f"calibration {error.sequence}, {when}."
     )
     if not math.isfinite(error.residual):
@@ -394,7 +394,7 @@ def unobserved_sentences(result: RedundancyResult) -> list[str]:
         "others it is unchanged."
         for unit in result.secondaries
         for error in errors_of(result, unit)
-        if error.directions < 3 and error.rung in ("affine", "affine and lever arm")
+        if error.directions < 3 and error.fit_model in ("affine", "affine and lever arm")
     ]
 
 
@@ -512,8 +512,8 @@ def _named(units: Figure) -> str:
 
 def _fit_figures(event: RedundancyEvent) -> Iterator[str]:
     figures, sensor = event.figures, str(event.figures.get("sensor", ""))
-    if "rung" in figures:
-        yield f"{figures['rung']}, {figures.get('directions', '?')} of 3 directions"
+    if "fit_model" in figures:
+        yield f"{figures['fit_model']}, {figures.get('directions', '?')} of 3 directions"
     if "pairs" in figures:
         yield f"{figures['pairs']} pairs"
     if "residual" in figures:

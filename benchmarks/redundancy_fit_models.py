@@ -1,4 +1,4 @@
-"""The fit ladder in numbers: 60 s of motion, a secondary wrong by 0.3 m/s^2 and 1 % beside its primary.
+"""The fit models in numbers: 60 s of motion, a secondary wrong by 0.3 m/s^2 and 1 % beside its primary.
 
 Motion and readings are made in numpy, independent of the core and its simulator: sums of sines below 1 Hz,
 1 m/s^2 and 0.3 rad/s root mean square an axis, as the table of the design has it; sampled at instants, with
@@ -95,10 +95,10 @@ def draw_pair(random: np.random.Generator, distance: float) -> Pair:
     )
 
 
-def calibrate(pair: Pair, highest_rung: str, precision: str = "f64") -> dict[str, object] | None:
+def calibrate(pair: Pair, largest_fit_model: str, precision: str = "f64") -> dict[str, object] | None:
     """Returns the record of the accelerometer that the monitor adopts, or `None`."""
     units = [_core.RedundancyUnit(1), _core.RedundancyUnit(2)]
-    monitor = _core.RedundancyMonitor(units, {**SETTINGS, "highest_rung": highest_rung}, precision)
+    monitor = _core.RedundancyMonitor(units, {**SETTINGS, "largest_fit_model": largest_fit_model}, precision)
     monitor.replay([pair.time] * 2, list(pair.specific_forces), list(pair.angular_rates))
     return next((record for record in monitor.records() if record["sensor"] == "accelerometer"), None)
 
