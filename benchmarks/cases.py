@@ -34,7 +34,7 @@ DATA = Path(__file__).parents[2] / "shared" / "data"
 CASES = DATA / "cases"
 RADIANS = ReadOptions(gyroscope_unit="rad/s")
 OWN_AXES = (0, 3, 4, 6, 7, 8, 9, 10, 11)
-"""What is free of [M row by row, b] of an accelerometer in its own axes."""
+"""Free elements of [M row by row, b] of an accelerometer in its own axes."""
 ALL = tuple(range(12))
 WRONG_SCALE = 1.7e-3
 """By which the gyroscope of an uncalibrated reference is off."""
@@ -44,7 +44,7 @@ DATAGRAMS, JUNK_PER_SAMPLE = 2000, 200
 
 
 def truth_of(case: str) -> Any:  # noqa: ANN401
-    """What the builder of a case knew."""
+    """The truth of a case."""
     return yaml.safe_load((CASES / case / "truth.yaml").read_text(encoding="utf-8"))
 
 

@@ -52,7 +52,7 @@ BY_REGISTER = (
 )
 """Patterns of the names of functions that call by a register, and of the functions that they may so call."""
 FEW = 2
-"""Phases that occur no more often than this are told one by one."""
+"""Phases that occur no more often than this are listed one by one."""
 
 
 def build() -> None:
@@ -86,13 +86,13 @@ def count() -> Content:
 def memory() -> tuple[Content, Content, Content]:
     """Flies the platform; bytes of its states, and of stack by what was done: of this flight, and of any."""
     states, stack, functions_ = remembered(_emulated(PLATFORM))
-    # The lowest bit says that a function is in Thumb code.
+    # The lowest bit marks Thumb code.
     bounds = StackBounds(functions(PLATFORM), BY_REGISTER)
     return states, stack, {name: bounds.of(at & ~1).bytes for name, at in functions_.items()}
 
 
 def remembered(said: str) -> tuple[Content, Content, dict[str, int]]:
-    """Bytes of states and of stack out of what the platform said, and addresses of functions.
+    """Bytes of states and of stack out of the output of the platform, and addresses of functions.
 
     A function is named by what it did when it took most: one takes samples, also those that solve a spin.
     """
@@ -107,7 +107,7 @@ def remembered(said: str) -> tuple[Content, Content, dict[str, int]]:
 
 
 def understood(said: str) -> Content:
-    """Instructions out of what the image said.
+    """Instructions out of the output of the image.
 
     Raises `ValueError` where its check of the timer is not what its loop takes, or something took longer than
     the timer counts.

@@ -140,7 +140,7 @@ class Flood(PolledSource):
 
 
 def flood(hours: float, rate: float) -> Content:
-    """Puts so much stream time through a set, as fast as it goes; tells what memory became of."""
+    """Puts so much stream time through a set, as fast as it goes; reports the memory."""
     samples = int(3600.0 * hours * rate)
     done, memory, began = 0, [], time.monotonic()
     look_at = 0

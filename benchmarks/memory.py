@@ -40,7 +40,7 @@ def peak(path: Path) -> tuple[int, int]:
 
 
 def acquire_here(path: Path) -> None:
-    """Acquire in this process, and say how much memory that took at its peak."""
+    """Acquire in this process, and report the peak of memory."""
     import tumble
     from tumble import _core
 

@@ -208,7 +208,7 @@ def split_halves() -> Content:
 
 
 def recorded() -> Content:
-    """Calibrates every recording, or says why not."""
+    """Calibrates every recording, or gives the reason against it."""
     return {name: outcome(source, options) for name, source, options in recordings()}
 
 

@@ -173,7 +173,7 @@ def turn_sigma(problem: Problem) -> float:
 
 
 def measured() -> Content:
-    """Time both in turn, best of a few, and say how far their results are apart."""
+    """Time both in turn, best of a few, and compare their results."""
     played = simulate_multipose(
         seed=SEED,
         orientations=ORIENTATIONS,

@@ -23,9 +23,9 @@ from tumble.procedures.noise.result import RAMP_OF_LEVEL as RAMP
 
 BASE_SEED = 27_600
 LARGEST_ERROR = 0.02
-"""Of N, where a step had made it 14 % wrong."""
+"""Error of N, where a step had made it 14 % wrong."""
 COVERAGE = (0.9, 1.0)
-"""Of a few channels."""
+"""Share of a few channels."""
 MOST_ALARMS = 0.02
 CLEAR_STEP = 2.0
 """mm/s^2, where N is 1 mm/s^2/sqrt(Hz)."""

@@ -208,7 +208,7 @@ def _dataflash(folder: Path, chunk: Chunk) -> Path:
 
 
 def _tlog(folder: Path, chunk: Chunk) -> Path:
-    """Logs what a ground station hears of HIGHRES_IMU."""
+    """Logs the HIGHRES_IMU that a ground station receives."""
     sender = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     path = folder / "flight.tlog"
     with path.open("wb") as file:

@@ -3,7 +3,7 @@
 `python -m benchmarks.redundancy_adoptions [--missions 2000] [--seed 0] [--only SEED] [--cores N] [--no-save]`
 
 `redundancy_judge.py` defines the counts, `redundancy_mission.py` the draws. Missions have the
-seeds `--seed`, `--seed` + 1 ... `--only SEED` flies one of them alone and shows all that the monitor said.
+seeds `--seed`, `--seed` + 1 ... `--only SEED` flies one of them alone and shows all events of the monitor.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The recording of eight IMUs on one board: what its makers state, and what the units say.
+"""The recording of eight IMUs on one board: the statements of its makers, and the readings of the units.
 
 Turned to twenty rests, then from `SHAKING` s on shaken by hand beyond its range; no unit is calibrated.
 """
@@ -64,7 +64,7 @@ def lever_arm(number: int, primary: int) -> FloatArray:
 
 
 def told(numbers: Sequence[int]) -> list[_core.RedundancyUnit]:
-    """Describes a set of these units, the first the primary, as a monitor is told of it."""
+    """Describes a set of these units, the first the primary, for a monitor."""
     primary = numbers[0]
     return [
         _core.RedundancyUnit(
@@ -79,7 +79,7 @@ def told(numbers: Sequence[int]) -> list[_core.RedundancyUnit]:
 
 
 def recorded() -> dict[int, Samples]:
-    """Reads what each unit says; all have one clock."""
+    """Reads the samples of each unit; all have one clock."""
     table = pq.read_table(LOG)
     column = {name: np.asarray(table[name], dtype=float) for name in table.column_names}
     time = column["time"]

@@ -1,4 +1,4 @@
-"""Faults put into what a unit says, simulated or recorded."""
+"""Faults put into the readings of a unit, simulated or recorded."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SIZES: dict[Kind, tuple[tuple[float, float], tuple[float, float]]] = {
     "late": ((0.15, 1.0), (0.15, 1.0)),
 }
 """Least and most, of accelerometer and of gyroscope, drawn evenly in logarithm: m/s^2 and rad/s; of a scale
-its distance from one, either way; s by which what is said arrives late."""
+its distance from one, either way; s by which samples arrive late."""
 RAMP_SECONDS = (60.0, 120.0)
 """s in which a ramp reaches its size, where it stays."""
 SPIKING = 0.05
@@ -61,7 +61,7 @@ class InjectedFault:
     seed: int
 
     def inject(self, samples: Samples) -> Samples:
-        """Returns what the unit says from then on, and before."""
+        """Returns the samples of the unit from then on, and before."""
         after = samples.arrival >= self.start
         if self.kind == "dead":
             kept = ~after

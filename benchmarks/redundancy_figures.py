@@ -89,7 +89,7 @@ IN_HEALTH = {
 
 
 def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Returns what was told while all units were sound."""
+    """Returns the reports while all units were healthy."""
     hours = sum(each["health"] for each in missions) / 3600.0
     return {"hours": hours, **{name: sum(each[name] for each in missions) for name in IN_HEALTH.values()}}
 

@@ -1,6 +1,6 @@
 """Flies a mission, replays it through the monitor, and judges what the monitor did against the truth.
 
-The measure is what a faultless primary would say (`redundancy_truth.reference`), since the set is to agree
+The measure is the reading of a faultless primary (`redundancy_truth.reference`), since the set is to agree
 with its primary. All root mean squares are of the norm of the error of means over half a second: vibration,
 which every unit samples at instants of its own, is no error of a calibration.
 

@@ -16,7 +16,7 @@ OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 INVALID = ("saturated",)
 """Reasons of `unhealthy` that name nobody wrong."""
 END = 0.2
-"""s before the end of all that is said, in which streams that end are late."""
+"""s before the end of all samples, in which streams that end are late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Judgement:
     isolated: float | None
     """s from the fault to the faulty unit being named, where that is right."""
     seen: float | None
-    """s from the fault to anything being told of it."""
+    """s from the fault to any report of it."""
     also: int
     """Times a sound unit was named after the faulty one was."""
     faulty_in_health: int
@@ -103,6 +103,6 @@ def source_spans(events: Iterable[Event], end: float) -> list[tuple[float, float
 
 
 def without_source(events: Iterable[Event], start: float, end: float) -> float:
-    """For how many s between two times no unit was the source; before the first is, nothing is said."""
+    """For how many s between two times no unit was the source; before the first is, nothing is reported."""
     none = [(first, last) for first, last, unit in source_spans(events, end) if unit is None]
     return sum((max(0.0, min(last, end) - max(first, start)) for first, last in none), 0.0)

@@ -20,7 +20,7 @@ MOUNTINGS_DEG = ((0.0, 0.0, 0.0), (90.0, 0.0, 0.0), (0.0, 0.0, 90.0), (180.0, 0.
 TRANSFER_SECONDS = 16.0
 """About how long take-off, hovering and landing take together."""
 OFFSET_SIGMA = 5e-4
-"""s, of the stated time offset; never off by more than twice that."""
+"""s, of the stated time offset; its error is at most twice that."""
 FOREVER = 1e6
 """s: a fault that ends then does not end."""
 CALIBRATION_SIGMA: dict[TriadName, float] = {"accelerometer": 0.005, "gyroscope": 0.0005}

@@ -88,7 +88,7 @@ def health() -> list[dict[str, Any]]:
 
 
 def told_in_health(events: Sequence[Event]) -> dict[str, Any]:
-    """Counts what was told before the shaking, of that once settled, and from then on."""
+    """Counts the reports before the shaking, of that once settled, and from then on."""
     return {name: _counted(events, *span) for name, span in SPANS.items()}
 
 

@@ -51,7 +51,7 @@ def flown(
 
 
 def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...]]:
-    """Simulates a mission: the set, and what all units say with the fault in one of them."""
+    """Simulates a mission: the set, and the samples of all units with the fault in one of them."""
     simulated = mission.fly()
     return simulated, spoilt(simulated.samples, mission.faulty, mission.fault)
 
@@ -59,7 +59,7 @@ def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Sam
 def watched(
     mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], *, with_aiding: bool = False
 ) -> Replay:
-    """Puts what all units of a mission say through a monitor of the mission's precision."""
+    """Puts the samples of all units of a mission through a monitor of the mission's precision."""
     told = [unit.told(number) for number, unit in enumerate(simulated.units)]
     monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
     heard = aiding(simulated.body, mission.seed) if with_aiding else []
@@ -67,7 +67,7 @@ def watched(
 
 
 def aiding(body: Body, seed: int) -> list[NativeAiding]:
-    """Returns what a satellite receiver says of the velocity."""
+    """Returns the velocity of a satellite receiver."""
     step = body.time[1] - body.time[0]
     level = np.einsum("nij,nj->ni", body.level_from_body, body.specific_force)
     velocity = np.cumsum(level - [0.0, 0.0, STANDARD_GRAVITY], axis=0) * step
@@ -78,7 +78,7 @@ def aiding(body: Body, seed: int) -> list[NativeAiding]:
 
 
 def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:
-    """Returns what all units say with the fault in one of them."""
+    """Returns the samples of all units with the fault in one of them."""
     return tuple(
         each if fault is None or number != faulty else fault.inject(each)
         for number, each in enumerate(samples)
@@ -100,7 +100,7 @@ def replay(
     until: FloatArray,
     measurements: Sequence[NativeAiding] = (),
 ) -> Replay:
-    """Puts what all units say through a monitor, piece by piece."""
+    """Puts the samples of all units through a monitor, piece by piece."""
     found = Replay()
     cuts = [np.searchsorted(each.arrival, until) for each in said]
     heard = [bisect_left(measurements, time, key=lambda each: each[0]) for time in until]

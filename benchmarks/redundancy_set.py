@@ -42,7 +42,7 @@ JITTER = 2e-4
 ARM_ERROR = 0.002
 """m an axis, 1 sigma, between a place and what is stated of it."""
 UNSTATED_ARMS = 0.1
-"""Share of the secondaries of which nobody says where they are."""
+"""Share of the secondaries whose place is not stated."""
 VIBRATION = {"weak": (0.6, 0.02), "strong": (3.0, 0.12)}
 """m/s^2 and rad/s of the rotors' tone before the filter of a unit."""
 BROADBAND = 0.03
@@ -135,7 +135,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedSet:
-    """A body, its units, and what they say without a fault."""
+    """A body, its units, and their samples without a fault."""
 
     body: Body
     units: tuple[Unit, ...]

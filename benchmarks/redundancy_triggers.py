@@ -13,7 +13,7 @@ from tumble.foundation.results import TriadName
 CLEAR = 0.2
 """Share of a threshold by which a deviation has to be beyond it, or below, to be clear."""
 HEARD = 0.1
-"""s after an evaluation at which its alarm is told of at the latest."""
+"""s after an evaluation at which its alarm is reported at the latest."""
 
 
 def judge_triggers(flown: Flown, verdict: Verdict) -> None:

@@ -20,7 +20,7 @@ SETTLING = 1.0
 def reference(
     mission: Mission, flight: SimulatedFlight, time: FloatArray, averaging: float
 ) -> dict[TriadName, FloatArray]:
-    """Returns what a primary without noise and without fault would say, its own calibration applied, (n, 3).
+    """Returns the readings of a primary without noise and fault, its own calibration applied, (n, 3).
 
     That is what the whole set is to agree with: a primary that is wrong from the factory is wrong for all.
     """

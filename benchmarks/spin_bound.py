@@ -2,10 +2,10 @@
 
 Unknown are accelerometer and gyroscope bias, the axis, the pull of the floor's tilt, the lever arm, the scale
 error about the axis, and, as nuisance, *the heading at every sample* of the turn: the gyroscope's component
-along the axis says how it changed from one sample to the next, specific force where it is. So the walk of the
-heading by noise of the gyroscope is in the bound. Where rate and its change multiply the lever arm they are
-those of the gyroscope rid of its bias and scale error, and its noise is not counted; that can only lower the
-bound. The information on the headings is a band of three, and is eliminated.
+along the axis shows how it changed from one sample to the next, specific force where it is. So the walk of
+the heading by noise of the gyroscope is in the bound. Where rate and its change multiply the lever arm they
+are those of the gyroscope rid of its bias and scale error, and its noise is not counted; that can only lower
+the bound. The information on the headings is a band of three, and is eliminated.
 """
 
 from __future__ import annotations

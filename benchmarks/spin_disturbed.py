@@ -78,7 +78,7 @@ def slipping(course: Course, velocity: FloatArray, with_robot: bool) -> FloatArr
 
 
 def disturb(played: PlayedSpin, disturbance: Disturbance, random: np.random.Generator) -> None:
-    """Puts the disturbance into what the sensors of a session say."""
+    """Puts the disturbance into the readings of a session."""
     bearing = random.uniform(-np.pi, np.pi)
     if disturbance.slip:
         velocity = disturbance.slip * np.array([np.cos(bearing), np.sin(bearing)])

@@ -1,4 +1,4 @@
-"""Live spins: whether chi-square is its degrees of freedom on average, and intervals hold as they say.
+"""Live spins: whether chi-square is its degrees of freedom on average, and intervals hold as often as stated.
 
 `python -m benchmarks.spin_live [--sessions 400]`
 

@@ -77,7 +77,7 @@ class StackBounds:
     def of(self, address: int) -> StackBound:
         """Bounds of the function at an address.
 
-        Raises `ValueError` where it may come to call itself, or calls by a register and nobody says whom.
+        Raises `ValueError` where it may come to call itself, or calls an unknown function by a register.
         """
         if address not in self._known:
             if address in self._under_way:

@@ -21,7 +21,7 @@ from tumble.tools.simulate import SimulatedTurntable, SimulatedUnit, simulate_tu
 SEED = 27_000
 RATE_HZ = 100.0
 LARGEST_Z = 1.1
-"""Of errors over their sigma, rms: prototypes of the method reached 0.96 to 0.99."""
+"""Errors over their sigma, rms: prototypes of the method reached 0.96 to 0.99."""
 HELD = 0.93
 """Share of times that are within two sigma."""
 LATENESS = (

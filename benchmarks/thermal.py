@@ -3,7 +3,7 @@
 `python -m benchmarks.thermal [--sessions 2000]`
 
 A session is one axis that warms from -20 to 70 degC and cools again within an hour, with white noise and
-bias instability that the fit is not told. The highest power of each drift is ten sigmas of the bound.
+bias instability that the fit is not given. The highest power of each drift is ten sigmas of the bound.
 """
 
 from __future__ import annotations

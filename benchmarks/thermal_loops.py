@@ -63,7 +63,7 @@ def lags(shape: str, lag: float, sessions: int) -> Content:
 
 
 def wandering(wander: float, sessions: int) -> Content:
-    """How often a lag is found where there is none and biases wander."""
+    """Counts lags found where there is none and biases wander."""
     found = [tumble.thermal(oven(BASE_SEED + k, wander=wander)) for k in range(sessions)]
     observable = [each.lag for each in found if each.lag.observable]
     return {

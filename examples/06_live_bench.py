@@ -1,9 +1,9 @@
-"""A bench without hardware: a rate table that turns itself, units that are heard live, and their calibration.
+"""A bench without hardware: a rate table that turns itself, units received live, and their calibration.
 
 python examples/06_live_bench.py
 
-Table and units are simulated, behind real sockets. Of real ones only the addresses differ. On a computer
-too slow for so many simulated s in one of ours it ends with a line that says so, and exit code 3.
+Table and units are simulated, behind real sockets. Real ones differ in their addresses only. On a computer
+too slow for so many simulated s in one of ours it ends with one line, and exit code 3.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A program of your own watches a redundant set: fed as samples come, it acts on what the monitor says.
+"""A program of your own watches a redundant set: fed as samples come, it acts on the events of the monitor.
 
 python examples/06_monitor.py
 """

@@ -1,4 +1,4 @@
-"""A robot's own program drives the turn: the state machine says when to stand and when to turn.
+"""A robot's own program drives the turn: the state machine commands when to stand and when to turn.
 
 python examples/07_spin_machine.py
 """

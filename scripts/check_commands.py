@@ -1,4 +1,4 @@
-"""Prove that what the README and the documentation tell people to type is what CI runs.
+"""Prove that CI runs the commands that the README and the documentation give.
 
 Their shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that `make help` lists, and
 `tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, those

@@ -11,9 +11,9 @@ ROOT = Path(__file__).parents[1]
 
 
 def write_or_check(made: Iterable[tuple[Path, str]], about: str | None, script: str) -> int:
-    """Writes each file with its text, or with --check say which are stale; the exit code is then 1.
+    """Writes each file with its text, or with --check report which are stale; the exit code is then 1.
 
-    `about` says what the script does, for its help; `script` is its file.
+    `about` describes the script, for its help; `script` is its file.
     """
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--check", action="store_true", help="write nothing, fail where a file is stale")

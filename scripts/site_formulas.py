@@ -29,7 +29,7 @@ MENDINGS = (
     (re.compile(r"<mo><mrow><mo>([^<]+)</mo></mrow></mo><mo>&#x0003D;</mo>"), r"<mo>\1=</mo>"),
     (re.compile(r"<m[io]>(?::|&#x0003A;)</m[io]><mo>&#x0003D;</mo>"), "<mo>:=</mo>"),
     (re.compile(r"<mover>"), '<mover accent="true">'),
-    # A bar takes the spaces of a relation unless it is told that it is a bracket.
+    # A bar takes the spaces of a relation unless it is marked as a bracket.
     (
         re.compile(r"<mo(?: stretchy=\"false\")?>(&#x0007C;|&#x02016;)"),
         r'<mo lspace="0" rspace="0" stretchy="false">\1',

@@ -1,4 +1,4 @@
-"""Write the table of logs that are read into docs/how-to/read-logs.md, or with --check say if it is stale.
+"""Write the table of logs that are read into docs/how-to/read-logs.md, or with --check report if it is stale.
 
 A format stands once, in `tumble.foundation.log_formats`.
 """

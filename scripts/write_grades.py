@@ -1,4 +1,4 @@
-"""Write python/tumble/tools/simulate/grade.py from the lab's grade.rs, or with --check say if it is stale.
+"""Write python/tumble/tools/simulate/grade.py from the lab's grade.rs, or with --check report if it is stale.
 
 A figure of a sensor grade stands in Rust: as a field with its meaning, and in the table of grades. Its
 Python form, with types for checkers and editors, is made from there.

@@ -1,4 +1,4 @@
-"""Write what is made from the tables of settings, or with --check say what is stale.
+"""Write what is made from the tables of settings, or with --check report what is stale.
 
 The tables in docs/how-to/redundancy.md, the bounds that the core looks after, the stub of the Python models
 and the structs of C: names, units, bounds and meanings from crates/tumble-lab/src/setting_table.rs, defaults

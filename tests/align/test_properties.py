@@ -1,4 +1,4 @@
-"""Two units on one body: rotation, offset and lever arm are found, as well as the sigmas say."""
+"""Two units on one body: rotation, offset and lever arm are found, to within their sigmas."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Eight IMUs on one board, recorded by others: each of four, in `make soak` of all, aligned with each other.
 
-The board says where its chips sit (9.45 mm from the middle, on both sides), and that those of even number are
-on the other side. Where in its housing the accelerometer of a chip sits it does not say, nor how squarely the
+The board states the places of its chips (9.45 mm from the middle, on both sides; those of even number are
+on the other side). It does not state the place of the accelerometer within its housing, nor how squarely the
 chips are soldered. Measured over all 56 pairs: lever arms 0.83 mm off at most, half of them 0.4 mm or less;
 rotations 0.53 deg at most; offsets 0.043 ms at most. The limits leave a fifth for other processors.
 """

@@ -1,4 +1,4 @@
-"""Logs that are no good: `tumble align` leaves samples out and says so, or ends with one line."""
+"""Logs that are no good: `tumble align` leaves samples out with a remark, or ends with one line."""
 
 from __future__ import annotations
 

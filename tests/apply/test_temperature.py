@@ -39,7 +39,7 @@ VALUE = st.floats(-20.0, 20.0)
 
 
 def drifted(truth, temperature):
-    """(n, 3) what a triad says of the truth at temperatures (n,), degC: the model, written out."""
+    """(n, 3) readings of a triad for the truth at temperatures (n,), degC: the model, written out."""
     t = np.clip(temperature, LOW, HIGH) - REFERENCE
     scale, bias = (
         sum(np.outer(t ** (k + 1), row) for k, row in enumerate(DRIFT[name])) for name in ("scale", "bias")

@@ -1,4 +1,4 @@
-"""Missions with drawn faults and settings: nothing adopted makes a unit worse, and the judge can tell."""
+"""Missions with drawn faults and settings: nothing adopted makes a unit worse, and the judge detects it."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The campaign counts what was told against what was true, on sets whose motion obeys physics."""
+"""The campaign compares reports with the truth, on sets whose motion obeys physics."""
 
 from dataclasses import replace
 from typing import get_args

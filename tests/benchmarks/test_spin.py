@@ -31,7 +31,7 @@ def derivative(function, unknowns):
 def measured(there, true, change):
     """Noise-free force (n, 3), rates about forward and left, mean rate about up, by unknowns and headings.
 
-    Rates are those of the gyroscope, rid of the scale and bias that are believed.
+    Rates are those of the gyroscope, rid of the estimated scale and bias.
     """
     unit = spin_bound.moved(true, change[: spin_bound.UNKNOWNS])
     up = true.floor[2]

@@ -1,4 +1,4 @@
-"""A calibration that is known to be wrong says so wherever it is used."""
+"""A calibration that is known to be wrong is reported wherever it is used."""
 
 from __future__ import annotations
 

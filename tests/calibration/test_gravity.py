@@ -133,7 +133,7 @@ def test_scale_found_with_the_same_gravity_cancels_its_error(tmp_path):
 
 
 def test_an_uncertain_gravity_is_no_fault_of_a_stated_reference():
-    """The reference states 1e-7, gravity is off by 8 mm/s^2 and says so: nothing is left to explain."""
+    """The reference states 1e-7, gravity has a stated error of 8 mm/s^2: nothing is left to explain."""
     from uncertain_references import calibration_of, exact, stated
 
     covariances = stated(1e-7, {"accelerometer": 1e-5, "gyroscope": 1e-5})

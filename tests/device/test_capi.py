@@ -69,7 +69,7 @@ def library(
     """Builds the static library, all of it or without some of its parts, and puts it into `folder`."""
     cargo = ["scripts/cargo_for_device.sh"] if device else ["cargo"]
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
-    # Said even where it is the default, as packages do: to cargo said and not said are two libraries.
+    # Given even where it is the default, as packages do: to cargo given and not given are two libraries.
     named = {"TUMBLE_UNITS": str(units)}
     wanted = [part for part in PARTS if part not in left_out]
     # To cargo all parts named are another library than all by default, as the packages build it.
@@ -206,7 +206,7 @@ def flown(folder: Path, archive: Path, *words: str | Path) -> str:
 
 @pytest.fixture
 def quick_start(tmp_path: Path) -> list[str | Path]:
-    """Sources and options of the program of the quick start, as the page says."""
+    """Sources and options of the program of the quick start, those of the page."""
     source = tmp_path / "quick.c"
     source.write_text(example_under("1. The program", QUICK_START))
     return [source, BARE / "robot.c", BARE / "flash.c", f"-I{BARE}"]
@@ -274,7 +274,7 @@ def test_exported_records_are_the_same_bytes_as_file_and_as_c_arrays(
 
 
 def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: Path) -> None:
-    """The laws themselves are tried: vectors that say otherwise break them."""
+    """The laws themselves are tried: vectors with other values break them."""
     for vectors in (ROOT / "vectors").glob("*.json"):
         (tmp_path / vectors.name).write_text(vectors.read_text())
     path = tmp_path / "model.json"

@@ -1,4 +1,4 @@
-"""`tumble doctor` says of each part whether it works and what to do, whatever is broken."""
+"""`tumble doctor` reports of each part whether it works and the remedy, whatever is broken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever a file holds, an import gives calibrations or says in one line what is wrong."""
+"""An import of any file gives calibrations or one line that names the fault."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Drift of simulated fleets whose q is known: intervals and due dates hold what they say."""
+"""Drift of simulated fleets whose q is known: intervals and due dates hold as often as stated."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def test_host_times_are_right_within_their_sigma_in_95_of_100_cases(way, seconds
         errors.append(abs(error))
         sigmas.append(clock.sigma)
     assert np.mean(np.array(errors) <= 2.0 * np.array(sigmas)) >= 0.95
-    # A sigma that is honest because it is vast would say nothing.
+    # A sigma that is honest because it is vast would be useless.
     assert np.median(sigmas) < 20.0 * np.quantile(errors, 0.8)
 
 

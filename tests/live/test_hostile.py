@@ -130,7 +130,7 @@ def test_no_datagram_however_hostile_ends_the_run(corrupted):
     for place, piece in sorted(corrupted, key=lambda each: -each[0]):
         pieces.insert(place, piece)
     found = samples_of(scripted(pieces, whole=True))
-    # One whose stamp nobody can tell from the clock's may come to stand before another.
+    # One whose stamp looks like the clock's may come to stand before another.
     assert len(found) >= len(TABLE) - len(corrupted)
 
 

@@ -1,4 +1,4 @@
-"""Every live command says with `--json` that its lines are open, before it says anything else."""
+"""Every live command reports with `--json` that its lines are open, before anything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples on their way out: what is sent is what was given, and what cannot be sent is said."""
+"""Samples on their way out: those sent are those given, and those that cannot be sent are reported."""
 
 from __future__ import annotations
 

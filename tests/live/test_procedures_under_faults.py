@@ -314,7 +314,7 @@ def test_killed_commands_leave_a_readable_recording_and_store(tmp_path, command,
     found = samples_in(session)
     assert len(found) == len(words)
     for name, rows in found.items():
-        # Times are on the computer's clock, of which samples that came later say more.
+        # Times are on the computer's clock, about which later samples add information.
         assert np.array_equal(rows[: len(before[name]), 1:], before[name][:, 1:])
         if SOAK:
             # Only an idle computer keeps this time.

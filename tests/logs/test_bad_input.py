@@ -1,4 +1,4 @@
-"""Logs that are broken, or no logs: one line each, saying what is wrong, where, and what to do."""
+"""Logs that are broken, or no logs: one line each, with the fault, its place and the remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs of which a few bytes were garbled: said where and what, or read without them, never misread."""
+"""Logs of which a few bytes were garbled: reported with their place, or read without them, never misread."""
 
 from __future__ import annotations
 

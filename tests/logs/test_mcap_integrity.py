@@ -1,4 +1,4 @@
-"""MCAP files say which of their bytes could be checked against damage, and what of them is damaged."""
+"""Remarks on MCAP files name the bytes checked against damage, and those that are damaged."""
 
 from __future__ import annotations
 

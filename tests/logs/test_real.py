@@ -1,4 +1,4 @@
-"""Every real recording reads, and says what its own documentation says."""
+"""Every real recording reads, and agrees with its own documentation."""
 
 from __future__ import annotations
 

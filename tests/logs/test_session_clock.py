@@ -77,7 +77,7 @@ def test_clock_that_was_set_back_has_one_line_before_and_one_after(tmp_path):
     taken = recorded(tmp_path / "session", 4, set_back_at=60.0)
     found = times(tmp_path / "session")
     assert (np.diff(found) > 0.0).all()
-    # Until the leap is believed its samples have the times that they were given.
+    # Until the leap is accepted its samples have the times that they were given.
     late = found - taken[-len(found) :] if len(found) == len(taken) else None
     assert late is not None
     assert np.abs(late[[0, 3000, 9000, -1]] - late[3000]).max() < 2e-3

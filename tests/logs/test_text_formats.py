@@ -1,4 +1,4 @@
-"""Text and folders of other programs: what was written as their documentation says comes back."""
+"""Text and folders of other programs: samples written by their documentation come back."""
 
 from __future__ import annotations
 

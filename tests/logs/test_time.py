@@ -1,4 +1,4 @@
-"""Which column is time, in which unit, and what is said where neither makes sense of an IMU."""
+"""Which column is time, in which unit, and the message where neither makes sense of an IMU."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRIADS = "ax,ay,az,gx,gy,gz"
 
 
 def counted(path, name, start=1.5e9, ticks_per_second=1e6, rate=155.0):
-    """A log with a counter of microseconds, or what is said, under that name."""
+    """A log with a counter of microseconds, or of the given ticks, under that name."""
     chunk = made_up(600, rate=rate, start=start / ticks_per_second, temperature=False)
     return write_text(path, chunk, f"{name},{TRIADS}", scale=(ticks_per_second, 1.0, 1.0))
 

@@ -209,7 +209,7 @@ def test_a_parameter_that_changes_in_flight_holds_from_then_on(tmp_path):
     path = writer.change(time[change] - 1e-3, "CAL_ACC0_YOFF", 0.5).write(tmp_path / "flight.ulg")
     _, undone = read(path, undo_correction=True)
     apart = np.abs(undone["accelerometer"] - force).max(axis=1)
-    # The log says no more of when it changed than between which samples.
+    # The log shows only between which samples it changed.
     assert np.delete(apart, change - 1).max() < 1e-5
 
 

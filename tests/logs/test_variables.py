@@ -234,7 +234,7 @@ def test_a_file_that_is_cut_short_is_refused_in_one_line(tmp_path, name, share):
 def test_group_with_a_cyclic_index_is_read_or_refused_in_one_line(tmp_path):
     data = bytearray(small_file(tmp_path, "log.h5"))
     node = data.index(b"TREE\x00")
-    data[node + 16 : node + 24] = node.to_bytes(8, "little")  # where it says what stands to its right
+    data[node + 16 : node + 24] = node.to_bytes(8, "little")  # where it names its right neighbour
     (tmp_path / "round.h5").write_bytes(data)
     read_or_refuse(tmp_path / "round.h5")
 

@@ -63,7 +63,7 @@ def test_trembling_poses_are_rests_with_more_sigma(name):
     truth = true_figures("multipose_tremor")
     assert (len(found.poses), len(found.turns)) == (22, 21)
     assert_holds(found, truth)
-    # Quiet or not, what a rest tells of the gyroscope is as good.
+    # Quiet or not, a rest shows the gyroscope as well.
     assert np.sqrt(np.diag(found.gyroscope.covariance)[:9]).max() < 2e-4
 
 

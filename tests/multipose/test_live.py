@@ -47,7 +47,7 @@ def session_on(bench, folder, **options):
 
 
 def led(bench, session):
-    """All steps of a session whose hand goes where it is told."""
+    """All steps of a session whose hand follows the instructions."""
     for step in session.steps():
         if step.kind == "orientation wanted":
             bench.hand.go_to(step.up)

@@ -56,7 +56,7 @@ def judge(done, folder, truth):
     for _ in calibrations:
         found = tumble.multipose(folder / "session", g_sensitivity=True)
         for triad in found.triads:
-            # Beyond that it is said that the model was not met.
+            # Beyond that the model is reported as not met.
             if triad.widening <= LARGEST_WIDENING:
                 assert_near(triad, truth)
     return bool(calibrations)

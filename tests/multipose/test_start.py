@@ -1,4 +1,4 @@
-"""A calibration is built up, noise first, then poses, and its file says what gave what."""
+"""A calibration is built up, noise first, then poses, and its file names the origin of each part."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def test_a_turntable_session_gives_what_its_logs_give_to_the_bit(folder, tmp_pat
 
 
 def test_the_unit_that_is_named_is_the_reference(folder, tmp_path):
-    # Which it says by refusing it: that of the name reference is the better one here.
+    # It shows that by refusing it: that of the name reference is the better one here.
     done = typed("turntable", folder / "session", "--reference", "target_1", "-o", tmp_path)
     assert done.code == 2
     assert "reference is quieter than the reference target_1" in done.err

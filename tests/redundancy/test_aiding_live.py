@@ -134,7 +134,7 @@ def test_unreachable_aiding_source_is_refused_in_one_line(flight, tmp_path, unit
 
 
 def said(rows, *texts, start=100.0, step=0.2):
-    """All that rows which come one after another say."""
+    """All measurements of rows that come one after another."""
     found = []
     for place, text in enumerate(texts):
         found += list(rows.read([text], start + step * place))
@@ -185,5 +185,5 @@ def test_garbled_aiding_rows_never_end_it_and_times_stay_its_own(draw):
         found = list(rows.read([line.decode("utf-8", "replace")], 100.0 + 0.2 * count))
         offsets += [float(each.time[0]) - 0.2 * count for each in found]
     assert len(offsets) > 100
-    # A stamp with a wrong digit may pass that is off by less than what lines differ by.
+    # A stamp with a wrong digit may pass if its error is less than the differences of lines.
     assert np.median(np.abs(np.array(offsets) - 100.0)) < 2.0 * SOONER

@@ -1,4 +1,4 @@
-"""Where no unit is left to believe, nobody is named, nothing is adopted, and it is said first."""
+"""Where no unit is left to trust, none is named, nothing is adopted, and it is reported first."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def said():
 
 
 def replayed(said, folder, *more):
-    """Exits code, what is said, and events, of the command as typed."""
+    """Exit code, output, and events, of the command as typed."""
     paths = [unit.write(folder / f"{name}.csv") for name, unit in said.items()]
     done = typed("redundancy", *units(paths), *QUICK, *more, "-o", folder / "out")
     events = (folder / "out" / "events.jsonl").read_text("utf-8").splitlines()

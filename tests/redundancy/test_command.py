@@ -326,6 +326,6 @@ def test_a_disk_that_fills_up_leaves_every_file_whole_old_or_new(twice, tmp_path
     assert "No space left on device" in one_line(done.err)
     found = contents(tmp_path)
     assert set(found) == set(old)
-    # The page tells how fast the replay was, which differs from run to run.
+    # The page shows how fast the replay was, which differs from run to run.
     assert found["redundancy.html"].endswith(b"</html>")
     assert all(text in (old[name], new[name]) for name, text in found.items() if name != "redundancy.html")

@@ -84,7 +84,7 @@ STORE = ("corrupt", "against another primary")
 
 
 def event_rows():
-    """Events and what the how-to says of them."""
+    """Events and their figures in the how-to."""
     rows = re.findall(r"^\| (`.*?) \| .*? ?\| (.*) \|$", section("Events"), re.MULTILINE)
     return {event: quoted(means) for events, means in rows for event in quoted(events)}
 

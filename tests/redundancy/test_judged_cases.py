@@ -13,7 +13,7 @@ from turntable_sessions import typed
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "redundancy_cases"
 SECONDARIES = {"flip": 1, "p5019": 3, "p5037": 2}
 DIES = 53.4
-"""s at which the primary of `flip` says its last."""
+"""s at which the primary of `flip` sends its last sample."""
 DRIFT = (43.0, 163.0)
 """s in which the primary of `p5019` drifts by 0.3 m/s^2."""
 JUMP = 46.5
@@ -48,7 +48,7 @@ def events(done):
 
 
 def named(events, unit):
-    """Times at which a unit is told to be wrong."""
+    """Times at which a unit is reported faulty."""
     return [each["time"] for each in of(events, unit, "unhealthy")]
 
 

@@ -1,4 +1,4 @@
-"""The monitor as Python drives it, with offsets of clocks that it is told of."""
+"""The monitor as Python drives it, with offsets of clocks that it is given."""
 
 from __future__ import annotations
 

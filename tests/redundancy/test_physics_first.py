@@ -1,4 +1,4 @@
-"""Cases of a simulator that is not ours: what was said in motion is wrong, and rest, or time, shows it."""
+"""Cases of a simulator that is not ours: findings in motion are wrong, and rest, or time, shows it."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_begun_in_motion_a_gyroscope_that_jumps_is_named(tmp_path):
 
 
 def with_temperature(case, folder, kelvins, constant):
-    """Logs of a case with the temperature that its truth states, as its units would have told it."""
+    """Logs of a case with the temperature that its truth states, as its units would have measured it."""
     logs = []
     for number in range(3):
         table = pq.read_table(FOLDER / case / f"u{number}.parquet")

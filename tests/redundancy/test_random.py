@@ -1,4 +1,4 @@
-"""Whatever units say, a replay ends: random faults on top of each other never bring it down."""
+"""A replay of any readings ends: random faults on top of each other never bring it down."""
 
 from __future__ import annotations
 

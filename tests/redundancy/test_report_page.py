@@ -90,7 +90,7 @@ def test_top_lists_a_few_reasons_and_counts_the_others(pages):
     top = headline(pages["everything"])
     told = len(re.findall(r"(?:Refused|Abandoned|Not calibrated) \(", top))
     reasons = [cases.EVERY_EVENT[name] for name in ("withheld", "refused", "abandoned")]
-    # A calibration under way is no reason to worry, so it is not told.
+    # A calibration under way is no reason to worry, so it is not listed.
     assert f"{sum(map(len, reasons)) - 1 - told} further reasons below" in top
     assert told == 5
 

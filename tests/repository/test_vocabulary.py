@@ -1,4 +1,4 @@
-"""Every word of the core has its message, and every message says something of a word."""
+"""Every word of the core has its message, and every message is about a word."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ TABLES = {
     "aiding": get_args(AidingKind),
     "aiding left out": text.REMEDIES["aiding left out"],
     "unhealthy": text.REMEDIES["unhealthy"],
-    # Where no unit is fit, the title says it all.
+    # Where no unit is fit, the title suffices.
     "selected": {*text._SELECTED, "none fit"},
     "sensor": get_args(Sensor),
     "fit_model": get_args(FitModel),

@@ -1,4 +1,4 @@
-"""A simulated flight is what it says: motion, lever arms, vibration and clocks agree with each other."""
+"""A simulated flight is consistent: motion, lever arms, vibration and clocks agree with each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each fault does what it says to its unit, and nothing else to anyone."""
+"""Each fault has its described effect on its unit, and none on others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A live bench: units that feel what the table does, are heard over real lines, and fail on demand."""
+"""A live bench: units that feel the motion of the table, send over real lines, and fail on demand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated spin is what it says: kinematics agree with themselves, truth with what was recorded."""
+"""A simulated spin is consistent: kinematics agree with themselves, truth with what was recorded."""
 
 from __future__ import annotations
 

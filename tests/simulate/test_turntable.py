@@ -1,4 +1,4 @@
-"""Simulated turntable sessions: what is recorded follows from what is said to be true."""
+"""Simulated turntable sessions: recordings follow from the stated truth."""
 
 from __future__ import annotations
 

@@ -219,7 +219,7 @@ def test_the_state_of_the_wheels_tells_a_slow_turn_from_rest():
     began = [step.time for step in steps if step.kind == "still began"]
     assert began[-1] >= session.spans[1][0] - 0.5
     assert (np.abs(off(result, session)) < 4.0).all()
-    # On a level floor nothing but the wheels can tell.
+    # On a level floor only the wheels show it.
     blind, fooled = run(Fed(session))
     assert min(step.time for step in blind if step.kind == "still began") < 5.0
     assert np.abs(off(fooled, session)[3:]).max() > 20.0

@@ -23,7 +23,7 @@ from tumble.calibration.document import Calibration
 from turntable_sessions import typed
 
 AHEAD = 2.0
-"""s of samples that may be under way to a program that has not said it has read them."""
+"""s of samples that may be under way to a program that has not confirmed them."""
 HEADER = "time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"
 OLD = "schema: tumble-calibration/1\n"
 PROGRAM = (

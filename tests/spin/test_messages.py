@@ -43,7 +43,7 @@ WITHOUT_REMEDY = [
     ("pushed", {"turned": math.radians(3.2), "duration": 3.14}, "turned only 3 deg in 3.1 s"),
     ("tipped", {"across": 0.234}, "0.23 rad/s across"),
 ]
-"""Those of a part of a log: what to do is said once for all of them."""
+"""Those of a part of a log: the remedy is given once for all of them."""
 
 
 def failure(kind, figures):

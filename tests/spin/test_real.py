@@ -1,4 +1,4 @@
-"""Real robots, recorded by others: none of them turned on the spot, and `tumble spin` has to say so."""
+"""Real robots, recorded by others: none of them turned on the spot, and `tumble spin` has to report it."""
 
 from __future__ import annotations
 

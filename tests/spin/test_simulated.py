@@ -1,4 +1,4 @@
-"""`tumble simulate spin`, then `tumble spin`, as typed: what was made is found, and mishaps are said."""
+"""`tumble simulate spin`, then `tumble spin`, as typed: the truth is found, and mishaps are reported."""
 
 from __future__ import annotations
 

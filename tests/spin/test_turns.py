@@ -1,4 +1,4 @@
-"""True turns as a person says them."""
+"""True turns as a person types them."""
 
 from __future__ import annotations
 

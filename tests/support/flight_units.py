@@ -24,7 +24,7 @@ def without_errors():
 
 
 def ideal(**changes):
-    """A unit that says the truth of its place at an instant; its samples fall on the primary's."""
+    """A unit that measures the truth of its place at an instant; its samples fall on the primary's."""
     exact = {"grade": without_errors(), "perfect": True, "ageing": 0.0, "phase": 0.0, "filtered": False}
     return FlightUnit(**exact | changes)
 

@@ -125,7 +125,7 @@ def checksum(path):
 
 
 def units(row):
-    """Returns the units that a reader has to be told; those that are stated in the file it finds itself."""
+    """Returns the units that a reader has to be given; those that are stated in the file it finds itself."""
     if row.get("stated"):
         return {}
     return {f"{triad}_unit": row[triad] for triad in ("accelerometer", "gyroscope") if triad in row}

@@ -1,4 +1,4 @@
-"""Logs in the formats of others, written from samples as the documentation of each says."""
+"""Logs in the formats of others, written from samples by the documentation of each."""
 
 from __future__ import annotations
 

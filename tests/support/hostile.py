@@ -65,7 +65,7 @@ def corrupted(draw, whole):
 
 
 def read_or_refuse(path, options=None):
-    """Reads all that a file says it holds; a `LogError` of one line is as good. Gives the peak of memory."""
+    """Reads the contents of a file; a `LogError` of one line is as good. Gives the peak of memory."""
     options = options or ReadOptions()
     said = ""
     tracemalloc.start()

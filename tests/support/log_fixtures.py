@@ -15,7 +15,7 @@ DATA = Path(__file__).parents[3] / "shared" / "data"
 
 
 def real(name):
-    """Path of a real recording; skips, saying so, where the shared data are absent."""
+    """Path of a real recording; skips, with a message, where the shared data are absent."""
     path = DATA / name
     if not path.exists():
         pytest.skip(f"no real recording: {path} is absent")

@@ -224,7 +224,7 @@ def mission():
 
 
 def quiet():
-    """Nothing was ever heard of any unit."""
+    """No unit ever sent a sample."""
     nothing = np.empty((0, 3))
     return replace(
         mission(),
@@ -248,7 +248,7 @@ def untriggered():
 
 
 def missing():
-    """The second secondary says nothing from the start."""
+    """The second secondary sends nothing from the start."""
     made = mission()
     nothing = UnitTrace("imu3", *(np.full((len(made.window_time), 3), np.nan) for _ in range(4)))
     events = [each for each in made.events if each.unit != "imu3"]

@@ -1,4 +1,4 @@
-"""Tables to command: one that notes what it is told, and simulated ones behind a TCP port."""
+"""Tables to command: one that notes its commands, and simulated ones behind a TCP port."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPEED = 200.0
 
 
 class Clock:
-    """A clock that goes on when it is told."""
+    """A clock that goes on by command."""
 
     def __init__(self):
         self.now = 0.0

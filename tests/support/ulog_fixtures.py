@@ -1,4 +1,4 @@
-"""Logs of PX4, written as docs.px4.io/main/en/dev_log/ulog_file_format says."""
+"""Logs of PX4, written by docs.px4.io/main/en/dev_log/ulog_file_format."""
 
 import struct
 

@@ -29,7 +29,7 @@ def calibration_of(covariances, drawn):
 
 
 def draw(covariances, random):
-    """An error of a calibration, as its covariance says."""
+    """An error of a calibration, drawn from its covariance."""
     return {
         triad: random.multivariate_normal(np.zeros(12), covariance)
         for triad, covariance in covariances.items()

@@ -1,4 +1,4 @@
-"""Warming and cooling apart: loops of any shape, lags told from them, a unit that nobody touched."""
+"""Warming and cooling apart: loops of any shape, lags distinguished from them, a unit that nobody touched."""
 
 from __future__ import annotations
 

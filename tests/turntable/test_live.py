@@ -100,7 +100,7 @@ def test_invalid_goal_is_refused(text):
 
 
 def visits_with(random, change):
-    """Two rounds of the six faces, the table off by up to 2 deg; in the second the readings are changed."""
+    """Two rounds of the six faces, table errors up to 2 deg; in the second the readings are changed."""
     matrices = {name: np.eye(3) + 0.02 * random.standard_normal((3, 3)) for name in ("target_1", "target_2")}
     biases = {name: 0.1 * random.standard_normal(3) for name in matrices}
     visits = []

@@ -220,7 +220,7 @@ def test_table_waits_at_a_stop_until_its_samples_have_come():
             clock.now += 0.5
             drive.advance(now, now + 10.0)
         assert stops() == 2, "the first stop is where the table is, and it rests there"
-        # By now it is at the second one, but the units are still heard to rest where they were.
+        # By now it is at the second one, but the samples still show units at rest where they were.
         for now in np.arange(20.0, 40.0, 0.5):
             clock.now += 0.5
             drive.advance(now, now + 10.0)

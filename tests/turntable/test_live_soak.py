@@ -57,7 +57,7 @@ def judge(folder, truth):
     for file in sorted(folder.glob("target_*.yaml")):
         found = yaml.safe_load(file.read_text())
         triad = found["accelerometer"]
-        # Beyond that it is said that the model was not met.
+        # Beyond that the model is reported as not met.
         if triad["chi_square"] <= LARGEST_WIDENING**2 * triad["degrees_of_freedom"]:
             assert_near(triad, truth["units"][file.stem]["accelerometer"])
             held.append(file.stem)
@@ -188,7 +188,7 @@ def test_session_killed_at_any_moment_resumes_and_ends_normally(number, tmp_path
             timeout=300,
         )
         truth = bench.truth
-    # Where a busy computer hears a unit seconds late, its calibration is refused, not wrong.
+    # Where a busy computer receives a unit seconds late, its calibration is refused, not wrong.
     assert again.returncode in (0, 3), again.stderr
     assert "Done." in again.stderr
     judge(tmp_path / "out", truth)

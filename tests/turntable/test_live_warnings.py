@@ -1,4 +1,4 @@
-"""A live session says at once which unit is in trouble, and what to do."""
+"""A live session reports at once which unit is in trouble, and the remedy."""
 
 from __future__ import annotations
 

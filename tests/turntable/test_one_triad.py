@@ -1,4 +1,4 @@
-"""Logs with one triad serve what they can, and everything else says in one line that they do not."""
+"""Logs with one triad serve what they can, and everything else refuses them in one line."""
 
 from __future__ import annotations
 

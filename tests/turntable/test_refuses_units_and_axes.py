@@ -88,7 +88,7 @@ def test_g_in_a_log_that_states_no_unit_is_recognised_at_rest(pair, tmp_path, un
 
 @both
 def test_deg_per_s_without_a_unit_is_refused_with_one_option(tmp_path, unit):
-    """At 20 deg/s nothing is too fast for rad/s: only gravity tells."""
+    """At 20 deg/s nothing is too fast for rad/s: only gravity shows it."""
     slow = simulate(102, grades=("tactical",), turn_rate_dps=20.0, turn_acceleration_dps2=40.0)
     command = Pair.make(slow, tmp_path).corrupt(tmp_path, unit, times(RATE, DEGREES))
     line = refusal(*command)
@@ -135,7 +135,7 @@ def test_a_unit_that_fits_nothing_is_refused_with_what_to_give(pair, tmp_path):
 
 
 def renamed(names):
-    """The header with columns exchanged: what is in them belongs to other axes than they say."""
+    """The header with columns exchanged: their contents belong to other axes than named."""
     return ",".join(names.get(name, name) for name in HEADER.split(","))
 
 

@@ -1,4 +1,4 @@
-"""Sessions whose stamps came late, or over a busy computer: errors are what the sigmas say."""
+"""Sessions whose stamps came late, or over a busy computer: errors are within their sigmas."""
 
 from __future__ import annotations
 

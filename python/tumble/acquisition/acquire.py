@@ -47,7 +47,7 @@ def acquire(
     """Reads a recording once, in chunks, and keeps sums over its rests and turns.
 
     `rates` looks for constant rates, which are then no rests, as of a reference or of a target.
-    `progress` is told samples done, and samples expected where they are known beforehand.
+    `progress` receives samples done, and samples expected where they are known beforehand.
 
     Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
     IMU's, or two files show one pose.

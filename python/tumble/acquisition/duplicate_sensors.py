@@ -33,7 +33,7 @@ class GyroscopeHead:
             self._count += len(self._pieces[-1])
 
     def digest(self) -> str:
-        """Returns what no other gyroscope has; empty where too little was read to tell."""
+        """Returns what no other gyroscope has; empty where too little was read to decide."""
         if self._count < FEWEST:
             return ""
         head = np.concatenate(self._pieces)

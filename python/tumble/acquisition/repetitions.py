@@ -10,7 +10,7 @@ from tumble.foundation.recording import Chunk, FloatArray
 FROZEN = 0.25
 """s for which all readings may stand still, as long as samples may be missing."""
 COARSE = 0.05
-"""Share of readings that are repeated, above which a sensor is too coarse to tell that it froze."""
+"""Share of readings that are repeated, above which a sensor is too coarse to show that it froze."""
 
 
 def is_coarse(readings: int, repeated: int) -> bool:

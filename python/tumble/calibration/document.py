@@ -116,7 +116,7 @@ class Residual(Document):
 
 
 class Triad(Document):
-    """Three sensing axes. `M` and `b` suffice to correct; the rest says how good they are and where from."""
+    """Three sensing axes. `M` and `b` suffice to correct; the rest are their uncertainty and origin."""
 
     unit: Literal["m/s^2", "rad/s"]
     """Unit of the readings."""

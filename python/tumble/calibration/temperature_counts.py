@@ -21,7 +21,7 @@ SCATTER = 0.01
 
 
 class TemperatureCounts:
-    """Counts samples, chunk by chunk, at whose temperature a calibration says nothing of its triads."""
+    """Counts samples, chunk by chunk, at whose temperature a calibration does not cover its triads."""
 
     def __init__(self, calibration: Calibration | None, triads: Sequence[Triad] = TRIADS) -> None:
         drifts = {} if calibration is None else calibration.temperature_drifts(triads)

@@ -1,4 +1,4 @@
-"""Long options by as much of their names as tells them apart: `--gyroscope-u` does for `--gyroscope-unit`."""
+"""Long options by an unambiguous part of their names: `--gyroscope-u` does for `--gyroscope-unit`."""
 
 from __future__ import annotations
 

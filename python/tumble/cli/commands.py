@@ -111,7 +111,7 @@ _SETTINGS_OF_A_PROCEDURE = (
 )
 _SETTINGS_OF_THE_REGISTRY = ("operator", "laboratory", "registry", "limits")
 _SUBCOMMANDS = (*("init", "list", "show", "history", "due", "equipment", "export", "verify", "backup"),)
-"""Of `tumble registry`; `add` also takes what is said of the units."""
+"""Subcommands of `tumble registry`; `add` also takes facts about the units."""
 
 _COMMANDS_OF_CERTIFICATES = (*("issue", "list", "show", "withdraw", "key", "sign", "verify", "template"),)
 """Commands of `tumble certificate`; each takes the settings that it has an option for."""

@@ -11,7 +11,7 @@ class ExitCode:
     BUG = 1
     """Python's own, after a traceback."""
     USER_ERROR = 2
-    """Nothing could be done; one line says why."""
+    """Nothing could be done; one line gives the reason."""
     NOT_ALL_WELL = 3
     """Results are written, and something in them is known to be wrong or was not shown."""
     INTERRUPTED = 130

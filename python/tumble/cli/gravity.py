@@ -45,7 +45,7 @@ class GravityOptions(Options):
     ] = None
 
     def stated(self) -> Gravity:
-        """Give them by name; raises `ProcedureError` for gravity said twice, or a height without latitude."""
+        """Returns them; raises `ProcedureError` for gravity given twice, or a height without latitude."""
         if self.gravity is not None and (self.latitude is not None or self.height is not None):
             raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")
         if self.height is not None and self.latitude is None:

@@ -50,7 +50,7 @@ LiveDurationOption: TypeAlias = Annotated[
 
 
 def pose_seconds(usual: str) -> Any:  # noqa: ANN401 - what typer makes of an option
-    """Returns the option that says how long to rest at a pose; `usual` if it is not given."""
+    """Returns the option of the time to rest at a pose; `usual` if it is not given."""
     return typer.Option(
         "--pose-seconds",
         metavar="TIME",

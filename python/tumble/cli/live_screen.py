@@ -105,7 +105,7 @@ def failures_told(as_json: bool) -> Iterator[None]:
 
 
 def print_listening(names: Sequence[str]) -> None:
-    """Prints, as JSON, that the lines of all these units are open; for commands whose steps do not say so."""
+    """Prints, as JSON, that the lines of all these units are open; for commands whose steps do not."""
     print_json_line({"event": LISTENING, "units": names})
 
 

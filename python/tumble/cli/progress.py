@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from tumble.foundation.recording import SampleProgress
 
 BatchProgress: TypeAlias = Callable[[int, str], None]
-"""Told how many are done, and in words how they ended."""
+"""Receives the number done, and in words how they ended."""
 
 FEWEST_FOR_LINES = 20
 """Smallest batch with progress lines where there is no terminal; smaller ones end sooner than one can

@@ -1,4 +1,4 @@
-"""Options that say what a log does not say itself, shared by all commands that read logs."""
+"""Options that state facts that a log lacks, shared by all commands that read logs."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class ReadingOptionsOfSeveral(ReadingOptions):
 def read_options_for(
     shared: ReadOptions, exceptions: Sequence[str], sources: Sequence[str]
 ) -> dict[str, ReadOptions]:
-    """Options of each source: the shared ones, but for what `NAME:OPTION=VALUE` says of one of them.
+    """Options of each source: the shared ones, but for `NAME:OPTION=VALUE` of one of them.
 
     A source goes by what was typed, by the name of its file without folder and extension, or by that and the
     name of its IMU.

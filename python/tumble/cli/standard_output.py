@@ -28,13 +28,13 @@ class _Checked:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Writes, or says why not."""
+        """Writes, or reports why not."""
         with self._refused():
             written: int = self._stream.write(text)
             return written
 
     def flush(self) -> None:
-        """Flush, or say why not."""
+        """Flushes, or reports why not."""
         with self._refused():
             self._stream.flush()
 

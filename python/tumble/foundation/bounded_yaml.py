@@ -58,7 +58,7 @@ def parse(text: str) -> tuple[yaml.Node | None, Any]:
     """Returns the nodes of a text, which know their lines, and what they stand for.
 
     Raises `yaml.YAMLError` where it is no YAML, is larger or deeper than a document of ours can be, or holds
-    what cannot be read as what it says it is.
+    what cannot be read as what it is declared to be.
     """
     try:
         _check_extent(text)

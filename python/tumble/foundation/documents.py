@@ -191,7 +191,7 @@ def _read_text(path: Path, what: str) -> str:
 
 
 def document_kind(schema: str) -> FileKind:
-    """Returns the kind of the documents that say `schema: NAME/VERSION`, of whatever version."""
+    """Returns the kind of the documents with `schema: NAME/VERSION`, of whatever version."""
     name, _, _ = schema.partition("/")
     line = rf"^schema:\s*[\"']?{re.escape(name)}/"
     return FileKind(f"a document of schema {name}", re.compile(line.encode(), re.MULTILINE))
@@ -210,7 +210,7 @@ def document_text(header: str, content: Mapping[str, Any]) -> str:
     return comment + yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
 
 
-def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say
+def read_value(text: str) -> Any:  # noqa: ANN401 - a model checks the type
     """Reads one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
     return parse(text)[1]
 
@@ -271,7 +271,7 @@ def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
 
 
 def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
-    """Escapes what no UTF-8 can say, as in names of files of other encodings: it could not be read again."""
+    """Escapes text that is not UTF-8, as in names of files of other encodings: it could not be read again."""
     text = utf8(data).decode()
     return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
@@ -291,7 +291,7 @@ def _problem(error: ValidationError, node: yaml.Node | None, model: type[BaseMod
 
 def _first(error: ValidationError) -> dict[str, Any]:
     details = error.errors(include_url=False)
-    # A misspelt key shows up twice, as unknown and as missing; the unknown one says more.
+    # A misspelt key shows up twice, as unknown and as missing; the unknown one is clearer.
     return dict(next((detail for detail in details if detail["type"] == "extra_forbidden"), details[0]))
 
 

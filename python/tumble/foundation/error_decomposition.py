@@ -16,7 +16,7 @@ PAIRS = ("xy", "yz", "zx")
 _STEP = 1e-6
 """Change of an element of M over which derivatives are taken."""
 _NO_EFFECT = 1e-6
-"""Derivative below which what is unknown of one number says nothing of another."""
+"""Derivative below which the uncertainty of one number does not affect another."""
 
 
 def factors(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

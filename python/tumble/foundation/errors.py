@@ -31,11 +31,11 @@ class CommandError(TumbleError):
 
 
 class LogError(TumbleError):
-    """A log cannot be read, or holds what no IMU says."""
+    """A log cannot be read, or holds data of no IMU."""
 
 
 class TableError(TumbleError):
-    """A rate table refuses, is silent, or was told to go beyond its limits."""
+    """A rate table refuses, is silent, or was commanded beyond its limits."""
 
 
 class ArrayError(TumbleError):

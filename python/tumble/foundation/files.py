@@ -235,7 +235,7 @@ def check_output(
 
 
 def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = False) -> None:
-    """Writes text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
+    """Writes text with `replacing`; text that is not UTF-8, as in names of files, is written escaped."""
     with replacing(path, kind, renews=renews) as file:
         file.write(utf8(text))
 

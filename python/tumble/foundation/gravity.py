@@ -92,7 +92,7 @@ def local_gravity(
 
 
 def shares_gravity(before: Mapping[str, Any], value: float, source: str) -> bool:
-    """Whether the scale in the content of a calibration rests on the same gravity."""
+    """Returns whether the scale in the content of a calibration rests on the same gravity."""
     used = before.get("gravity") or {}
     same = used.get("value") == value and used.get("source") == source
     return same and "matrix" in before.get("accelerometer", {}).get("estimated", ())

@@ -391,7 +391,7 @@ FIRMWARE_OF = {each.name: each.firmware for each in LOG_FORMATS if each.firmware
 """Formats whose logs hold the parameters by which firmware corrected, and whose they are."""
 
 LOG_SUFFIXES = frozenset(ending for each in LOG_FORMATS for ending in each.endings)
-"""Endings of the names of logs, by which they are told from other files of a folder."""
+"""Endings of the names of logs, which distinguish them from other files of a folder."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ class Procedure:
     """A folder `procedures/WORD`: `procedure.py` has the function WORD, `result.py` what it finds.
 
     `command.py` has WORD_command, `summary_document.py` WordDocument, which `--json` prints, and
-    docs/how-to/WORD.md says how it is used.
+    docs/how-to/WORD.md explains its use.
     """
 
     __slots__ = ("endings", "files", "result", "serves", "simulated", "summary", "title", "typed", "word")

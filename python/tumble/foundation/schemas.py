@@ -125,17 +125,17 @@ PRINTED = {
         _ERROR,
     )
 }
-"""What commands print with `--json`, on standard output; nothing reads it."""
+"""Documents that commands print with `--json`, on standard output; nothing reads them."""
 
 
 def schema_stated(content: object) -> DocumentSchema | None:
-    """Returns the kind of document that `schema: tumble-NAME/VERSION` says, if it says one."""
+    """Returns the kind of document that `schema: tumble-NAME/VERSION` names, if it names one."""
     name, _, _ = str(content)[:40].removeprefix("tumble-").partition("/")
     return SCHEMAS.get(name)
 
 
 def schema_in(head: bytes) -> DocumentSchema | None:
-    """Returns the kind of document that begins like this, if it says one on a line of its own."""
+    """Returns the kind of document that begins like this, if it names one on a line of its own."""
     line = re.search(rb"^schema:\s*[\"']?(tumble-[\w-]+/)", head, re.MULTILINE)
     return schema_stated(line[1].decode()) if line else None
 

@@ -70,7 +70,7 @@ OrNone: TypeAlias = Annotated[
 
 
 def model_of(table: _core.SettingTable, name: str, about: str) -> type[Document]:
-    """Creates the model of a table; `setting_models.pyi` tells type checkers and editors its fields."""
+    """Creates the model of a table; `setting_models.pyi` gives its fields to type checkers and editors."""
     fields: dict[str, Any] = {
         row["name"]: (_annotation(row), _field(row)) for row in _core.setting_table(table)
     }

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Final, Literal, TypeAlias
 
 ESCAPED = "tumble-escaped"
-"""Name, for `errors` of `str.encode`, of the way to write what an encoding cannot say: `rob\\xe9t`."""
+"""Name, for `errors` of `str.encode`, of the way to write what an encoding cannot represent: `rob\\xe9t`."""
 
 
 _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
@@ -18,7 +18,7 @@ _OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 """Begin what spreadsheets compute, or lead up to it."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|nan)")
 _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
-"""Units in which lengths of time are told, s."""
+"""Units in which lengths of time are shown, s."""
 
 Listening: TypeAlias = Literal["listening"]
 LISTENING: Final[Listening] = "listening"

@@ -15,7 +15,7 @@ To bring a source of your own, write an `Opener`, a function that makes a `Sourc
 >>> def open_board(address: Address, options: ReadOptions) -> Source:
 ...     return Board(address.place)  # a class of yours that does what `Source` asks for
 
-A subclass of `PolledSource` says what to wait for and what has come, and is iterated for you; a class that
+A subclass of `PolledSource` returns what to wait for and what has come, and is iterated for you; a class that
 can just be iterated will do, and is read by a thread where there are several sources. Name the opener in the
 `pyproject.toml` of your package. `tumble spin --live board:1` then finds it:
 

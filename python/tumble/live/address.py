@@ -34,7 +34,7 @@ class Address:
     settings: Mapping[str, str] = field(default_factory=dict)
     """Settings after the question mark."""
     unit: str | None = None
-    """Which of several IMUs that are heard there, where one is named."""
+    """Which of several IMUs that are received there, where one is named."""
     clock_rate: float = 1.0
     """Seconds of its clock per second, `?clock-rate=`: for simulations that run faster than real time."""
 

@@ -72,7 +72,7 @@ class StampGate:
     """Keeps single stamps, far from those before, from being taken for the time."""
 
     newest: float = -np.inf
-    """s, of all that were believed."""
+    """s, of all that were accepted."""
     ran_back: float = 0.0
     """s by which the clock itself ran back; 0 if it did not."""
     _stall: float = np.nan

@@ -31,7 +31,7 @@ FASTEST_TO_REFUSE = 5
 STRAY_STAMPS = 20.0
 """Times the usual distance of the first stamps from their median beyond which one is corrupt; even: 2."""
 STRAY_READINGS = 1000.0
-"""The same of the first readings, beyond which one says nothing of its unit."""
+"""The same of the first readings, beyond which one does not show its unit."""
 
 _ARRIVAL = "arrival"
 
@@ -51,7 +51,7 @@ class Conditioner:
         self.late = 0
         """Samples left out because they are no newer than the one before."""
         self.impossible = 0
-        """Samples left out because no sensor reads that, or no clock says so."""
+        """Samples left out because no sensor reads that, or no clock shows it."""
         self._options = options
         self._device_clock = DeviceClock()
         self._arrival_clock = ArrivalClock()

@@ -34,7 +34,7 @@ clock was set forward. An arrival as early after an even step had a shorter dela
 UNEVEN = 0.5
 """Relative deviation from the step between stamps before, beyond which the clock may have been set."""
 DOUBTED = 5e-3
-"""s by which a sample comes sooner than any before, at which one alone is not believed."""
+"""s by which a sample comes sooner than any before, at which one alone is not accepted."""
 ALMOST_THERE = 1e-9
 """s from the line at which host times are on it."""
 STEP_AFTER_LEAP = 1e-4
@@ -98,7 +98,7 @@ class HostClock:
     sensor's clock goes against this one; `LeastDelay` finds the line below them. The delay of
     the quickest sample is not observable: host times are late by it, those of a unit alike.
 
-    `stamped` says whether times are the sensor's own. Where they are those of arrival there is nothing to
+    `stamped` is true if times are the sensor's own. Where they are those of arrival there is nothing to
     find, and `sigma` is how unevenly samples arrive.
     """
 

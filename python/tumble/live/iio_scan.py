@@ -47,7 +47,7 @@ class Element:
 
 
 def parse_element(name: str, index: str, kind: str) -> Element | None:
-    """Reads what sysfs says of a channel; None where that is nothing we know."""
+    """Reads the description of a channel in sysfs; None where it is unknown."""
     found = _TYPE.fullmatch(kind.strip())
     if found is None or not index.strip().isdecimal():
         return None

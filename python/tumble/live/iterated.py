@@ -70,7 +70,7 @@ class IteratedSource(PolledSource):
         except queue.Empty:
             return EMPTY
         if isinstance(come, Exception):
-            # The byte stays, so that whoever asks again is told again.
+            # The byte stays, so that the next call receives it again.
             self._come.put(come)
             raise come
         self._here.recv(1)

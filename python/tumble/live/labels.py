@@ -33,14 +33,14 @@ _BEGIN_NUMBER = frozenset("0123456789+-.")
 
 
 MOST_KEPT = 100
-"""Rows that decide nothing after which whoever reads rows is to say what is wrong with them."""
+"""Rows without a decision after which the reader of rows reports their fault."""
 
 
 class LabelledRow(NamedTuple):
     """A row, and the unit it is of."""
 
     label: str | None
-    """`UNLABELLED` where it says nothing of that."""
+    """`UNLABELLED` where it has no label."""
     row: Row
 
 
@@ -151,7 +151,7 @@ class LabelChoice:
         self.label: str | None = None
         """Label of the rows that are read, once it is decided."""
         self.prefix: str | None = None
-        """Name of the unit where no rows are told apart, but columns by the front of their names."""
+        """Name of the unit where columns are distinguished by the front of their names, and no rows are."""
         self._address = address
         self._wanted = wanted
         self._holds_all = False
@@ -165,8 +165,8 @@ class LabelChoice:
     def mine(self, rows: Sequence[LabelledRow]) -> list[Row]:
         """Returns those of the unit, with those of before once it is decided which they are.
 
-        Raises `LogError` that lists the units heard, where the one that is wanted is none of them, or there
-        are several and none is wanted.
+        Raises `LogError` that lists the units received, where the one that is wanted is none of them, or
+        there are several and none is wanted.
         """
         if self._is_open:
             rows = self._weigh(rows)

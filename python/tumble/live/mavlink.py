@@ -167,7 +167,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         return _Sender(name, system, message.get_srcComponent(), sensor)
 
     def _choose(self) -> list[MavlinkMessage]:
-        """Chooses, of those that come about as often, the message that says most."""
+        """Chooses, of those that come about as often, the message with the most fields."""
         often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
         # A corrupted message may have any number.
         systems = sorted({sender.system for sender in often})

@@ -15,7 +15,7 @@ ITS_OWN_RATE = 0
 
 
 class MessageRequest:
-    """Asks the first autopilot that says it is there, of system `system` if that is not 0.
+    """Asks the first autopilot that announces itself, of system `system` if that is not 0.
 
     `dialect` is pymavlink's, `rate` in Hz.
     """

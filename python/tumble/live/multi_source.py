@@ -58,7 +58,7 @@ class SourceEvent:
 
 
 class _Unit:
-    """One unit of a set: its source, its clock, and when it was last heard of."""
+    """One unit of a set: its source, its clock, and the time of its last sample."""
 
     def __init__(self, name: str, opening: Opening) -> None:
         self.name = name
@@ -124,10 +124,11 @@ class LiveSet:
     """Named sources read together: a context manager, iterated once.
 
     Iterating gives the name of a unit and samples of it, in order of arrival. Their `time` is s of
-    `time.monotonic()`, by a `HostClock` for each, and `sensor_time` what the source said; where all sources
-    state the same clock, as replayed logs do, times stay as they are. Logs replayed as fast as they can be
-    read are given in the order of their times. A unit that is silent is given with an empty chunk every
-    `HEARTBEAT`. The set ends when the last of its sources does. `async for` iterates it beside other tasks.
+    `time.monotonic()`, by a `HostClock` for each, and `sensor_time` the stamp of the source; where all
+    sources state the same clock, as replayed logs do, times stay as they are. Logs replayed as fast as they
+    can be read are given in the order of their times. A unit that is silent is given with an empty chunk
+    every `HEARTBEAT`. The set ends when the last of its sources does. `async for` iterates it beside other
+    tasks.
 
     Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` receives
     instead, the others go on, and the source is opened anew every second until it is there again; that needs

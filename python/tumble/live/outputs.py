@@ -39,7 +39,7 @@ LARGEST_PAYLOAD = 1400
 SYSTEM, PERIPHERAL = 1, 158
 """MAVLink identifiers of Tumble: a peripheral of the vehicle."""
 BETWEEN_HEARTBEATS = 1.0
-"""s, on MAVLink: whoever does not say so for long is taken to be gone."""
+"""s, on MAVLink: a system without one for long is taken to be gone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ Opener: TypeAlias = Callable[[Address, ReadOptions], Source]
 """Makes a source of an address; the line itself is opened when the source is entered."""
 
 LineMaker: TypeAlias = Callable[[Address, ReadOptions], SharedLine[Any]]
-"""Makes a line of an address, on which several units may be heard."""
+"""Makes a line of an address, on which several units may be received."""
 
 TEXT = "tumble.live.text"
 LINES: Mapping[str, tuple[str, str]] = {

@@ -26,7 +26,7 @@ from tumble.logs.track import DEFINED, RawSamples, StatedUnit, none_such, severa
 MOVING = "moving"
 """Name of the state of the wheels in `--columns`."""
 MOVING_NAMES = ("moving", "wheels_moving", "wheel_moving", "wheel_speed", "wheels_speed", "motor")
-"""Columns, in lower case, that say whether the wheels turn: 0 where they stand, else any other number."""
+"""Columns, in lower case, that show whether the wheels turn: 0 where they stand, else any other number."""
 ROWS_WITHOUT_NAMES = 8
 """Rows to see before columns without names are given the usual ones: the first has to grow, to be time."""
 DEEPEST = 8
@@ -92,8 +92,8 @@ class _Layout:
 class RowReader:
     """Finds out how rows are laid out and reads them.
 
-    `joined_midway` says that the first line may have begun before anybody listened: a number cut off at its
-    front reads as another number, so the first row is left out. `whole` says that lines come in datagrams.
+    `joined_midway` marks that the first line may have begun before reading: a number cut off at its
+    front reads as another number, so the first row is left out. `whole` marks that lines come in datagrams.
     """
 
     def __init__(self, address: Address, options: ReadOptions, *, joined_midway: bool, whole: bool) -> None:
@@ -208,7 +208,7 @@ class RowReader:
         return columns[0] is None or len(triads) < 6
 
     def _find_layout_without_names(self, text: str) -> bool:
-        """Keeps a row back until there are enough of them to tell what they hold; whether they are now."""
+        """Stores rows until there are enough to find their layout; returns whether there are now."""
         # Rows under names that are those of no IMU are no rows without names.
         if self._no_imu is not None or numbers_delimiter(text) is None:
             self._count_unreadable(text)

@@ -1,4 +1,4 @@
-"""One line that is opened once, and the units that are heard on it."""
+"""One line that is opened once, and the units that are received on it."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ class SharedLine(ABC, Generic[Part]):
 
 
 class SharedLines:
-    """The lines of a program: each is opened once, for all units that are heard on it."""
+    """The lines of a program: each is opened once, for all units that are received on it."""
 
     def __init__(self) -> None:
         self._lines: dict[str, SharedLine[Any]] = {}

@@ -69,10 +69,10 @@ class Source(Protocol):
 
     It is a context manager: entering it opens the line, leaving it lets go of the line. Between the two it is
     iterated once, or asked with `read` again and again. While nothing comes, iterating gives an empty chunk
-    every `HEARTBEAT` seconds or so, so that its reader can tell silence from waiting. It ends where a stream
-    has an end, as a replayed log has.
+    every `HEARTBEAT` seconds or so, so that its reader can distinguish silence from waiting. It ends where a
+    stream has an end, as a replayed log has.
 
-    Raises `LogError`, in one line, where the line cannot be opened, is lost, or carries what no IMU says.
+    Raises `LogError`, in one line, where the line cannot be opened, is lost, or carries data of no IMU.
     """
 
     @property

@@ -67,7 +67,7 @@ class TextLine(SharedLine[LabelledRow]):
         self._echoed = EchoedMessages()
         self._labels = LabelReader(options)
         self.heard = self._labels.heard
-        """Rows of each unit so far, where rows say of which they are."""
+        """Rows of each unit so far, where rows are labelled."""
 
     def unit(self, address: Address, options: ReadOptions) -> TextUnit:
         """See `SharedLine`."""

@@ -1,4 +1,4 @@
-"""A live source around another one, which stays what it is in all that is not said otherwise."""
+"""A live source around another one, which stays what it is in all that is not overridden."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class Aiding:
     source: str = "aiding"
     """Name of the source in messages."""
     arrival: FloatArray | None = field(default=None, repr=False)
-    """(n,) s by the clock of a session, with whose samples of that arrival each was heard; None where it
+    """(n,) s by the clock of a session, with whose samples of that arrival each was received; None where it
     counts from the first sample of its time on."""
 
     @classmethod
@@ -166,13 +166,13 @@ def aiding_measurements_of(
 
 
 def recorded_aiding(session: str | Path) -> tuple[Aiding, ...]:
-    """Returns what was heard while a session was recorded; nothing where it is none, or nobody spoke."""
+    """Returns the measurements received during a session; none where it is no session, or had none."""
     path = Path(session) / AIDING_FILE
     return Aiding.load(path) if path.is_file() else ()
 
 
 def in_order(measurements: Iterable[Aiding], names: Sequence[str]) -> list[NativeAiding]:
-    """Returns all that was said in order of arrival, where that is known of all, and of time.
+    """Returns all measurements in order of arrival, where that is known of all, and of time.
 
     Units are given by their numbers; `names` are those, primary first.
 
@@ -207,7 +207,7 @@ def _native(aiding: Aiding, names: Sequence[str]) -> Iterator[NativeAiding]:
 def aiding_measurements_in(
     columns: Mapping[str, FloatArray], source: str, sigma: float | None = None
 ) -> tuple[Aiding, ...]:
-    """Finds what columns of a table say; `time`, s, is one of them, and what they say is left out elsewhere.
+    """Finds measurements in columns of a table; `time`, s, is one of them. They are left out elsewhere.
 
     `sigma`, m/s, is that of velocities without a column of theirs.
 

@@ -83,7 +83,7 @@ def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
 
 
 def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
-    """Returns the unit of time: that of dates, which are read as ns, else what the column's name says."""
+    """Returns the unit of time: that of dates, which are read as ns, else the one in the column's name."""
     if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
         return StatedUnit("ns", COLUMN_TYPE)
     return columns.time_unit

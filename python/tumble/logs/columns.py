@@ -15,7 +15,7 @@ from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 
 UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
-"""Columns, in lower case, that say of which of several IMUs a row is, the surest first."""
+"""Columns, in lower case, that name the IMU of a row, the surest first."""
 COLUMN_KEYS = ("time", *CHANNELS, "temperature")
 """Columns that a user can name."""
 
@@ -139,7 +139,7 @@ class Column:
     axis: int
     """0, 1, 2 for x, y, z; 0 for time and temperature."""
     imu: str
-    """Prefix that tells IMUs of one table apart, as written; empty if there is none."""
+    """Prefix that distinguishes IMUs of one table, as written; empty if there is none."""
     unit: str | None
 
 
@@ -208,7 +208,7 @@ def recognise(name: str) -> Column | None:
 
 
 def _prefix(stem: str, match: re.Match[str]) -> str:
-    """Returns what tells sensors of one kind apart: the words before the name, and its range."""
+    """Returns the words that distinguish sensors of one kind: those before the name, and its range."""
     groups = [group for group in ("imu", "range") if match.groupdict().get(group)]
     return "_".join(stem[match.start(group) : match.end(group)] for group in groups)
 
@@ -344,7 +344,7 @@ def _without_gravity(names: Sequence[str], path: Path | str) -> str:
 
 
 def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
-    """Time column where no name says so: the only one with a unit of time behind it, as `mcu_us`."""
+    """Time column where no name states it: the only one with a unit of time behind it, as `mcu_us`."""
     if any(column and column.quantity == "time" for column in recognised.values()):
         return {}
     matches = {

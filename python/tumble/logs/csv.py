@@ -126,7 +126,7 @@ def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
 
 
 def table_samples(rows: Rows, columns: ImuColumns) -> RawSamples:
-    """Gathers the columns of one IMU, and says what lines are missing."""
+    """Gathers the columns of one IMU, and lists missing lines."""
     return replace(samples_of(rows.columns, columns), bad_lines=rows.bad_lines)
 
 
@@ -161,7 +161,7 @@ class TextTable:
     """Some columns of a text table, read in blocks so that its length does not matter.
 
     A line that cannot be read ends the pass with a `LogError` that names it, or is left out where
-    `skip_bad_lines` says so; None is for those who cannot leave any out.
+    `skip_bad_lines` is set; None is for those who cannot leave any out.
     """
 
     def __init__(

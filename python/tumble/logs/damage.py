@@ -14,7 +14,7 @@ COPY_OR_SAVE = "copy it again, or save it again"
 
 @contextmanager
 def damage_said(path: Path, remedy: str) -> Iterator[None]:
-    """Turns what is raised within the block into a `LogError` that says the file is damaged, and the remedy.
+    """Turns what is raised within the block into a `LogError` that reports the damaged file, and the remedy.
 
     One that is raised already is left as it is, and so is the lack of a library, which no copy mends.
     """

@@ -315,7 +315,7 @@ def _piece(head: np.void, piece: np.void) -> tuple[TriadSamples, _Source] | None
 
 def _batches(log: DataFlash, scan: _Scan) -> Iterator[FlightImu]:
     option = scan.parameters.get("INS_LOG_BAT_OPT", 0.0)
-    # One that was garbled says nothing.
+    # One that was garbled means nothing.
     at_sensor_rate = math.isfinite(option) and bool(int(option) & AT_SENSOR_RATE)
     for source, facts in sorted(scan.sources.items()):
         triad = next((each for each in TRIADS if source.kind == f"batch_{each}"), None)

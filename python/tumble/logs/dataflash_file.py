@@ -1,6 +1,6 @@
 """DataFlash, the log of ArduPilot, as bytes (`.bin`) or as lines of text (`.log`), block by block.
 
-Every message is laid out by a FMT message before it. pymavlink says what the letters of a layout mean; its
+Every message is laid out by a FMT message before it. pymavlink defines the letters of a layout; its
 reader would note where each message of the file stands, so that these are walked here.
 """
 

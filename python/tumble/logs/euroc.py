@@ -27,7 +27,7 @@ _DSO = ("dso/imu.txt", "imu.txt")
 _WIDTH = 7
 _LARGEST_YAML = 1 << 16
 _FOLDERS = ("mav0", "dso")
-"""Names that tell no sequence from another."""
+"""Names that distinguish no sequence from another."""
 
 
 def recognises(path: Path, head: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""Which reader a file needs: by its first bytes, and by what stands in it where those do not tell.
+"""Which reader a file needs: by its first bytes, and by its contents where those do not decide.
 
 A reader, and the library it is made with, is imported when a file needs it.
 """

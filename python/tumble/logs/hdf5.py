@@ -103,7 +103,7 @@ def _is_readable(dataset: Any) -> bool:  # noqa: ANN401
 
 
 def _refuse_more_than_is_there(name: str, dataset: Any, size: int) -> None:  # noqa: ANN401
-    """Raises `ValueError` where a dataset, or a chunk of it, says more than the bytes kept of it can hold."""
+    """Raises `ValueError` where a dataset, or a chunk of it, states more than its bytes can hold."""
     kept = dataset.id.get_storage_size()
     packed = dataset.chunks is not None and dataset.id.get_create_plist().get_nfilters() > 0
     most = kept * (LARGEST_RATIO if packed else 1)

@@ -21,7 +21,7 @@ HIGHRES_TEMPERATURE = 1 << 12
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A message with IMU samples, and what its definition says of units."""
+    """A message with IMU samples, and the units of its definition."""
 
     time: str
     time_unit: str
@@ -37,7 +37,7 @@ KINDS: Mapping[str, Kind] = {
     "SCALED_IMU3": SCALED,
     "RAW_IMU": Kind("time_usec", "us", None, None),
 }
-"""The best first. RAW_IMU is whatever the sensor says; autopilots disagree on what that is."""
+"""The best first. RAW_IMU is the raw output of the sensor; autopilots disagree on what that is."""
 
 
 def holds_both_triads(message: MavlinkMessage, name: str) -> bool:

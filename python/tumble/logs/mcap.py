@@ -140,7 +140,7 @@ def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]
 
 
 def _records(file: IO[bytes]) -> Iterator[McapRecord]:
-    """Passes over the data; the summary after it, which may be damaged, only repeats what they say."""
+    """Passes over the data; the summary after it, which may be damaged, only repeats them."""
     file.seek(0)
     for record in StreamReader(file, validate_crcs=True).records:
         yield record

@@ -59,7 +59,7 @@ class MessageForm(Protocol):
         ...
 
     def frame(self, message: bytes) -> str:
-        """Returns the name of the frame that a message is in; empty where it says none."""
+        """Returns the name of the frame that a message is in; empty where it states none."""
         ...
 
 

@@ -59,7 +59,7 @@ class ImuDecoder(Protocol):
         ...
 
     def frame(self, message: bytes) -> str:
-        """Returns the name of the frame; empty where a message says none."""
+        """Returns the name of the frame; empty where a message states none."""
         ...
 
 
@@ -121,7 +121,7 @@ class FieldImu:
         return values
 
     def frame(self, message: bytes) -> str:
-        """Reads the name that the message itself says."""
+        """Reads the name in the message itself."""
         return self.form.frame(message)
 
 

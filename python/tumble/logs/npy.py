@@ -158,7 +158,7 @@ def _opener(path: Path, member: str) -> Callable[[], IO[bytes]]:
 
 
 def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> _Array:
-    """Reads the header of an array; raises `ValueError` where it says more than `size` bytes."""
+    """Reads the header of an array; raises `ValueError` where it states more than `size` bytes."""
     with opened() as stream:
         start = stream.read(len(_MAGIC) + 2)
         version = tuple(start[len(_MAGIC) :])

@@ -69,7 +69,7 @@ class ReadOptions:
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 
     def __post_init__(self) -> None:
-        """Fills in what `counts` says; what is stated by itself goes before that."""
+        """Fills in the options of `counts`; those stated by themselves go before them."""
         if self.counts is None:
             return
         units = {"accelerometer": "g", "gyroscope": "deg/s"}

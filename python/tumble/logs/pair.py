@@ -83,10 +83,10 @@ def read_pair(
 ) -> Iterator[RawSamples]:
     """Joins the rows of both files.
 
-    Those of equal time or, where `interpolate` says so, the accelerometer brought to the times of the
+    Those of equal time or, with `interpolate`, the accelerometer brought to the times of the
     gyroscope by straight lines, over the time in which both were recorded.
 
-    Raises `LogError` where times differ and nobody said so.
+    Raises `LogError` where times differ without `interpolate`.
     """
     joined = _interpolated(accelerometer, gyroscope) if interpolate else _equal(accelerometer, gyroscope)
     for left, right in joined:

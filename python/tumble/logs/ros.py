@@ -84,7 +84,7 @@ def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
 
 
 def _imus(bag: Bag) -> dict[str, _Imu]:
-    """Finds the IMUs: messages and fields of that type, else what the names of fields say."""
+    """Finds the IMUs: messages and fields of that type, else those that the names of fields show."""
     found = {
         topic.name: _Imu(topic.name, topic.name, PlainImu(topic.encoding))
         for topic in bag.topics()
@@ -108,7 +108,7 @@ def _imus(bag: Bag) -> dict[str, _Imu]:
 
 
 def _of_topic(bag: Bag, topic: str, definition: Definition, *, by_names: bool) -> dict[str, _Imu]:
-    """Finds the IMUs in the fields of a topic's messages; none where nobody can say what they are."""
+    """Finds the IMUs in the fields of a topic's messages; none where they are unknown."""
     from tumble.logs.message_types import protobuf_form, ros_form
 
     decoders: Mapping[str, ImuDecoder] = {}

@@ -56,12 +56,12 @@ class Decoded:
 
     @property
     def angular_rate(self) -> FloatArray:
-        """(n, 3) rad/s; NaN where the publisher says it has none."""
+        """(n, 3) rad/s; NaN where the publisher states that it has none."""
         return _unless_absent(self.numbers[:, _RATE], self.numbers[:, _RATE_COVARIANCE])
 
     @property
     def specific_force(self) -> FloatArray:
-        """(n, 3) m/s^2; NaN where the publisher says it has none."""
+        """(n, 3) m/s^2; NaN where the publisher states that it has none."""
         return _unless_absent(self.numbers[:, _FORCE], self.numbers[:, _FORCE_COVARIANCE])
 
 

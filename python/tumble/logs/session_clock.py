@@ -29,7 +29,7 @@ UNEVEN = 0.5
 """Deviation from the usual step between stamps, as a ratio, beyond which the sensor's clock may have been
 set."""
 BELIEVED = 10.0
-"""s after which the live clock has believed that the sensor's clock was set back, at the latest."""
+"""s after which the live clock has accepted that the sensor's clock was set back, at the latest."""
 SOONER, STRAY = 1e-3, 20.0
 """s, and times the usual distance from the median, by which the quickest sample of a second is too quick."""
 FEWEST = 10

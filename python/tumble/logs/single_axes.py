@@ -56,7 +56,7 @@ def open_single_axes(
     Samples are those of the first channel in the order `ax ay az gx gy gz`; readings of the others are
     interpolated linearly to its times, and NaN where a sensor paused for more than `BRIDGED_STEPS` of its
     steps. The unit begins as soon as all its sensors have begun. Channels without a log are NaN, and
-    `Metadata.missing` names those of a triad that has others. `read` says how to read the logs.
+    `Metadata.missing` names those of a triad that has others. `read` holds the options of reading the logs.
 
     Raises `LogError` where one of them cannot be read.
     """

@@ -39,7 +39,7 @@ def open_text(path: Path, offset: int = 0) -> BinaryIO:
 
 
 def text_size(path: Path) -> int | None:
-    """Returns the number of bytes of a file of text; None where only unpacking it would tell."""
+    """Returns the number of bytes of a file of text; None where only unpacking it would show it."""
     with path.open("rb") as file:
         return None if packing_of(file.read(_LONGEST_MAGIC)) else path.stat().st_size
 

@@ -1,4 +1,4 @@
-"""Telemetry logs: MAVLink messages as a ground station heard them, each behind the time of its arrival.
+"""Telemetry logs: MAVLink messages that a ground station received, each behind the time of its arrival.
 
 Samples keep the time that the autopilot gave them. pymavlink decodes those messages that hold IMU samples.
 """
@@ -47,7 +47,7 @@ FINE = "HIGHRES_IMU"
 _EARLIEST, _LATEST = 0x0003, 0x0010
 """First two bytes of times of arrival from 1996 to 2112."""
 _HEAD_1, _HEAD_2 = 6, 10
-"""Bytes before what a message says."""
+"""Bytes before the contents of a message."""
 _SENSORS = {105: 62, 27: 26}
 """Places of the number of the sensor in HIGHRES_IMU and RAW_IMU."""
 _SIGNED = 0x01
@@ -72,7 +72,7 @@ class _Scan:
 
     senders: dict[_Sender, Times] = field(default_factory=dict)
     ardupilots: set[int] = field(default_factory=set)
-    """Systems that say they are ArduPilot."""
+    """Systems that report to be ArduPilot."""
     remarks: tuple[str, ...] = ()
 
 

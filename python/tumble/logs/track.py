@@ -69,7 +69,7 @@ class LoggedImu:
 
     path: Path
     imu: str
-    """Name that tells it from other IMUs of the file: a topic, a column prefix; empty where it needs none."""
+    """Name of the IMU in the file: a topic, a column prefix; empty where it needs none."""
     format: str
     """Format, as in `tumble.foundation.recording.Metadata.format`."""
     read: Callable[[Transform], Iterator[RawSamples]]

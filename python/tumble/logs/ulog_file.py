@@ -150,7 +150,7 @@ def _definitions(path: Path) -> tuple[int, bytes]:
 
 def _described(path: Path, definitions: bytes) -> Any:  # noqa: ANN401 - pyulog has no types
     try:
-        with redirect_stdout(io.StringIO()):  # where pyulog says what it thinks of the file
+        with redirect_stdout(io.StringIO()):  # where pyulog comments on the file
             return ULog(io.BytesIO(definitions), parse_header_only=True)
     except Exception as error:
         raise LogError(f"{path}: damaged before its data begin ({error}); copy it again") from error

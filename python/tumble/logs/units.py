@@ -1,4 +1,4 @@
-"""Units as people write them, and what the values themselves say about their unit."""
+"""Units as people write them, and the evidence of the values themselves for their unit."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
 }
 
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
-"""Rates at which IMUs sample; a time that says otherwise is in another unit, or no time."""
+"""Rates at which IMUs sample; a time with another rate is in another unit, or no time."""
 
 _BURSTS_WITHIN = 128
 """Samples that hold several bursts, or a whole one."""
@@ -130,7 +130,7 @@ _SAMPLES_PER_SPIKE, _FEW_SAMPLES = 1000, 20
 IMPOSSIBLE_RAD_PER_S = 40.0
 """Faster than any IMU at work turns."""
 LARGEST_READING = 1e12
-"""Larger than what any sensor says, counts of 32 bits included."""
+"""Larger than any reading, counts of 32 bits included."""
 LARGEST_SI = 1e6
 """m/s^2 or rad/s: beyond the range of any sensor; what reads more is a garbled line."""
 LARGEST_TIME = 1e11
@@ -201,8 +201,8 @@ def guess_range(norm_at_rest: float) -> float | None:
 def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]:
     """Returns the unit of a gyroscope from the length of its smallest and its largest reading, and why.
 
-    None if no unit fits. Only the fastest motion tells rad/s from deg/s: a slow table looks alike in both,
-    and a steady turn is as quiet as a rest.
+    None if no unit fits. Only the fastest motion distinguishes rad/s from deg/s: a slow table looks alike in
+    both, and a steady turn is as quiet as a rest.
     """
     if peak > _IMPOSSIBLE_DEG_PER_S or smallest > _LARGEST_BIAS_DEG_PER_S:
         return None, ""

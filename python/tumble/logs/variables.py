@@ -1,8 +1,8 @@
 """Variables of a file, arrays under names: what NumPy, MATLAB and HDF5 files have in common.
 
 A variable becomes columns of a table: (n,) is one, (n, 3) named as a triad is three, the fields of a
-structured array are one each. Which of them is which channel of which IMU is told by the words that tell it
-of tables.
+structured array are one each. The words that name channels of tables name
+theirs.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Variable:
     """Name with its groups or structures: `imu0/acc`; empty where a file holds one without name."""
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
-    """That of a structured array, which has one axis, says its fields."""
+    """That of a structured array, which has one axis, names its fields."""
     pieces: Callable[[int], Iterator[NDArray[Any]]]
     """Starts a fresh pass along an axis: arrays of the same shape but for that axis, in order."""
     unit: str = ""
@@ -147,7 +147,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
 
 
 def _places(file: VariablesFile) -> dict[str, _Place]:
-    """Returns all columns; arrays of six or seven are those of an IMU where no name says what they are."""
+    """Returns all columns; arrays of six or seven are those of an IMU where no name identifies them."""
     if len(file.variables) > MOST_VARIABLES:
         raise LogError(f"{file.path}: holds {len(file.variables)} variables, which is no log; check the file")
     arrays = [each for each in file.variables if 1 <= len(each.shape) <= 2 and 0 not in each.shape]
@@ -340,7 +340,7 @@ def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator
 def _even(file: VariablesFile, place: _Place) -> Iterator[NDArray[Any]]:
     """Cuts the pieces of a variable to chunks, the last of which may be shorter.
 
-    Raises `LogError` where it ends before its shape says.
+    Raises `LogError` where it ends before the end of its shape.
     """
     axis, rows = place.axis, place.rows
     waiting: list[NDArray[Any]] = []

@@ -91,7 +91,7 @@ class _Clock:
 def _clock_of(
     path: Path, layout: TextLayout, columns: ImuColumns, rate: float | None, options: ReadOptions
 ) -> _Clock | None:
-    """Chooses the finest counter that counts; None where there is none that says time."""
+    """Chooses the finest counter that counts; None where there is none of time."""
     for column in (_FINE, _COUNTER, _OLD_COUNTER):
         if column not in layout.names:
             continue

@@ -1,6 +1,6 @@
 """Identity of a result, on the first screen of its page and at the foot of every printed one.
 
-It says which procedure found it, of what unit and serial, when and by whom.
+It names the procedure, unit, serial, date and operator of the result.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Numbers as people read them: rounded to their uncertainty, in a unit of a sensible size.
 
 Laws, held by tests: sigma keeps two significant digits, the value keeps as many decimals as its sigma,
-rounding moves neither by more than half of the last digit shown, and what is not finite is said in words.
+rounding moves neither by more than half of the last digit shown, and what is not finite is written in words.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class ResultPage(Generic[Result]):
     gather: Callable[[Result], object]
     """Makes of a result what the template calls `page`."""
     identify: Callable[[Result], Identity]
-    """Says of a result what it is of, when and by whom it was found."""
+    """Returns the unit, date and operator of a result."""
 
     def render(self, result: Result) -> str:
         """Returns the page as HTML."""

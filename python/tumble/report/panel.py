@@ -42,7 +42,7 @@ def ticks_between(low: float, high: float, most: int) -> list[float]:
 
 
 def tick_texts(ticks: Sequence[float]) -> list[str]:
-    """Prints the ticks with as many decimals as it takes to tell them apart, and a true minus sign."""
+    """Prints the ticks with as many decimals as distinguish them, and a true minus sign."""
     step = min((abs(b - a) for a, b in pairwise(ticks)), default=1.0)
     decimals = next((n for n in range(12) if abs(round(step, n) - step) < 1e-3 * step), 12)
     texts = [f"{0.0 if abs(tick) < 1e-9 * step else tick:.{decimals}f}" for tick in ticks]

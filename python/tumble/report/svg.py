@@ -17,7 +17,7 @@ REST = "#e3edf5"
 UNUSED = "#efe3d6"
 ALARM = "#c24400"
 X_AXIS, Y_AXIS, Z_AXIS = "#0072b2", "#d55e00", "#009e73"
-"""Okabe and Ito's palette, which colour-blind readers tell apart: https://jfly.uni-koeln.de/color/."""
+"""Okabe and Ito's palette, which colour-blind readers distinguish: https://jfly.uni-koeln.de/color/."""
 
 AXIS_COLOURS = (X_AXIS, Y_AXIS, Z_AXIS)
 AXIS_MARKERS = ("o", "s", "^")
@@ -55,7 +55,7 @@ def inline_svg(figure: Figure, prefix: str, label: str) -> Drawing:
     """Turns the figure into an `<svg>` element for a page, in the page's colours.
 
     Its identifiers start with `prefix`, so that no two figures of a page share one. `label` is what
-    a screen reader says.
+    a screen reader reads.
     """
     body = figure_svg(figure, lambda colour: f"var(--{PAGE_COLOURS[colour]})", prefix)
     size = f"{figure.width:g} {figure.height:g}"

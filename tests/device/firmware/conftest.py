@@ -28,7 +28,7 @@ def image():
 
 @pytest.fixture(scope="session")
 def said(image):
-    """All that the Cortex-M4F said of its mission over the vectors of the repository."""
+    """Output of the Cortex-M4F for its mission over the vectors of the repository."""
     ran = run(image, ROOT)
     assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr
     return ran.stdout

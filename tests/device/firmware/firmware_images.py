@@ -50,7 +50,7 @@ def run(image: Path, folder: Path, target: str = CORTEX_M4F) -> subprocess.Compl
 
 
 def compare(vectors: Path, said: Path) -> subprocess.CompletedProcess[str]:
-    """Compares what a device said with the host's replay of vectors."""
+    """Compares the output of a device with the host's replay of vectors."""
     command = [str(FOLDER / "mission"), "compare", str(vectors), str(said)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 

@@ -1,4 +1,4 @@
-"""The image holds no panic and no heap, and what says so would say otherwise."""
+"""The image holds no panic and no heap, and the check of that can fail."""
 
 from __future__ import annotations
 

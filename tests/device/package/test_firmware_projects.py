@@ -183,7 +183,7 @@ def test_unknown_platformio_board_is_refused_with_a_remedy(tmp_path, python, fla
 
 @pytest.mark.parametrize(("processor", "hard", "target"), TARGETS)
 def test_platformio_builds_for_the_processor_of_the_flags(tmp_path, python, processor, hard, target):
-    """Cargo is one that only says what it was asked for."""
+    """Cargo is one that only prints its arguments."""
     cargo = tmp_path / "bin" / "cargo"
     cargo.parent.mkdir()
     cargo.write_text('#!/bin/sh\necho "cargo $*"\nexit 1\n')

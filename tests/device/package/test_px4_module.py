@@ -28,7 +28,7 @@ def assert_the_vehicle_feels_the_truth(said):
     outcome = said.splitlines()[-1]
     assert outcome.startswith("outputs 400 of device 101, error ")
     errors = [abs(float(word)) for word in outcome.partition("error ")[2].split()]
-    # The secondary is off by 0.1 to 0.3 m/s^2 and 0.02 to 0.05 rad/s before it is calibrated.
+    # The secondary has errors of 0.1 to 0.3 m/s^2 and 0.02 to 0.05 rad/s before it is calibrated.
     assert max(errors[0::2]) < 0.005
     assert max(errors[1::2]) < 0.0005
 

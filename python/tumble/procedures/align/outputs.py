@@ -130,7 +130,7 @@ def _lever_arm(forces: _core.AlignForceFigures) -> Iterator[Parameter]:
 
 
 def _no_forces() -> _core.AlignForceFigures:
-    """Returns figures that say nothing."""
+    """Returns figures without information."""
     unknown, everywhere = np.full(3, np.nan), np.full(3, np.inf)
     return {
         "lever_arm": unknown,

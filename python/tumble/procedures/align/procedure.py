@@ -25,7 +25,7 @@ from tumble.procedures.align.samples import UnitSamples, read_samples
 from tumble.procedures.redundancy.logs import UnitLog, open_units, serials_of
 
 LARGEST_OFFSET = 5.0
-"""s by which clocks may differ, if not said otherwise."""
+"""s by which clocks may differ by default."""
 _SCHEMA = "tumble-redundancy/1"
 SETTINGS_KIND = document_kind(_SCHEMA)
 
@@ -42,8 +42,8 @@ def align(
     """Finds rotation, time offset and lever arm of secondaries against a primary that moved with them.
 
     Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
-    `search`, s; where logs have no time in common at all, their beginnings are aligned first.
-    `read` says how to read all of them, or each by what was typed. `progress` receives the samples done, and
+    `search`, s; where logs have no time in common at all, their beginnings are aligned first. `read` holds
+    the options of reading all of them, or each by what was typed. `progress` receives the samples done, and
     samples expected where they are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read or its motion shows nothing.

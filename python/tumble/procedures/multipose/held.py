@@ -12,13 +12,13 @@ from tumble.foundation.recording import Chunk, FloatArray
 from tumble.tools.record.procedure import SHORTEST_REST
 
 MOST_KEPT = 24
-"""Rests beside which one is seen; more cost time and say no more."""
+"""Rests beside which one is seen; more cost time and add nothing."""
 Span = tuple[float, float]
 """s, from the first sample to the last."""
 
 
 class HeldRests:
-    """Tells since when a unit is held still, by its newest samples and the rests that counted."""
+    """Finds since when a unit is held still, by its newest samples and the rests that counted."""
 
     def __init__(self) -> None:
         self._kept: deque[Chunk] = deque(maxlen=MOST_KEPT)

@@ -46,7 +46,7 @@ MOST_RESTS = 120
 BEFORE_REST = 2.0
 """s of samples before a rest by which its beginning is seen."""
 NOW = 0.2
-"""s of the newest samples by which it is said where the unit points."""
+"""s of the newest samples from which the orientation of the unit is reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,7 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
     def steps(self) -> Iterator[MultiposeStep]:
         """Guide, record and watch until all is shown, or until `stop`; give what happens as it happens.
 
-        It ends early where the source has ended, and where the unit was not heard of for half a minute.
+        It ends early where the source has ended, and where the unit has been silent for half a minute.
 
         Raises `LogError` where the source cannot be opened, `OutputError` where the disk is full.
         """

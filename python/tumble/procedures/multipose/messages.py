@@ -18,7 +18,7 @@ _UNKNOWNS = [
 
 FACES = 6
 SIX_FACES = ", or give --faces if it lay on the six faces of a box"
-"""Said where the orientations are as many."""
+"""Remark where the orientations are as many."""
 
 NOTABLE_SHARE = 0.3
 """Share of an unknown in an unobservable combination, from which it is named."""
@@ -43,7 +43,7 @@ NO_SENSOR_HAS = (
     "the gyroscope's scale is {scale:.2f} on all axes, which no sensor has: the sample rate is probably "
     "{probable:.4g} Hz, not {rate:.4g} (--rate, --time-unit), or the gyroscope's unit or range is as far off"
 )
-"""Said of a wrong time base."""
+"""Remark on a wrong time base."""
 
 
 def _too_few_directions(figures: RefusalFigures) -> str:

@@ -28,7 +28,7 @@ Heard: TypeAlias = Aiding | RedundancyEvent
 
 
 class LiveAiding:
-    """Listens in a thread of its own while it is entered; `take` gives what was said meanwhile.
+    """Listens in a thread of its own while it is entered; `take` gives the measurements received meanwhile.
 
     `text` is an address of what sends text. `sigma`, m/s, is that of velocities that state none, `units` are
     the names of the set, `sender` is as for `open_source`. Times are put on the clock of this computer, as
@@ -76,7 +76,7 @@ class LiveAiding:
         return (*self._rows.remarks, *self._line.line.notices)
 
     def take(self) -> list[Heard]:
-        """Returns what it said, and what befell its line, since this was asked last."""
+        """Returns its measurements, and the events of its line, since the last call."""
         return [self._heard.popleft() for _ in range(len(self._heard))]
 
     def _made(self) -> _AidingLine:

@@ -22,7 +22,7 @@ from tumble.logs.aiding import (
 
 
 class AidingLog:
-    """Writes a line for all that is said, at once, so that a kill loses nothing.
+    """Writes a line for each measurement, at once, so that a kill loses nothing.
 
     `units` are the names of the set, primary first. Raises `OutputError` where the folder holds such a table
     already, or cannot be written to.

@@ -25,7 +25,7 @@ SOONER = 0.05
 class AidingRows:
     """Makes aiding measurements of rows, whose times are put on the clock of this computer.
 
-    `joined_midway` says that the first line may have lost its front. For the rest see `LiveAiding`.
+    `joined_midway` marks that the first line may have lost its front. For the rest see `LiveAiding`.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class AidingRows:
         joined_midway: bool = False,
     ) -> None:
         self.used = 0
-        """Rows that said something."""
+        """Rows with a measurement."""
         self.objection = ""
         """Why what came cannot be used, as far as nothing could."""
         self._left_out = 0
@@ -65,7 +65,7 @@ class AidingRows:
         return tuple(filter(None, (self._clock.remark, unknown, left_out)))
 
     def read(self, rows: Sequence[Row], arrival: float) -> Iterator[Aiding]:
-        """Returns what rows that came at `arrival`, s of `time.monotonic()`, says."""
+        """Returns the measurements of rows that came at `arrival`, s of `time.monotonic()`."""
         for row in rows:
             figures = self._figures(row)
             if figures is None:
@@ -84,7 +84,7 @@ class AidingRows:
         text = row.lstrip("#%").strip()
         if (delimiter := names_delimiter(text, ReadOptions(), SOUGHT)) is not None:
             names = split_line(text, delimiter)
-            # One that lost its front, or was spoilt, may lack it.
+            # One that lost its front, or is corrupt, may lack it.
             if TIME in names or (TIME not in self._names and not torn):
                 self._names, self._delimiter = names, delimiter
             return None
@@ -117,7 +117,7 @@ class AidingRows:
         return tuple(aiding for aiding in found if len(aiding.time))
 
     def _host_time(self, stamp: float | None, arrival: float) -> float | None:
-        """Time of a row on the clock of this computer, s; None where its stamp is spoilt or old."""
+        """Time of a row on the clock of this computer, s; None where its stamp is corrupt or old."""
         if stamp is None:
             return None if self._newest > -math.inf else self._clock_rate * arrival
         own = stamp / self._clock_rate

@@ -1,9 +1,9 @@
 """The calibration of a secondary: its error against the primary, combined with the primary's own calibration.
 
-The secondary was found to say `y_s = M_r y_p + b_r` of what the primary says, and the primary says
-`y_p = M_p u + b_p` of the truth u, in the primary's case frame. So `y_s = M_r M_p u + (M_r b_p + b_r)`: the
-file of the secondary leads to the primary's case frame, with the mounting of one against the other in Q, and
-specific force is that at the secondary's own place. Where the primary has no calibration it is the truth.
+The secondary was found to read `y_s = M_r y_p + b_r` where the primary reads `y_p`, and the primary reads
+`y_p = M_p u + b_p` where the truth is u, in the primary's case frame. So `y_s = M_r M_p u + (M_r b_p + b_r)`:
+the file of the secondary leads to the primary's case frame, with the mounting of one against the other in Q,
+and specific force is that at the secondary's own place. Where the primary has no calibration it is the truth.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def _stored(result: RedundancyResult, folder: Path) -> Path:
 
 
 def write_output(output: SetOutput, path: Path | str) -> Path:
-    """Writes what the set said as CSV or Parquet, by the extension; raises `OutputError` where it cannot."""
+    """Writes the output as CSV or Parquet, by the extension; raises `OutputError` where it cannot."""
     import pyarrow as pa  # type: ignore[import-untyped]
     import pyarrow.csv  # type: ignore[import-untyped]
     import pyarrow.parquet  # type: ignore[import-untyped]

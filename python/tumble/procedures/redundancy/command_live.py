@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tumble.tools.record.writer import SessionWriter
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
-"""Told every step."""
+"""Receives every step."""
 REPLAY = "replay"
 """Scheme of logs that are replayed."""
 PRIMARY = "primary"
@@ -215,7 +215,7 @@ def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) ->
 
 
 def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
-    """Returns what shows steps, and says before the first that all lines are open: that is its meaning."""
+    """Returns a function that shows steps, and reports before the first that all lines are open."""
     is_said = False
 
     def shown(step: LiveStep) -> None:

@@ -1,7 +1,7 @@
 """Errors that secondaries have from the factory: their turntable calibrations, against the primary's.
 
-The secondary was found to say `y_s = M_s v + b_s` of the truth v in its own axes, where v = R u with the
-nominal rotation R, and the primary says `y_p = M_p u + b_p`. So `y_s = M_r y_p + b_r` with
+The secondary was found to read `y_s = M_s v + b_s` for the truth v in its own axes, where v = R u with the
+nominal rotation R, and the primary reads `y_p = M_p u + b_p`. So `y_s = M_r y_p + b_r` with
 `M_r = M_s R M_p^-1` and `b_r = b_s - M_r b_p`.
 """
 
@@ -111,7 +111,7 @@ def _covariance(triad: Triad, turn: FloatArray, matrix: FloatArray, primary: Tri
 
 
 def _stated(triad: Triad) -> FloatArray:
-    """(12, 12) of [M row by row, b], NaN where the file does not say."""
+    """(12, 12) of [M row by row, b], NaN where the file does not state it."""
     if triad.covariance is None:
         return np.full((12, 12), np.nan)
     stated: FloatArray = np.array(triad.covariance, dtype=np.float64)

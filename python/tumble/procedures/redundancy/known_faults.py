@@ -26,7 +26,7 @@ KnownFaultKind = Literal[
 ]
 
 NO_SAMPLES: Literal["no samples"] = "no samples"
-"""Also the event of a set none of whose units says anything, which samples alone cannot show."""
+"""Also the event of a set none of whose units sends samples, which samples alone cannot show."""
 
 OF_THE_SET: tuple[KnownFaultKind, ...] = (
     "no samples",
@@ -135,7 +135,7 @@ def _exceeds_the_norm(event: RedundancyEvent) -> bool | None:
 
 
 def _cause(own: Sequence[RedundancyEvent], kind: KnownFaultKind, wrong: Span) -> RedundancyEvent | None:
-    """Returns the last that was told of it within its time."""
+    """Returns the last event that reports it within its time."""
     inside = (event for event in reversed(own) if wrong.start <= event.time <= wrong.end)
     if kind == "source unhealthy":
         return next((event for event in inside if event.event == "unhealthy"), None)
@@ -196,7 +196,7 @@ def _unhealthy_at_the_end(own: Sequence[RedundancyEvent]) -> RedundancyEvent | N
 
 
 def _since_healthy(own: Sequence[RedundancyEvent]) -> Iterator[RedundancyEvent]:
-    """Returns what was told of a unit's faults since it was healthy, the latest first."""
+    """Returns the events of a unit's faults since it was healthy, the latest first."""
     told = (event for event in reversed(own) if event.event in ("unhealthy", "healthy"))
     return takewhile(lambda event: event.event == "unhealthy", told)
 

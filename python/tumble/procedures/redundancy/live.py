@@ -85,7 +85,7 @@ class LiveRedundancy:
         self._events: list[RedundancyEvent] = []
         self._samples = dict.fromkeys(monitor.units, 0)
         self._unheard = set(monitor.units)
-        """Units that never sent anything, and were not told of."""
+        """Units that never sent anything, and were not reported."""
         self._began = self._ended = math.nan
         self._waited_since: float | None = None
         """s at which the first sample came."""
@@ -246,7 +246,7 @@ class LiveRedundancy:
                 yield self._told(RedundancyEvent(now, name, "silent", {"reason": reason}))
 
     def _told(self, event: RedundancyEvent) -> RedundancyEvent:
-        """Keeps what a recording cannot tell for the summary."""
+        """Keeps for the summary the facts that a recording does not show."""
         reason = event.figures.get("reason")
         when = LogTime(self._monitor.start).at(event.time, 2)
         self._of_lines.append(f"{event.unit}: {event.event} at {when}{f': {reason}' if reason else ''}")

@@ -1,4 +1,4 @@
-"""The logs of a redundant set, read side by side: what all units said, in order of time, block by block."""
+"""The logs of a redundant set, read side by side: samples of all units, in order of time, block by block."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class UnitLog:
     source: str
     """Unambiguous name of the recording: path and IMU."""
     recording: Recording | None
-    """`None` for a unit that is missing: it never says anything."""
+    """`None` for a unit that is missing: it has no samples."""
     missing: str = ""
     """Why it is missing."""
 
@@ -56,10 +56,10 @@ def open_units(
 ) -> tuple[UnitLog, ...]:
     """Opens all units, primary first.
 
-    Each is an IMU in `log` by its name, or `LOG:NAME`, a recording, a table, or single axes.
-    `read` says how to read all of them, or each by what was typed. With `allow_missing`, a unit that cannot
-    be read is taken to be silent. With `live_times`, what a live monitor did comes out again of the times
-    that it was given.
+    Each is an IMU in `log` by its name, or `LOG:NAME`, a recording, a table, or single axes. `read` holds the
+    options of reading all of them, or each by what was typed. With `allow_missing`, a unit that cannot be
+    read is taken to be silent. With `live_times`, what a live monitor did comes out again of the times that
+    it was given.
 
     Raises `TumbleError`, in one line, where a unit is not there, or is named twice.
     """
@@ -304,11 +304,11 @@ def _arrays(chunk: Chunk) -> SampleArrays:
 
 
 class SideBySide(Iterator[list[SampleArrays]]):
-    """Blocks of what all units said since the block before, primary first; memory does not grow.
+    """Blocks of the samples of all units since the block before, primary first; memory does not grow.
 
     Units of one session are given in the order in which their samples came, as they were while they were
     recorded: `arrivals` are then those of the block given last, else None, and `silence` the time, s, in
-    which no unit said anything before it, 0 where that is no longer than `SILENCE`. `temperatures` are those
+    which no unit sent a sample before it, 0 where that is no longer than `SILENCE`. `temperatures` are those
     of the block given last, degC, None of units whose logs have none.
 
     All times are of the common clock, s; `start` and `end` are the first and the last given so far.
@@ -378,7 +378,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
                 reader.leave_out(float(np.nextafter(primary.arrival[0], -np.inf)))
 
     def _until_silence(self, live: Sequence[_Reader], cut: float) -> float:
-        """Arrival, up to `cut`, after which no unit said anything for long; notes what was before."""
+        """Arrival, up to `cut`, after which no unit sent a sample for long; stores the one before."""
         arrived = np.sort(np.concatenate([reader.arrived(cut) for reader in live]))
         before = arrived[0] if np.isnan(self._heard) else self._heard
         steps = np.diff(arrived, prepend=before)

@@ -46,7 +46,7 @@ SampleArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 
 MOST_SECONDARIES = 7
 ALL_WITHIN = 1.0
-"""s after the first sample in which the others are waited for: being heard first makes nobody the source."""
+"""s after the first sample in which the others are awaited: the first unit is not the source for that."""
 SILENCE = 1.0
 """s without a sample of any unit after which the set is silent: longer ones are no pause to its clock."""
 _OUTPUT = ("time", "unit", "specific_force", "angular_rate", "flags")
@@ -72,7 +72,7 @@ class RedundancyMonitor:
     >>> monitor.source, len(monitor.output), monitor.records
     ('front', 0, ())
 
-    Units are told apart by their names. Samples of different units come in any order, as long as none is
+    Names distinguish the units. Samples of different units come in any order, as long as none is
     more than a window behind the others; those of one unit in order of time, s of the units' common clock.
 
     `settings` are a settings file or its content; with `as_published` they begin from those of the
@@ -142,7 +142,7 @@ class RedundancyMonitor:
     ) -> tuple[RedundancyEvent, ...]:
         """Adds successive samples of a unit, and returns the events; `output` is then their output.
 
-        A temperature in the chunk, degC, tells how far its biases may have drifted since the calibration.
+        A temperature in the chunk, degC, bounds the drift of its biases since the calibration.
         `samples` are a chunk, or time (n,) s, specific force (n, 3) m/s^2 and angular rate (n, 3) rad/s of
         the unit's own clock and axes, to which `time_offset` and mounting of its settings apply.
 
@@ -229,7 +229,7 @@ class RedundancyMonitor:
     def aiding(self, aiding: Aiding) -> None:
         """Adds aiding measurements of the motion, which count once samples of their times come.
 
-        It has to come within a second of what it says.
+        It has to come within a second of its time.
 
         Raises `ProcedureError` where a score is of no unit of the set.
         """

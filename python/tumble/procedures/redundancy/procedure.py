@@ -1,4 +1,4 @@
-"""The redundancy procedure on logs: what all units said, replayed through the monitor of a vehicle."""
+"""The redundancy procedure on logs: samples of all units, replayed through the monitor of a vehicle."""
 
 from __future__ import annotations
 
@@ -52,20 +52,18 @@ def redundancy(
     """Replays the logs of a redundant set, sample by sample, through the monitor.
 
     Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings, or
-    `SingleAxes`, whose axes are in logs of their own.
-    `settings` are a settings file or its content. `calibration` is the primary's own. `store` is a folder
-    with the errors stored before, where what is adopted replaces them, and with the primary's own
-    calibration, which it keeps for runs without one. `factory` are turntable calibrations of secondaries,
-    by name or in files that state whose they are, which become the first errors in it. `commands` are
-    given to the monitor at their times, s from the start. `aiding` is what something else on board says of
-    the motion, as `Aiding` or a table of it, which settles what units cannot between them; without it, what
-    was heard while `log`, a session, was recorded. `aiding_sigma`, m/s, is that of tables that
-    state none. With `precision` `f32` it computes as a device would. With `allow_missing`, a unit that
-    cannot be read is replayed as one that never says anything. With `as_published` settings begin from
+    `SingleAxes`, whose axes are in logs of their own. `settings` are a settings file or its content.
+    `calibration` is the primary's own. `store` is a folder with the errors stored before, where what is
+    adopted replaces them, and with the primary's own calibration, which it keeps for runs without one.
+    `factory` are turntable calibrations of secondaries, by name or in files that state whose they are, which
+    become the first errors in it. `commands` are given to the monitor at their times, s from the start.
+    `aiding` are aiding measurements of the motion, as `Aiding` or a table of it, which decide where units
+    cannot; by default, those received while `log`, a session, was recorded. `aiding_sigma`, m/s, is that of
+    tables that state none. With `precision` `f32` it computes as a device would. With `allow_missing`, a unit
+    that cannot be read is replayed as one without samples. With `as_published` settings begin from
     `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the platform
-    would have used, 72 bytes a sample. `read` says how to read all logs, or each by what names its unit.
-    `progress` is told samples done, and samples
-    expected where known.
+    would have used, 72 bytes a sample. `read` holds the options of reading all logs, or each by what names
+    its unit. `progress` receives samples done, and samples expected where known.
 
     Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
 

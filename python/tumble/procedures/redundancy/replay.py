@@ -48,7 +48,7 @@ class Replayed:
             part = block[f"output_{column}"]  # type: ignore[literal-required]
             self._output[column] = _with(self._output.get(column, []), part)
         times, before = block["window_time"], self._times[-1]
-        # A window that lies across two blocks is told of in both.
+        # A window that lies across two blocks is in both.
         new = slice(int(len(times) > 0 and len(before) > 0 and times[0] == before[-1]), None)
         if not len(times[new]):
             return
@@ -71,7 +71,7 @@ class Replayed:
         )
 
     def output(self) -> SetOutput:
-        """Joins what the set said."""
+        """Joins the output of the set."""
         time, source, force, rate, flags = (np.concatenate(self._output[column]) for column in _OUTPUT)
         return SetOutput(self.names, time, source.astype(np.int64), force, rate, flags.astype(np.int64))
 
@@ -114,9 +114,9 @@ def replay(
     """Pushes all blocks into the monitor, with commands and aiding measurements.
 
     Commands are at times from the start of the logs, s, aiding measurements at times of their common clock,
-    as `in_order` gives them; what they say before and after the logs is left out.
+    as `in_order` gives them; those before and after the logs are left out.
 
-    Raises `ProcedureError` where a command lies outside the logs, or all that measurements say.
+    Raises `ProcedureError` where a command lies outside the logs, or all measurements do.
     """
     replayed = Replayed(monitor.units)
     _refuse_early(commands)

@@ -57,7 +57,7 @@ class RedundancyEvent:
 
 @dataclass(frozen=True, slots=True)
 class SecondaryError(Tabular):
-    """Error of one sensor of a secondary against the primary: `y_secondary = M y_primary + b`, both as read.
+    """Error of one sensor of a secondary against the primary: `y_secondary = M y_primary + b`, both raw.
 
     Frames: M leads from the primary's case frame to the axes of the secondary, mounting included.
     """
@@ -80,7 +80,7 @@ class SecondaryError(Tabular):
     directions: int
     """Directions of motion, 0 to 3, along which M was found; along the others it is unchanged."""
     residual: float
-    """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s; NaN if never measured."""
+    """Root mean square a channel on held-out pairs, m/s^2 or rad/s; NaN if never measured."""
     residual_before: float
     """The same with the error stored before."""
     pairs: int
@@ -134,11 +134,11 @@ RECORDED = tuple(each.name for each in fields(SecondaryError) if each.name not i
 
 @dataclass(frozen=True, slots=True)
 class UnitTrace:
-    """Means of one unit over successive windows; NaN where the unit said nothing usable."""
+    """Means of one unit over successive windows; NaN where the unit has no usable reading."""
 
     name: str
     specific_force: FloatArray
-    """(n, 3) m/s^2, as read, turned by the nominal mounting into the primary's case frame."""
+    """(n, 3) m/s^2, raw, turned by the nominal mounting into the primary's case frame."""
     angular_rate: FloatArray
     """(n, 3) rad/s, the same."""
     specific_force_compensated: FloatArray
@@ -154,7 +154,7 @@ class Selected:
     start: float
     end: float
     unit: str
-    """Empty where no unit was healthy enough to be selected."""
+    """Empty where no unit was usable."""
     reason: str
 
 
@@ -176,9 +176,9 @@ class SetOutput:
     source: NDArray[np.int64]
     """(n,) index in `units` of the unit that was the source."""
     specific_force: FloatArray
-    """(n, 3) m/s^2; NaN along axes of which the source says nothing."""
+    """(n, 3) m/s^2; NaN along axes that the source does not measure."""
     angular_rate: FloatArray
-    """(n, 3) rad/s; NaN about axes of which the source says nothing."""
+    """(n, 3) rad/s; NaN about axes that the source does not measure."""
     flags: NDArray[np.int64]
     """(n,) 0, or the sum of `FLAGS`."""
 

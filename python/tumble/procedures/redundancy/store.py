@@ -81,7 +81,7 @@ class StoredError(Document):
     directions: int = Field(ge=0, le=3)
     """Directions of motion along which M was found."""
     residual: float | None = None
-    """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s."""
+    """Root mean square a channel on held-out pairs, m/s^2 or rad/s."""
     residual_before: float | None = None
     pairs: int = Field(ge=0)
     followed: Vector | None = None

@@ -33,12 +33,12 @@ MOST_SHOWN = 8
 
 
 def screen_summary(result: RedundancyResult) -> RenderableType:
-    """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
+    """Returns the main results: the outcome of each secondary, the sources, and their reasons."""
     return _summary(result, MOST_SHOWN)
 
 
 def long_summary(result: RedundancyResult) -> RenderableType:
-    """Say the same, with all spans of the source and all faults."""
+    """Returns the same, with all spans of the source and all faults."""
     return _summary(result, len(result.events) + len(result.selected))
 
 
@@ -157,7 +157,7 @@ def _quantity(value: float, scale: Scale) -> str:
 
 
 def _sources(result: RedundancyResult, most: int) -> Iterator[str]:
-    """Say which unit was the source, when and why; where it changed often, for how long in all."""
+    """Yields the sources, their times and reasons; where they changed often, their total times."""
     if len(result.selected) <= most:
         for span in result.selected:
             yield f"Source {span.start:.2f} to {span.end:.2f} s: {span.unit or 'none'} ({span.reason})"

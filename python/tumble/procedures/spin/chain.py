@@ -18,7 +18,7 @@ class Chain:
 
     segments: tuple[Segment, ...]
     given: bool = False
-    """The user said that this is a spin."""
+    """The user stated that this is a spin."""
 
     @property
     def start(self) -> float:

@@ -1,4 +1,4 @@
-"""`tumble spin --live`: says what the robot is to do, shows how far it is, writes the calibration file."""
+"""`tumble spin --live`: instructs the robot, shows the progress, writes the calibration file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from tumble.procedures.spin.turns import TrueTurns
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
-"""Told every step of the procedure."""
+"""Receives every step of the procedure."""
 
 REPLAY = "replay:"
 """Beginning of a source that is a log, and so already recorded."""
@@ -133,7 +133,7 @@ def run_live(
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. `latitude` is in deg,
     `height` in m, `gravity_uncertainty` in m/s^2; `calibration` is applied first. All samples are recorded
     into the folder of `--record`, or beside the results unless they come from a log, or not to be kept.
-    Once the calibration is found, samples go on corrected, where `asked` says to where. With `--json` every
+    Once the calibration is found, samples go on corrected, to the destination of `asked`. With `--json` every
     event is a line on standard output, and nothing else is.
     """
     from tumble.calibration.unit_files import prepare_unit_files

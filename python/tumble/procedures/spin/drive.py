@@ -42,7 +42,7 @@ def drive_failure(
 def _speed(
     motion: Segment, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
 ) -> float:
-    """Largest horizontal speed of the turning axis over one motion, m/s, by what the accelerometers say.
+    """Largest horizontal speed of the turning axis over one motion, m/s, from the accelerometers.
 
     That is the speed of the IMU, integrated from rest, less what turning about the axis gives it.
     """

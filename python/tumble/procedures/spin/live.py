@@ -41,7 +41,7 @@ TOO_SLOW, TOO_FAST = 0.5, 1.5
 BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
 TURNED_FIRST = math.tau
-"""rad that a robot turns which has not stood still, from which on it is told so."""
+"""rad that a robot turns before it has stood still, after which a message reports it."""
 SLOWEST_TURN = 0.3
 """rad/s: no usable gyroscope reads more at rest."""
 MISREAD_RATE = 10.0
@@ -211,7 +211,7 @@ class LiveSpin:
         return "too slow" if ratio < TOO_SLOW else "too fast" if ratio > TOO_FAST else "good"
 
     def _push(self, chunk: LiveChunk) -> Iterator[LiveStep]:
-        """Feed the machine; say what happened, and now and then how far it is."""
+        """Feeds the machine; yields its events, and its progress now and then."""
         measured = self._machine.corrected(chunk)
         if not self._kept:
             self._started = LogTime(float(chunk.time[0]))

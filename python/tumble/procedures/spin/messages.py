@@ -23,7 +23,7 @@ SMALLEST_SHOWN = math.radians(1.0)
 
 
 def explain(failure: SpinFailure) -> str:
-    """One line: what is wrong and, where there is more to say than that, what to do."""
+    """One line: the fault and, where there is one, the remedy."""
     why, to_do = cause(failure), remedy(failure)
     return f"{why}; {to_do}" if to_do else why
 

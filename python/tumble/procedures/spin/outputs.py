@@ -31,7 +31,7 @@ NOTABLE_WANDERING = 1e-4
 SLOW = 0.2
 """rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
 CONTRADICTION = 5.0
-"""Sigmas by which two results may differ before a user is told."""
+"""Sigmas by which two results may differ before a warning."""
 
 
 def describe_spin(
@@ -146,7 +146,7 @@ def _published(
 ) -> tuple[FloatArray, BiasEstimate]:
     """Returns the published bias, and the covariance of the result.
 
-    Where it is the result for want of a full turn, and nobody said that the floor is level, its sigma carries
+    Where it is the result for want of a full turn, and the floor is not stated to be level, its sigma carries
     the tilt the floor seems to have, or one that is usual.
     """
     published = _bias(figures["published"])

@@ -51,7 +51,7 @@ from tumble.procedures.spin.settings import core_settings
 from tumble.procedures.spin.turns import TrueTurns
 
 SHORTEST_STILL = 2.0
-"""s that at least one rest of a spin lasts, if not said otherwise."""
+"""s that at least one rest of a spin lasts by default."""
 MOST_NAMED = 3
 """Stretches that the line of an error names; the rest it counts."""
 
@@ -83,7 +83,7 @@ def spin(
     the turning axis; text is read as `TrueTurns.parse` has it. With `level_floor` the floor is taken to be
     level, which is the published method. A `calibration` is applied first: what is found is the bias it
     leaves. `gravity_uncertainty` is the 1-sigma of gravity, m/s^2, by docs/theory/uncertainty.md if not
-    given. `progress` is told samples done, and samples expected where they are known.
+    given. `progress` receives samples done, and samples expected where they are known.
 
     Raises `TumbleError`, in one line, where no spin can be used.
 

@@ -178,17 +178,17 @@ class Spin(Tabular):
 
     @property
     def fits(self) -> bool:
-        """Whether model and noise explain what was measured: sigmas are widened in part, or not at all."""
+        """Returns whether model and noise explain the data: sigmas are widened in part, or not at all."""
         return self.widening == 1.0 or _is_partial(self.chi_square, self.degrees_of_freedom, self.widening)
 
 
 def _is_partial(chi_square: float, freedom: int, widening: float) -> bool:
-    """Tell whether sigmas are widened by less than all that chi-square has too much (spin.md, eq. 15)."""
+    """Returns whether sigmas are widened by less than all that chi-square has too much (spin.md, eq. 15)."""
     return widening**2 < 0.999 * (chi_square - (freedom - 1))
 
 
 def misfit(chi_square: float, freedom: int, widening: float) -> str:
-    """Say what the model does not explain, and what was done about it: the same on screen and page."""
+    """Reports the misfit of the model, and its consequence: the same on screen and page."""
     if _is_partial(chi_square, freedom, widening):
         return (
             f"chi-square of the specific force is {chi_square:.3g} for {freedom}: chance makes it once in a "

@@ -1,4 +1,4 @@
-"""Rests and motions in turn become spins: linked, fitted, and freed of what spoils the fit."""
+"""Rests and motions in turn become spins: linked, fitted, and freed of motions that corrupt the fit."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def chains_of(
 
 
 def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[FittedSpin | UnusedInterval]:
-    """Fits a chain as one spin; where one of its motions spoils that, takes it out and fits what is left."""
+    """Fits a chain as one spin; where one of its motions corrupts that, takes it out and fits the rest."""
     if not _moves(chain):
         if chain.given and chain.segments:
             kind = SpinFailureKind.NO_TURN if chain.rests else SpinFailureKind.NO_REST
@@ -123,7 +123,7 @@ def _moves(chain: Chain) -> bool:
 
 
 def _first_stray(chain: Chain, criteria: Criteria) -> tuple[Segment, SpinFailure] | None:
-    """Finds a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
+    """Finds a motion that was no turn on the spot by itself: beside others it would corrupt their fit."""
     if chain.given or len(chain.motions) < 2:
         return None
     arms: list[tuple[Segment, FloatArray]] = []
@@ -225,7 +225,7 @@ def _turned_too_little(figures: _core.SpinFigures, criteria: Criteria) -> Failed
     """Object to a turn smaller than asked for."""
     turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
     wanted = FULL_TURN * (criteria.turns or 0.0)
-    # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
+    # A robot commanded to turn by so much stops a little early or late, and its gyroscope has a scale error.
     if turned < 0.98 * wanted:
         figures_of_both = {"turned": turned, "wanted": wanted}
         return FailedChain(SpinFailure(SpinFailureKind.TURNED_TOO_LITTLE, figures_of_both))

@@ -117,7 +117,7 @@ def rest_from(samples: SpinSamples) -> Rest:
 def true_rests(rests: Sequence[Rest]) -> list[Rest]:
     """Omits parts as quiet as a rest that turn, as a robot on a level floor may.
 
-    At rest the gyroscope always says the same, its bias. Which of several rates that is, repetition tells: a
+    At rest the gyroscope always reads the same, its bias. Repetition shows which of several rates that is: a
     robot comes back to rest, seldom to one speed. Where none comes back, the smallest is the bias.
     """
     if not rests:

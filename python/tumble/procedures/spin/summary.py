@@ -30,12 +30,12 @@ MOST_REFUSED = 8
 
 
 def screen_summary(result: SpinResult) -> RenderableType:
-    """Say what a person wants to know at once: what was found of each spin, and what to beware of."""
+    """Returns the main results: the figures of each spin, and its warnings."""
     return _summary(result, MOST_SPINS, MOST_REFUSED)
 
 
 def long_summary(result: SpinResult) -> RenderableType:
-    """Say the same, with all spins and all that is none."""
+    """Returns the same, with all spins and all that is none."""
     return _summary(result, len(result.spins), len(result.refused))
 
 

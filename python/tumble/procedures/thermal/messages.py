@@ -1,4 +1,4 @@
-"""Why nothing can be said of temperature, and what is odd about what was found, in words to act on."""
+"""Reasons for a missing result of temperature, and oddities of a result, with remedies."""
 
 from __future__ import annotations
 

@@ -45,11 +45,11 @@ def thermal(
 
     Only the parts of logs at rest are used. Several logs are sessions of one unit, each with a turn-on bias
     of its own. The attitude of the unit need not be known: its readings in a pose at the reference
-    temperature are estimated with the drift. Each rest is a pose of its own; with `fixture`, which says that
-    a table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
+    temperature are estimated with the drift. Each rest is a pose of its own; with `fixture`, which states
+    that a table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
 
     `start` is a calibration that the drift is added to. The reference is then the temperature that it was
-    made at, as it says itself, or `start_temperature`, degC; else it is the middle of the range. Memory
+    made at, as it states itself, or `start_temperature`, degC; else it is the middle of the range. Memory
     does not grow with the length of logs. `progress` receives the samples done, and those expected where they
     are known.
 

@@ -120,7 +120,7 @@ class Batch:
         return not last.calibration_sha256 or (file.is_file() and sha256_of(file) == last.calibration_sha256)
 
     def set_aside(self, name: str, stem: str, *, calibration: bool, page: bool) -> list[Path]:
-        """Moves what an earlier attempt left and the new one does not replace to `earlier`, and says where.
+        """Moves files that a new attempt does not replace to `earlier`; returns their paths.
 
         Raises `OutputError` where that cannot be done.
         """

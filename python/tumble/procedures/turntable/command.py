@@ -182,7 +182,7 @@ def _production(
     calibrating: Callable[..., Session],
     gravity: GravityOptions,
 ) -> tuple[Production, list[str]]:
-    """Read and fit the reference; give what calibrates the targets, and what is to be said before."""
+    """Reads and fits the reference; returns the calibration of targets, and the remarks before it."""
     from tumble.foundation.files import prepare_folder
     from tumble.procedures.turntable.batch import Batch
     from tumble.procedures.turntable.production import MOST_PAGES, Production, key_of_run, pages_for
@@ -219,7 +219,7 @@ def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, l
 
 
 class TargetReading:
-    """How to read each recording of a run."""
+    """Options of reading each recording of a run."""
 
     def __init__(self, shared: ReadOptions, exceptions: Sequence[str]) -> None:
         self.shared = shared
@@ -240,12 +240,12 @@ class TargetReading:
             self._apart[reference] = replace(self.of(reference), serial="")
 
     def of(self, source: str) -> ReadOptions:
-        """Say how to read a recording."""
+        """Returns the options of reading a recording."""
         return self._apart.get(source, self.shared)
 
 
 def _run(production: Production, targets: Sequence[Target], voice: LongVoiceOptions, *, live: bool) -> bool:
-    """Calibrate and write all targets, then summary and report, and say what there is to say.
+    """Calibrates and writes all targets, then summary and report, and prints all remarks.
 
     Returns whether every target has a calibration within its limits.
     """

@@ -48,7 +48,7 @@ POSE_SECONDS = 10.0
 REFERENCE = "reference"
 """Name of the unit that is the reference if none is named."""
 TIPPED_AFTER = 4.0
-"""s at rest off all poses, after which that is said."""
+"""s at rest off all poses, after which that is reported."""
 LONGEST_GAP = 0.1
 """s between two samples over which the gyroscope's last word holds."""
 MARGIN, LARGEST_STEP = 1.1, 4.0
@@ -252,7 +252,7 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
     def steps(self) -> Iterator[TurntableStep]:
         """Guide, record and watch until all is done, or until `stop`; give what happens as it happens.
 
-        It ends early where all sources have ended, and where no unit was heard of for `GONE_AFTER`.
+        It ends early where all sources have ended, and where no unit has sent anything for `GONE_AFTER`.
 
         Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full, `TableError`
         where the table does not obey.

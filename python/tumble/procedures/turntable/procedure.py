@@ -147,7 +147,7 @@ def open_session(
     place = local_gravity(gravity, latitude, height, gravity_uncertainty)
     strength, source = place.value, place.source
     north = None if latitude is None else math.radians(latitude)
-    # The table says nothing of specific force: there the reference stays the truth.
+    # The table does not measure specific force: there the reference stays the truth.
     of_force = "reference" if truth == "table" else truth
     settings = _core.TurntableSettings(
         strength,
@@ -270,7 +270,7 @@ def turntable(
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
     deg and `height` in m; `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if
-    not given. `read` says how to read all logs or, by its name, each of them. `operator` and
+    not given. `read` holds the options of reading all logs or, by its name, each of them. `operator` and
     `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
 
     With truth `table` gyroscopes are calibrated with the `rates` that the table was commanded, magnitudes in

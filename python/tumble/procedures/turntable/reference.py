@@ -78,7 +78,7 @@ def reference_warnings(
 ) -> Iterator[str]:
     """Describes irregularities of the reference; `gravity` and its source are those of `local_gravity`.
 
-    `by_table` says whether the commanded rates are the truth of gyroscopes.
+    `by_table` is true if the commanded rates are the truth of gyroscopes.
     """
     for notice in (*notices(unit), *scale_notice(unit.acquired, gravity)):
         yield f"{unit.name}: {notice}"

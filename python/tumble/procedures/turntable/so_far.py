@@ -43,7 +43,7 @@ def evaluate(
     *,
     complete: bool,
 ) -> SoFar:
-    """Runs the procedure; `complete` says that no pose is missing, whatever fails."""
+    """Runs the procedure; `complete` states that no pose is missing, whatever fails."""
     units: dict[str, Imu] = {}
     objections: list[Objection] = []
     for name, recording in recordings.items():

@@ -63,7 +63,7 @@ class SharedWarning:
     """Number of reports: more than one for a target that has it at several poses."""
     targets: int = 0
     latest: str = ""
-    """The target that it was said of last."""
+    """The target that it was reported of last."""
     names: list[str] = field(default_factory=list)
 
     def say_of(self, target: str, text: str, most_named: int | None) -> None:
@@ -89,7 +89,7 @@ class ScreenSummary:
         self._warnings: dict[str, SharedWarning] = {}
         self.verdicts: Counter[str] = Counter()
         self.failed = 0
-        """Targets that have no calibration, or cannot be said to be within their limits."""
+        """Targets that have no calibration, or are not known to be within their limits."""
 
     def add(self, record: TargetRecord) -> None:
         """Adds a target of the run."""
@@ -170,7 +170,7 @@ def write_summary(path: Path, records: Callable[[], Iterable[TargetRecord]]) -> 
 
 @dataclass(frozen=True, slots=True)
 class _Utf8:
-    """Takes text for a file of bytes; what UTF-8 cannot say is written escaped."""
+    """Takes text for a file of bytes; text that UTF-8 cannot represent is written escaped."""
 
     put: Callable[[bytes], object]
 
@@ -179,7 +179,7 @@ class _Utf8:
 
 
 def screen_summary(run: TurntableRun) -> RenderableType:
-    """Say what a person wants to know at once."""
+    """Returns the main results."""
     return run.screen.rendered()
 
 

@@ -41,7 +41,7 @@ Motion: TypeAlias = Literal["none", "to angles", "to a rate", "to rest"]
 
 
 class TableDrive:
-    """Goes where a plan says and rests there for as long as the plan has it; then makes the runs."""
+    """Goes to the poses of a plan and rests there for its times; then makes the runs."""
 
     def __init__(self, table: GuardedTable, plan: PosePlan, runs: Sequence[RateRun] = ()) -> None:
         self._table = table

@@ -298,7 +298,7 @@ def _drift(figures: _core.TriadFigures | None) -> Iterator[str]:
 
 
 def _skewed_axes(triad: TriadResult) -> Iterator[str]:
-    """Names axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
+    """Names axes farther off a right angle than any sensor's: six poses do not exclude a slip."""
     for parameter in triad.parameters:
         if parameter.name.startswith("non-orthogonality") and parameter.observable:
             at_least = max(parameter.low, -parameter.high)

@@ -20,7 +20,7 @@ from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.options import ReadOptions
 
 ReadOptionsOf: TypeAlias = Callable[[str], ReadOptions | None]
-"""Says how to read a log."""
+"""Options of reading a log."""
 
 NAME_BY = ("file", "folder", "serial")
 """Sources of target names, besides a pattern."""
@@ -69,8 +69,8 @@ def find_targets(
     A folder is one target where the reference is one too, or its logs are named for `poses`; else every log
     in it is one, those in `output` left out. The reference itself is left out. Folders and patterns are taken
     in the order in which people count: target_9 before target_10. `name_by` is one of `NAME_BY` or a regular
-    expression, of whose match the first group counts; `read` says how to read a log that has to be asked for
-    its serial.
+    expression, of whose match the first group counts; `read` holds the options of reading a log that has to
+    be asked for its serial.
 
     Raises `TumbleError` where nothing is found, and where a name or a serial is given twice.
     """

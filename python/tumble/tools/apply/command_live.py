@@ -49,7 +49,7 @@ def correct(
     force: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Corrects until the source ends, or a signal comes, and says on standard error what was done.
+    """Corrects until the source ends, or a signal comes, and reports on standard error.
 
     With `as_json` the event `listening` is printed on standard output, or on standard error where samples go
     to standard output.

@@ -62,7 +62,7 @@ class LiveApply:
             )
 
     def run(self, is_over: Callable[[], bool] = lambda: False) -> LiveApplied:
-        """Continues until the source ends or `is_over` says so; it is asked every `HEARTBEAT` at least.
+        """Continues until the source ends or `is_over` returns true; it is asked every `HEARTBEAT` at least.
 
         Raises `LogError` where nothing comes or the source is lost, what came before being kept, and
         `OutputError` where the output takes no more.

@@ -44,9 +44,10 @@ def apply(
 ) -> Applied:
     """Writes a recording, corrected, to `output`, in SI units; memory does not grow with its length.
 
-    `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
-    decides. `progress` receives the samples done, and those expected where they are known. `force`
-    turns it into a warning that the calibration is of another unit, or that the log was corrected before.
+    `read` holds the options of reading a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension
+    of `output` decides. `progress` receives the samples done, and those expected where they are known.
+    `force` turns it into a warning that the calibration is of another unit, or that the log was corrected
+    before.
 
     Raises `ProcedureError` for either of these, `LogError` where the recording cannot be read to its end,
     `OutputError` where `output` cannot be written; what was there before is then untouched.

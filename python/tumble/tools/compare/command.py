@@ -1,4 +1,4 @@
-"""`tumble compare`: reads calibrations, says whether they are the same."""
+"""`tumble compare`: reads calibrations, reports whether they are the same."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ _SKEW = 1e-12
 def common_temperature(calibrations: Sequence[Calibration], triad: Triad) -> float | None:
     """Chooses the temperature, degC, to compare a triad at; None where no calibration knows its drift.
 
-    It is that at which those were made that know no drift, as far as they say, or else the reference of the
-    first that does, and lies within the ranges of all if these have any temperature in common.
+    It is that at which those were made that know no drift, as far as they state it, or else the reference of
+    the first that does, and lies within the ranges of all if these have any temperature in common.
     """
     drifts = [each.temperature_drifts()[triad] for each in calibrations if triad in each.temperature_drifts()]
     if not drifts:

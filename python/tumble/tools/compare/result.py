@@ -30,7 +30,7 @@ class Difference:
     unit: str
     """`m/s^2`, `rad/s`, `1`, `deg`, `rad/s per m/s^2`."""
     first: float
-    """NaN where that calibration says nothing of it."""
+    """NaN where that calibration does not contain it."""
     second: float
     value: float
     """Second less first; of a mounting the turn from one to the other."""
@@ -201,7 +201,7 @@ class CompareResult(Tabular, Collection[Pair]):
     files: tuple[str, ...]
     serials: tuple[str, ...]
     dates: tuple[str, ...]
-    """UTC, ISO 8601; empty where a file does not say."""
+    """UTC, ISO 8601; empty where a file does not state it."""
     pairs: tuple[Pair, ...]
     history: tuple[History, ...]
     """Empty unless three calibrations or more are of one unit and of different dates."""

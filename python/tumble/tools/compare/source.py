@@ -17,8 +17,8 @@ CalibrationSource: TypeAlias = Calibration | Path | str
 def open_calibration(source: CalibrationSource) -> Calibration:
     """Returns one calibration: FILE, or FILE:NAME for one IMU of several in a file of another program.
 
-    Raises `TumbleError`, in one line, where there is no such file, it cannot be read, or nobody says which
-    IMU is meant.
+    Raises `TumbleError`, in one line, where there is no such file, it cannot be read, or the IMU
+    is ambiguous.
     """
     if isinstance(source, Calibration):
         return source

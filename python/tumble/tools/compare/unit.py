@@ -36,7 +36,7 @@ class UnitModel:
     covariance: FloatArray
     """(24, 24); NaN for what is not observable, zero for what is stated."""
     response: FloatArray | None
-    """(3, 3) g-sensitivity, rad/s per m/s^2; None where the calibration says nothing of it."""
+    """(3, 3) g-sensitivity, rad/s per m/s^2; None where the calibration does not contain it."""
     response_sigma: FloatArray
     """(3, 3) 1-sigma of it."""
 

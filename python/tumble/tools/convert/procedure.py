@@ -172,7 +172,7 @@ def _folders(stack: ExitStack, recordings: dict[str, Recording], output: Path, _
 
 
 def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _target: str) -> OpenPlace:
-    """Returns each of several IMUs a topic of one MCAP file, which says what is true of all of them."""
+    """Returns each of several IMUs a topic of one MCAP file, which states the facts common to all of them."""
     inputs = _inputs(recordings)
 
     def opened(facts: Facts) -> McapWriter:
@@ -225,7 +225,7 @@ def _facts(recording: Recording, first: Chunk, *, further: bool = False) -> Fact
 
 
 def _common_facts(recordings: dict[str, Recording]) -> Facts:
-    """Returns what one MCAP file says of all its IMUs."""
+    """Returns the facts that one MCAP file states of all its IMUs."""
     serials = {each.metadata.serial for each in recordings.values()}
     corrected = all(each.metadata.already_corrected for each in recordings.values())
     serial = serials.pop() if len(serials) == 1 else ""

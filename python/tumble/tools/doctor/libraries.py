@@ -50,7 +50,7 @@ def requirements() -> Iterator[Requirement]:
 
 
 def _applies(line: str) -> bool:
-    """Whether a requirement is one of this Python: some libraries stand in for what a later one brings."""
+    """Returns whether a requirement is one of this Python: a later one includes some of these libraries."""
     earlier = _EARLIER_PYTHON.search(line)
     return earlier is None or sys.version_info[:2] < _numbers(earlier["version"])
 
@@ -71,7 +71,7 @@ def library(requirement: Requirement, remedy: str) -> Finding:
 
 
 def why_not_imported(module: str) -> str:
-    """Imports a module; says why that fails, empty where it does not."""
+    """Imports a module; returns the reason of a failure, empty where there is none."""
     try:
         import_module(module)
     except Exception as error:

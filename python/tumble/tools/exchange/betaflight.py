@@ -1,8 +1,8 @@
 """Betaflight: the line of its command line that sets the offset of the accelerometer.
 
 Betaflight subtracts whole counts, of which `acc_1G` make 1 g, from what it has turned into the axes of the
-board (src/main/sensors/acceleration.c); scale and gyroscope it does not keep. The fourth number says that the
-sensor is calibrated.
+board (src/main/sensors/acceleration.c); scale and gyroscope it does not keep. The fourth number states that
+the sensor is calibrated.
 """
 
 from __future__ import annotations

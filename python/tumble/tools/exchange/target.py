@@ -23,7 +23,7 @@ from tumble.tools.exchange.remark_lines import with_remarks
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Something that a target has to be told and no calibration knows."""
+    """Setting that a target needs and no calibration contains."""
 
     name: str
     """Name as in `--set NAME=VALUE`."""
@@ -116,7 +116,7 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """A file for another program, and what it does not say."""
+    """A file for another program, and its losses."""
 
     content: bytes
     losses: tuple[Loss, ...]
@@ -166,7 +166,7 @@ class Target:
     body: str = ""
     """Directions of these in a vehicle, as in `body_axes`; empty where the program takes any."""
     leaves_out: Collection[Triad] = ()
-    """Triads that its files are not about; nothing is said to be lost of these."""
+    """Triads that its files are not about; no loss is reported for these."""
     own_settings: tuple[Setting, ...] = ()
     """Beside that of axes."""
     most: int = 1
@@ -182,7 +182,7 @@ class Target:
 
     @property
     def settings(self) -> tuple[Setting, ...]:
-        """All that it can be told."""
+        """All its settings."""
         return (*self.own_settings, AXES) if self.body else self.own_settings
 
     @property

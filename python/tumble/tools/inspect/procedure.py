@@ -25,8 +25,8 @@ def inspect(
 ) -> Inspection:
     """Inspects one recording in one pass; memory does not grow with its length.
 
-    `read` says how to read a log. `progress` receives the samples done, and samples expected where they
-    are known beforehand.
+    `read` holds the options of reading a log. `progress` receives the samples done, and samples expected
+    where they are known beforehand.
 
     Raises `LogError` where the recording breaks off or is not fit to use.
     """

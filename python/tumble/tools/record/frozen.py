@@ -32,7 +32,7 @@ class _Reading:
 
 
 class FrozenUnits:
-    """Tell it of all samples; it names the units that are frozen."""
+    """Receives all samples; names the units that are frozen."""
 
     def __init__(self) -> None:
         self._readings: dict[str, _Reading] = {}
@@ -62,7 +62,7 @@ class FrozenUnits:
         return name in self._found and self._readings[name].since == self._found[name]
 
     def objections(self, moving: Mapping[str, bool]) -> Iterator[Objection]:
-        """Names units that have repeated one reading while another moved; `moving` says who does now.
+        """Names units that have repeated one reading while another moved; `moving` marks those that do now.
 
         One that is alone is named where none of its readings lasted before.
         """

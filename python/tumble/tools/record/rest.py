@@ -16,7 +16,7 @@ MOVED = math.cos(math.radians(2.0))
 
 @dataclass(slots=True)
 class RestUnderWay:
-    """Tell it of the newest samples while the unit rests, and of motion."""
+    """Receives the newest samples while the unit rests, and reports of motion."""
 
     force: FloatArray = field(default_factory=lambda: np.zeros(3))
     """(3,) m/s^2, mean of the last look."""

@@ -1,4 +1,4 @@
-"""When no unit is there any more: said at once, and after a while the end of a session."""
+"""Silence of all units: reported at once, and after a while the end of a session."""
 
 from __future__ import annotations
 

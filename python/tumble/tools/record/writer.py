@@ -49,7 +49,7 @@ class RecordedUnit:
     """Serial number, where the source does not state it."""
 
     def described(self, name: str) -> SessionUnit:
-        """Returns what `session.yaml` says of it."""
+        """Returns its entry in `session.yaml`."""
         serial = self.serial or getattr(self.source, "serial", "")
         return SessionUnit(name=name, source=self.typed, serial=serial)
 
@@ -189,10 +189,10 @@ class SessionWriter:
         *,
         closed: float | None = None,
     ) -> None:
-        """Writes the rest, joins the parts, and says in `session.yaml` how it ended.
+        """Writes the rest, joins the parts, and states its end in `session.yaml`.
 
         `remarks` are those on each unit, where they are not those of its source alone. `closed` is the time
-        of the clock of arrivals, s, at which it ended; now, if that is not said.
+        of the clock of arrivals, s, at which it ended; now by default.
         """
         closed = (time.monotonic() if closed is None else closed) + self._shift
         self._wait()

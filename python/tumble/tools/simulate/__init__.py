@@ -4,7 +4,7 @@ Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong w
 records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
 that stands still), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
 vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
-truth), `files` (those on disk) and `command`. `native` says how a scenario reaches the native simulator.
+truth), `files` (those on disk) and `command`. `scenario_json` converts a scenario for the native simulator.
 `live` serves all of these, and a table, as they happen.
 
 >>> from tumble.tools.simulate import simulate_turntable

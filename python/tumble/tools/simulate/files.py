@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LogFormat = Literal["csv", "parquet", "mcap"]
 
 TRUTH = "tumble-truth/1"
-"""Schema of what a simulation says of itself."""
+"""Schema of the truth of a simulation."""
 
 ROWS = 65_536
 """Samples written at a time."""
@@ -79,7 +79,7 @@ def triad_content(triad: TriadTruth) -> dict[str, Any]:
 
 
 def options(scenario: DataclassInstance) -> dict[str, object]:
-    """Returns all that a scenario says."""
+    """Returns all fields of a scenario."""
     return {each.name: in_plain_words(getattr(scenario, each.name)) for each in fields(scenario)}
 
 

@@ -138,7 +138,7 @@ def in_radians_or_none(angle: float | None) -> float | None:
 def injected_fault(fault: Fault, middle: float, largest: float) -> dict[str, Any]:
     """Returns a fault; what its kind has no use for is ignored.
 
-    `middle` of the first rest, s, is when it starts if it does not say; `largest` is what its triad reads at
+    `middle` of the first rest, s, is when it starts by default; `largest` is what its triad reads at
     most, m/s^2 or rad/s.
     """
     axis = AXES.index(fault.axis)

@@ -1,4 +1,4 @@
-"""A table that cannot be told to go too far, and that is stopped on every way out."""
+"""A table that cannot be commanded beyond its limits, and that is stopped on every way out."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ class GuardedTable:
             time.sleep(POLL)
 
     def position(self) -> FloatArray:
-        """Returns the angles, rad; NaN where the table cannot say."""
+        """Returns the angles, rad; NaN where the table does not report them."""
         return self._guarded(self._table.position)
 
     def stop(self) -> None:
@@ -242,7 +242,7 @@ class GuardedTable:
                 )
 
     def _guarded(self, call: Callable[[], Answer]) -> Answer:
-        """Asks or tells the driver something; stops the table where that fails."""
+        """Queries or commands the driver; stops the table where that fails."""
         try:
             return call()
         except BaseException as error:

@@ -39,7 +39,7 @@ class Stretch:
 
 
 class AxisMotion:
-    """Where an axis was and will be: what it was told, laid out in time."""
+    """Where an axis was and will be: its commands, laid out in time."""
 
     def __init__(self, angle: float = 0.0) -> None:
         self._stretches = [Stretch(-math.inf, angle, 0.0, 0.0)]
@@ -81,7 +81,7 @@ class AxisMotion:
         ramp = 0.5 * fastest * fastest / acceleration
         cruise = max(0.0, abs(distance) - 2.0 * ramp) / fastest
         self._speed_up(at.start + cruise, 0.0, acceleration)
-        # The end is where it was told to be, not where sums of roundings end.
+        # The end is the commanded one, not where sums of roundings end.
         self._stretches[-1] = Stretch(self._stretches[-1].start, angle, 0.0, 0.0)
 
     def turn(self, t: float, rate: float, acceleration: float) -> None:

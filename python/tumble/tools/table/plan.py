@@ -96,7 +96,7 @@ class PosePlan:
     def left(self, shown: Sequence[bool], turned: FloatArray) -> FloatArray:
         """Returns what is left of the route (m, axes), rad, once some rests and turns were made.
 
-        `shown` says of each rest whether it was; `turned` (n, 3) are rotations, rad, between one rest and
+        `shown` marks the rests that were; `turned` (n, 3) are rotations, rad, between one rest and
         the next in the frame of the table, or nearly. A turn of which there or back lacks is made again.
         """
         made = list(turned)

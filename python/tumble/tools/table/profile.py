@@ -142,7 +142,7 @@ class Commands(Document):
     goto: str | None = None
     """Moves to an angle: `{angle}`; may also hold `{rate}` and `{acceleration}` of that motion."""
     rate: str | None = None
-    """Turns at a rate until told otherwise: `{rate}`; may also hold `{acceleration}`."""
+    """Turns at a rate until the next command: `{rate}`; may also hold `{acceleration}`."""
     stop: str
     """Brings the table to rest."""
 
@@ -251,7 +251,7 @@ class Replies(Document):
     acknowledge: str | None = None
     """Replied to every command that was taken; none if not given."""
     errors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), strict=False)
-    """A reply that begins with one of these says that a command was refused."""
+    """A reply that begins with one of these refuses a command."""
 
 
 class TableProfile(Document):

@@ -25,7 +25,7 @@ class RateTable(Protocol):
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """The axes, with what the maker says they may do."""
+        """The axes, with the limits of the maker."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class RateTable(Protocol):
         """Indicates whether the last motion has ended: at its angles, or at its rates."""
 
     def position(self) -> FloatArray:
-        """Returns the angles; NaN where the table cannot say."""
+        """Returns the angles; NaN where the table does not report them."""
 
     def stop(self) -> None:
         """Brings all axes to rest, whatever they do."""

@@ -1,4 +1,4 @@
-"""A table that is not there: it moves as its limits say, by any clock."""
+"""A simulated table: it moves within its limits, by any clock."""
 
 from __future__ import annotations
 

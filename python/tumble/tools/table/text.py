@@ -106,7 +106,7 @@ class TextTable:
         self._at_speed = time.monotonic() + float(np.max(np.abs(self._rates) / slowest))
         self._rates = np.zeros(len(self.axes))
         texts = self._each(self._profile.commands.stop)
-        # Every axis is told before any answer is waited for, which may never come.
+        # Every axis is commanded before any answer is waited for, which may never come.
         for text in texts:
             self._send(text)
         if self._is_answered:

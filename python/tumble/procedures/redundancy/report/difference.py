@@ -1,4 +1,4 @@
-"""Secondary minus primary, as read and compensated: over time, and as root mean squares."""
+"""Secondary minus primary, raw and compensated: over time, and as root mean squares."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ QUANTITIES: dict[Sensor, str] = {"accelerometer": "specific force", "gyroscope":
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """|secondary - primary| over windows, on axes that both have; NaN where either said nothing usable."""
+    """|secondary - primary| over windows, on axes that both have; NaN where either has no usable reading."""
 
     time: FloatArray
     """(n,) s."""
     before: FloatArray
-    """(n,) as read, m/s^2 or rad/s."""
+    """(n,) raw, m/s^2 or rad/s."""
     after: FloatArray
     """(n,) compensated with what was stored at the time, at the primary's place."""
     axes: int = 3

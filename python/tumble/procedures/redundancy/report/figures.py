@@ -32,7 +32,7 @@ from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Y_AXIS, Z_AXIS, inline_svg
 
 MOST_POINTS = 400
-"""Points of one line or kind in a panel; more cannot be told apart, and make the page heavy."""
+"""Points of one line or kind in a panel; more cannot be distinguished, and make the page heavy."""
 MOST_POINTS_OF_ALL = 1200
 """Evaluations of one check of one sensor, of all units together."""
 MOST_MARKS = 150
@@ -54,14 +54,14 @@ MARKS = {
     "record rejected": ("P", ALARM, True),
     "found wrong": ("x", ALARM, False),
 }
-"""Marker, colour and whether hollow, of each event: told apart by shape alone."""
+"""Marker, colour and whether hollow, of each event: distinguished by shape alone."""
 
 _LETTER = 0.062
 """Inches that a letter of a mark's text is wide."""
 _SHORTEST_SEEN = 1 / 700
 """Share of the time axis below which a gap cannot be seen."""
 EXCEEDED = {"o": "x", "D": "X"}
-"""Markers of what exceeds its threshold: told from the others by shape too."""
+"""Markers of deviations beyond their threshold: distinguished by shape too."""
 _CHECKS = (("norm", "o", X_AXIS, True), ("vector", "D", Z_AXIS, False))
 _SMALLEST_DECADES = 2
 
@@ -246,7 +246,7 @@ def _draw_evaluations(
 
 
 def _worst(series: Evaluations, most: int) -> list[int]:
-    """Chooses which evaluations are drawn: of neighbours too many to tell apart the largest deviation."""
+    """Chooses which evaluations are drawn: the largest deviation of many neighbours."""
     count = len(series.time)
     edges = np.linspace(0, count, min(count, most) + 1).astype(int)
     deviation = np.nan_to_num(np.array(series.deviation), nan=-1.0)
@@ -254,7 +254,7 @@ def _worst(series: Evaluations, most: int) -> list[int]:
 
 
 def difference_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> Markup:
-    """Draws |secondary - primary| over time, as read and compensated: a row for each secondary, log scale."""
+    """Draws |secondary - primary| over time, raw and compensated: a row for each secondary, log scale."""
     units = result.secondaries
     height = 0.5 + len(units) * (PANEL_HEIGHT + PANEL_GAP) + 0.1
     figure = Figure(FULL_WIDTH, height)

@@ -20,7 +20,7 @@ from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
 
 MOST_ROWS = 300
-"""Events in a table; of more, the page says how many it leaves to the file of events."""
+"""Events in a table; the page states the number of further ones in the file of events."""
 
 _HEALTH = ("unhealthy", "healthy", "rest began", "rest ended")
 _ALARMS = (

@@ -149,7 +149,7 @@ STATE_SIGNS = {
     "withheld": "○",
     "record rejected": "○",
 }
-"""Events that say how a unit stands, and their signs."""
+"""Events that report the state of a unit, and their signs."""
 
 _SELECTED = {
     "start": "at the start",
@@ -189,7 +189,7 @@ _FIGURES_BY_GROUND = {
 """Names of figures on grounds where these are plain numbers; elsewhere they are in units of the sensor."""
 
 _MOST_REASONS = 5
-"""Reasons told at the top of the page."""
+"""Reasons listed at the top of the page."""
 _OUTCOMES = {"refused": "Refused", "abandoned": "Abandoned", "withheld": "Not calibrated"}
 
 
@@ -286,7 +286,7 @@ def _last_fault(result: RedundancyResult, unit: str, time: float) -> RedundancyE
 
 
 def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
-    """Event that says how a unit stood at the end, its health before its errors, and its figures."""
+    """Event that reports the state of a unit at the end, its health before its errors, and its figures."""
     own = [event for event in result.events if event.unit == unit and event.figures.get("reason") != COVERED]
     health = next((event for event in reversed(own) if event.event in ("unhealthy", "healthy")), None)
     if health is not None and health.event == "unhealthy":
@@ -399,7 +399,7 @@ def unobserved_sentences(result: RedundancyResult) -> list[str]:
 
 
 def silent_units(result: RedundancyResult) -> list[str]:
-    """Names the units that said nothing in the whole replay."""
+    """Names the units without samples in the whole replay."""
     spoke = {
         trace.name
         for trace in result.traces

@@ -42,14 +42,14 @@ from tumble.report.svg import (
 )
 
 MOST_POINTS = 240
-"""Points of one kind in a figure; more cannot be told apart, and make the page heavy."""
+"""Points of one kind in a figure; more cannot be distinguished, and make the page heavy."""
 
 RADIUS_95 = math.sqrt(-2.0 * math.log(0.05))
 """Radius in sigmas of the circle that holds 95 of 100 points, which scatter alike in both directions."""
 
 _QUARTER_TURNS = (0.0, 90.0, 180.0, 270.0, 360.0)
 LEVEL_FLOOR = Z_AXIS
-"""Told from the fit by colour: over several turns the gaps of a dashed line fill each other."""
+"""Distinguished from the fit by colour: over several turns the gaps of a dashed line fill each other."""
 
 _SQUARE = 3.3
 """Inches, side of a panel with the same scale both ways."""

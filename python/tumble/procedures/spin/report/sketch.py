@@ -154,7 +154,7 @@ def _draw_uphill(axes: Axes, spin: Spin) -> None:
 
 def _draw_arm(axes: Axes, arm: LeverArm) -> None:
     spread = max(arm.forward_sigma, arm.left_sigma)
-    # Arm and ellipse together take a third of the robot, whatever they are: nobody told us the robot's size.
+    # Arm and ellipse together take a third of the robot, whatever they are: the size of the robot is unknown.
     factor = 0.55 / (math.hypot(arm.forward, arm.left) + spread)
     right, up = -factor * arm.left, factor * arm.forward
     axes.line([0.0, right], [0.0, up], X_AXIS, 1.2)

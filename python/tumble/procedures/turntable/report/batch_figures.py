@@ -30,7 +30,7 @@ _MOST_LABELLED = 3
 _LONGEST_TARGET = 24
 """Letters of a target's name for which the error figure has room."""
 _MOST_LINES = 1000
-"""Largest number of lines; more cannot be told apart, so that beyond it only every n-th target has one."""
+"""Largest number of lines; more cannot be distinguished, so that beyond it only every n-th target has one."""
 _FINEST = 2000
 """Shares of a panel's width below which two thin lines are one."""
 

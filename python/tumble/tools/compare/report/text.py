@@ -36,7 +36,7 @@ FAR = 3.0
 MATTERS = 2.0
 """Error over what uncertainty makes from which on it is more."""
 _RAREST = 1e-12
-"""Probability below which its digits say nothing."""
+"""Probability below which its digits mean nothing."""
 
 
 def verdict_sentence(pair: Pair) -> str:

@@ -227,7 +227,7 @@ def _units(specs: list[str] | None) -> Sequence[FlightUnit]:
 
 
 def _unit(spec: str, *, first: bool) -> FlightUnit:
-    """Reads `consumer:lever-arm=0.03,0,0:rate=100`; the primary has not aged unless it says so."""
+    """Reads `consumer:lever-arm=0.03,0,0:rate=100`; the primary has not aged by default."""
     from tumble.tools.simulate import FlightUnit
 
     grade, *settings = spec.split(":")

@@ -62,12 +62,12 @@ def write_flight(
 ) -> dict[str, Path]:
     """Writes one log a unit, `units.yaml` and `truth.yaml`; returns the path of each by what it is.
 
-    `units.yaml` are settings of `tumble redundancy` that say what a builder knows of the units.
+    `units.yaml` are settings of `tumble redundancy` with the facts that a builder knows of the units.
 
-    `velocity` is what an aiding measurement said of it, which is written beside them as `velocity.csv`.
+    `velocity` are aiding measurements of it, written beside them as `velocity.csv`.
 
-    MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit that said
-    nothing has no log. `progress` receives the samples written and those there are.
+    MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit without
+    samples has no log. `progress` receives the samples written and those there are.
 
     Raises `OutputError` where the folder cannot be written to.
     """

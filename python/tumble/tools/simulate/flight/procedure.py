@@ -17,7 +17,7 @@ from tumble.tools.simulate.scenario import ScenarioError
 from tumble.tools.simulate.unit import PPM, SimulatedUnit, simulated_unit
 
 VELOCITY_NOISE = b"velocity"
-"""Tells its random numbers apart from those of the units."""
+"""Distinguishes its random numbers from those of the units."""
 LARGEST_RATE = 1.0
 """rad/s, of which a fault saturates a share."""
 
@@ -135,7 +135,7 @@ class SimulatedFlight:
         return FlightPath(time, figures["level_from_case"], figures["velocity"])
 
     def velocity(self, rate: float, sigma: float) -> Aiding:
-        """Returns what a satellite receiver says of the velocity at so many Hz, with noise of `sigma`, m/s.
+        """Returns the velocity of a satellite receiver at so many Hz, with noise of `sigma`, m/s.
 
         Raises `ScenarioError` where either is not above 0.
         """

@@ -29,7 +29,7 @@ SIZES: dict[LiveFaultKind, float] = {
 }
 """Usual ones."""
 START = 10.0
-"""s, where a fault does not say when."""
+"""s, where a fault does not state its time."""
 
 
 @dataclass(frozen=True, slots=True)

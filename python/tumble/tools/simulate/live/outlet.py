@@ -27,7 +27,7 @@ _JSON = "{" + ", ".join(f'"{name}": {"%d" if name == "time_us" else "%.9g"}' for
 _ROW = ",".join("%d" if name == "time_us" else "%.9g" for name in COLUMNS) + "\n"
 HEADER = ",".join(COLUMNS) + "\n"
 ALL_CHANNELS = 0b111111
-"""Bits of HIGHRES_IMU that say which of its fields are measured: accelerometer and gyroscope."""
+"""Bits of HIGHRES_IMU that mark its measured fields: accelerometer and gyroscope."""
 
 
 class Outlet(ABC):
@@ -237,7 +237,7 @@ class PtyOutlet(_LineOutlet):
         tty.setraw(line)
         os.set_blocking(self._device, False)
         link(self._path, os.ttyname(line))
-        # Once it was open and is no more, the device can tell whether somebody has it open.
+        # Once it was open and is no more, the device can detect whether somebody has it open.
         os.close(line)
         self._opened, self._is_named = math.inf, False
 

@@ -35,7 +35,7 @@ BETWEEN_PROBES = 0.05
 REMEMBERED = 10.0
 """s for which the table knows where it was."""
 WAY = b"way"
-"""Tells the random numbers of lines apart from those of units."""
+"""Distinguishes the random numbers of lines from those of units."""
 
 
 class LiveUnit:

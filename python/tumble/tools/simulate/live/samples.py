@@ -1,4 +1,4 @@
-"""Samples of a unit on their way: when they were taken, what its clock says, and what it read."""
+"""Samples of a unit on their way: when they were taken, the stamps of its clock, and its readings."""
 
 from __future__ import annotations
 

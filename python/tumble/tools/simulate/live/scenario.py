@@ -1,4 +1,4 @@
-"""Everything a live bench is made of: what moves, the units on it, and how they are heard."""
+"""Everything a live bench is made of: its motion, the units on it, and their lines."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ POLL = 0.05
 """s between two looks whether to end."""
 LONGEST_LINE = 4096
 REFUSED = "ERR"
-"""Said to what is not understood, where the profile has no word for that."""
+"""Reply to an unknown command, where the profile has no word for that."""
 
 
 class TableServer:

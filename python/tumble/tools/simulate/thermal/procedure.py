@@ -102,7 +102,7 @@ def _temperature(scenario: ThermalScenario, time: FloatArray) -> tuple[FloatArra
 
 
 def _thermometer(scenario: ThermalScenario, time: FloatArray) -> FloatArray:
-    """Returns what a thermometer of first order, and of steps, says (n,), degC, once it has settled."""
+    """Returns the readings of a thermometer of first order, and of steps, (n,), degC, once it has settled."""
     half, pace = 0.5 * (scenario.high - scenario.low), 2.0 * np.pi * scenario.cycles / scenario.duration
     behind = np.arctan(pace * scenario.lag)
     reading = scenario.reference - half * np.cos(behind) * np.cos(pace * time - behind)
