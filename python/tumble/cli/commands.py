@@ -44,7 +44,7 @@ COMMANDS = {
     "compare": CommandEntry(
         "tumble.tools.compare.command",
         "compare_command",
-        "Say whether calibrations are the same within what is known of each.",
+        "Report whether calibrations are the same within their uncertainties.",
     ),
     "convert": CommandEntry(
         "tumble.tools.convert.command", "convert_command", "Write a log in another format, in SI units."
@@ -94,7 +94,7 @@ COMMANDS = {
     "doctor": CommandEntry(
         "tumble.tools.doctor.command",
         "doctor_command",
-        "Say what is installed, what of it works, and how to get the rest.",
+        "Report what is installed, what of it works, and how to get the rest.",
     ),
     "schema": CommandEntry(
         "tumble.cli.schema",

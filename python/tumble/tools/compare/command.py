@@ -32,7 +32,7 @@ def compare_command(
     maker: MakerOptions,
     voice: VoiceOptions,
 ) -> None:
-    """Say whether calibrations are the same within what is known of each.
+    """Report whether calibrations are the same within their uncertainties.
 
     Three or more of one unit are also laid over time, with a straight line through each parameter.
 

@@ -42,7 +42,7 @@ def convert_command(
 
     The file is named by -o, or ./NAME-tumble with the ending of --format; EuRoC is a folder.
 
-    What the format has no place for is said. Logs of any length are written piece by piece.
+    A remark lists the losses of the format. Logs of any length are written piece by piece.
     """
     from tumble.cli.progress import sample_progress
     from tumble.tools.convert.procedure import convert

@@ -19,7 +19,7 @@ DIAGNOSIS: Final = "tumble-diagnosis/1"
 def doctor_command(
     as_json: JsonOption = False,
 ) -> None:
-    """Say what is installed, what of it works, and how to get the rest.
+    """Report what is installed, what of it works, and how to get the rest.
 
     Example: tumble doctor
 

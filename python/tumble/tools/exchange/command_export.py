@@ -52,7 +52,7 @@ def export_command(
 
     Example: tumble export results/imu.yaml --format ardupilot -o imu.param
 
-    What a format cannot hold is said, with the error that stays in the unit of the sensor. Names, units and
+    Each loss of a format is reported, with the remaining error in the unit of the sensor. Names, units and
     formulas are those of each program's documentation; --format list shows what each holds and needs.
     """
     if format_name == LIST:

@@ -78,7 +78,7 @@ def list_command(as_json: JsonOption = False) -> None:
 
 @table_app.command("position", cls=AbbreviatingCommand)
 def position_command(table: TableOption, as_json: JsonOption = False) -> None:
-    """Say where a table is.
+    """Report where a table is.
 
     Example: tumble table position --table simulated:two-axis
     """
@@ -163,7 +163,7 @@ def rate_command(
 
 @contextmanager
 def _opened(address: str, limits: str = "", armed: bool = False) -> Iterator[GuardedTable]:
-    """Open a table, and say what should be known of it."""
+    """Opens a table, and prints its remarks."""
     import sys
 
     from tumble.tools.table.bounds import parse_limits
