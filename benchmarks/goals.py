@@ -30,6 +30,7 @@ from benchmarks.footprint import (
     largest,
     whole_instructions,
 )
+from benchmarks.laboratories import COVERAGE as U_COVERAGE
 from benchmarks.live import LARGEST_GROWTH as LARGEST_LIVE_GROWTH
 from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
@@ -206,6 +207,13 @@ def _constant_rates(content: Content) -> Iterator[Goal]:
         "1",
         f"{error:.2f}",
         error <= 1.0,
+    )
+
+
+def _laboratories(content: Content) -> Iterator[Goal]:
+    what = "turntable with a certificate: share of parameters within U, in any laboratory and triad"
+    yield _coverage(
+        what, [case[triad]["coverage"] for case in content["certified"] for triad in TRIADS], U_COVERAGE
     )
 
 
@@ -643,6 +651,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "disturbed": lambda content: chain(_disturbed(content), _bumped(content)),
     "stamps": _stamps,
     "constant_rates": _constant_rates,
+    "laboratories": _laboratories,
     "truths": _truths,
     "spin": _spin,
     "spin_disturbed": _spin_disturbed,

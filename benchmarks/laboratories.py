@@ -60,6 +60,8 @@ LABORATORIES = {
     "vague": Laboratory(2e-3, 1e-1, (2e-2, 1e-4), 2e-3),
     "warm": Laboratory(2e-4, 1e-2, (2e-3, 1e-5), 2e-4, warm_up=2.0),
 }
+COVERAGE = (0.94, 0.965)
+"""Share of parameters that U is to hold (issue 30)."""
 DRIFT, COEFFICIENT = 0.5, 0.1
 """Largest drift in a year and largest change by a kelvin, over U."""
 AGE = timedelta(days=183)

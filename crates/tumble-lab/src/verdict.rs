@@ -6,6 +6,10 @@ tumble_core::vocabulary! {
     pub enum Verdict {
         /// All that was asked for lies within its limits.
         Pass = "pass",
+        /// All lies within its limits, something by less than its guard band.
+        ConditionalPass = "conditional pass",
+        /// Something lies beyond its limit, by less than its guard band.
+        ConditionalFail = "conditional fail",
         /// Something does not, or was not shown to.
         Fail = "fail",
         /// It has a calibration, and there was nothing to hold that against.

@@ -185,8 +185,8 @@ pub(super) fn scaled(found: &ErrorModel<f64>, sigma: f64) -> Response {
 
 /// Covariance of `[M row by row, b]` where all truths are wrong by one factor, of this relative variance.
 pub(crate) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
-    let response = scaled(found, variance.sqrt());
-    response * response.transpose() // turntable.md, eq. 42
+    let response = scaled(found, 1.0);
+    response * response.transpose() * variance // turntable.md, eq. 42
 }
 
 /// Change of a target's `[M row by row, b]` by 1 sigma of gravity; `None` where nobody states one.

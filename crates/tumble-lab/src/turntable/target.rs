@@ -4,7 +4,7 @@ use super::error::TurntableError;
 use super::pairing::{Pairing, pair, pair_rates};
 use super::rate_response::AxisResponse;
 use super::reference::{Reference, Ups};
-use super::reference_uncertainty::{derivative, inherited, of_gravity, scaled};
+use super::reference_uncertainty::{derivative, inherited, of_gravity, scaled, scaled_alike};
 use super::session::TargetSession;
 use super::settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 use super::triad::TriadCalibration;
@@ -135,9 +135,8 @@ fn inherit(target: &mut Target, session: &TargetSession<'_>) -> Result<(), Turnt
         triad.inheritance.by_gravity = by_gravity;
     }
     if let (Some(table), Some(triad)) = (&session.reference.table, &mut target.gyroscope) {
-        let by_table = scaled(&triad.model, table.accuracy);
-        triad.add_inherited(by_table * by_table.transpose());
-        triad.inheritance.by_table = by_table;
+        triad.add_inherited(scaled_alike(&triad.model, table.accuracy.powi(2)));
+        triad.inheritance.by_table = scaled(&triad.model, table.accuracy);
     }
     Ok(())
 }

@@ -63,9 +63,8 @@ impl TriadCalibration {
     #[must_use]
     pub(crate) fn with_gravity(mut self, relative: f64) -> Self {
         if relative > 0.0 {
-            let by_gravity = scaled(&self.model, relative); // uncertainty.md, eq. 9
-            self.add_inherited(by_gravity * by_gravity.transpose());
-            self.inheritance.by_gravity = by_gravity;
+            self.add_inherited(scaled_alike(&self.model, relative.powi(2))); // uncertainty.md, eq. 9
+            self.inheritance.by_gravity = scaled(&self.model, relative);
         }
         self
     }
