@@ -97,7 +97,7 @@ MISTAKES = {
         "give the ratio of reading to truth",
     ),
     "drift": ({"accelerometer": section(drift={"bias": -1.0})}, "at least 0"),
-    "key": ({"acelerometer": {}}, "did you mean 'accelerometer'"),
+    "key": ({"gyroscop": {}}, "did you mean 'gyroscope'"),
 }
 
 

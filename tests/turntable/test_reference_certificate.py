@@ -212,6 +212,8 @@ def test_the_command_puts_budget_and_decision_into_every_form(files):
     assert saved.verdict == saved.decision.verdict == "pass"
     assert saved.reference.certificate.file == "reference.yaml"
     assert len(saved.accelerometer.budget) == len(saved.gyroscope.budget) == 12
+    assert printed["targets"][0]["probability"] == saved.decision.probability > 0.99
+    assert "probability of conformity" in (files / "results" / "summary.csv").read_text()
     page = (files / "results" / "target_1.html").read_text()
     for words in ("Budget of the uncertainty", "Guarded rule", "probability of conformity", "2026-017"):
         assert words in page
@@ -235,7 +237,7 @@ def test_each_verdict_has_its_exit_code_and_its_words(files, over, verdict, code
     limits = limited(files, "gyroscope", "scale", max(deviation + over * U, 1e-9))
     done = typed("turntable", *command(files, "--limits", limits))
     assert done.code == code, done.out + done.err
-    assert verdict.capitalize() in done.text
+    assert f"target_1: {verdict.capitalize()}, conforming with" in done.text
     saved = Calibration.load(files / "results" / "target_1.yaml")
     assert saved.verdict == saved.decision.verdict == verdict
     if verdict.startswith("conditional"):

@@ -65,17 +65,8 @@ class ParameterDecision(Document):
 
     @property
     def percent(self) -> str:
-        """Probability of conformity as text; rounded so that no chance is called certain."""
-        if self.probability is None:
-            return "not known"
-        chance = 100.0 * self.probability
-        if chance > _NEARLY_ALL or chance < 100.0 - _NEARLY_ALL:
-            return (
-                f"more than {_NEARLY_ALL:g} %"
-                if chance > _NEARLY_ALL
-                else f"less than {100.0 - _NEARLY_ALL:.1f} %"
-            )
-        return f"{chance:.3g} %"
+        """Probability of conformity as text."""
+        return in_percent(self.probability)
 
 
 class Decision(Document):
@@ -104,6 +95,17 @@ def rule_named(text: str) -> DecisionRule:
     if word == "guarded" and colon and re.fullmatch(r"\d+(\.\d+)?", width):
         return DecisionRule(rule="guarded", guard=float(width))
     raise ProcedureError(f"decision {text}: give simple, guarded, or guarded:GUARD such as guarded:0.5")
+
+
+def in_percent(probability: float | None) -> str:
+    """Prints a probability, rounded so that no chance is called certain."""
+    if probability is None:
+        return "not known"
+    chance = 100.0 * probability
+    if chance > _NEARLY_ALL:
+        return f"more than {_NEARLY_ALL:g} %"
+    least = 100.0 - _NEARLY_ALL
+    return f"less than {least:.1f} %" if chance < least else f"{chance:.3g} %"
 
 
 def rule_in_words(rule: DecisionRule | Decision) -> str:

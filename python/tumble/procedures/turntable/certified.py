@@ -63,6 +63,10 @@ class CertifiedReference:
         """Raises `CalibrationFileError` where it is of another model; an empty one is not known."""
         refuse_other_model(self.certificate, self.about, model)
 
+    def refuse_unless_it_holds_today(self) -> None:
+        """Raises `CalibrationFileError` where it does not hold for what is recorded now."""
+        refuse_unfit_certificate(self.certificate, self.about, date_now()[:10], "")
+
     def refuse_unfit(self, unit: Imu) -> None:
         """Raises `CalibrationFileError` where it does not hold for a recording of the reference."""
         refuse_unfit_certificate(self.certificate, self.about, day_of(unit), unit.recording.metadata.serial)

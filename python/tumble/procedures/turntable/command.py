@@ -78,10 +78,13 @@ def turntable_command(
     """
     from tumble.procedures.turntable.procedure import open_session
 
+    certified = known.certified()
+    if live.live and certified is not None:
+        certified.refuse_unless_it_holds_today()
     opened = partial(
         open_session,
         **gravity.stated(),
-        reference_certificate=known.certified(),
+        reference_certificate=certified,
         reference_calibration=known.applied(),
         reference_grade=known.grade,
         reference_model=known.reference_model,

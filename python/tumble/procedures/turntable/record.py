@@ -74,6 +74,8 @@ class TargetRecord:
     """m/s^2: error of |specific force| at rest without and with the calibration."""
     parameters: tuple[RecordedParameter, ...]
     checks: tuple[LimitCheck, ...]
+    probability: float | None = None
+    """Least probability of conformity of a parameter; None without a decision rule."""
     columns: dict[str, str] = field(default_factory=dict)
     """Further columns of the manifest, by name."""
 

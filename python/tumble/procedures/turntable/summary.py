@@ -15,6 +15,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from tumble.calibration.decision import in_percent
 from tumble.foundation.files import FileKind, replacing
 from tumble.foundation.gravity import gravity_content
 from tumble.foundation.plain import finite
@@ -235,6 +236,7 @@ def target_content(record: TargetRecord, calibration: dict[str, Any] | None) -> 
         "reason": record.reason,
         "warnings": record.warnings,
         "checks": record.checks,
+        "probability": record.probability,
         "calibration": calibration,
         "calibration_sha256": record.calibration_sha256,
     }
@@ -247,7 +249,9 @@ def _table(records: Sequence[TargetRecord]) -> Table:
     for group, scales in columns.items():
         table.add_column(headed(group_title(group), scales)[0], overflow="fold")
     for record in records:
-        table.add_row(Text(f"{record.target}: {VERDICT_TITLES[record.verdict]}", COLOURS[record.verdict]))
+        chance = "" if record.probability is None else f", conforming with {in_percent(record.probability)}"
+        verdict = f"{record.target}: {VERDICT_TITLES[record.verdict]}{chance}"
+        table.add_row(Text(verdict, COLOURS[record.verdict]))
         for triad in dict.fromkeys(each.name.partition(" ")[0] for each in record.parameters):
             cells = (_cell(record, triad, group, scales) for group, scales in columns.items())
             table.add_row(f"  {triad}", *map(Text, cells))
@@ -300,6 +304,7 @@ def _row(record: TargetRecord) -> dict[str, str]:
         "serial": record.serial,
         "verdict": record.verdict,
         "reason": record.reason,
+        **({} if record.probability is None else {"probability of conformity": _number(record.probability)}),
         "attempt": str(record.attempt),
         "date": record.date,
         "operator": record.operator,

@@ -80,6 +80,8 @@ class PrintedTarget(Printed):
     """Why it has no calibration, or is not within its limits."""
     warnings: list[str]
     checks: list[LimitCheck]
+    probability: float | None
+    """Least probability of conformity of a parameter; null without a decision rule."""
     calibration: dict[str, Any] | None
     """Content of the calibration file; null for targets of earlier runs."""
     calibration_sha256: str

@@ -22,7 +22,17 @@ from tumble.tools.exchange.remark_lines import comment
 
 SETTING = "axes"
 """Name of the setting that states the axes of a calibration."""
-_OF_ONE_AXES = ("K", "L", "Q", "angles", "sigma", "residuals", "constant_rates", "g_sensitivity_sigma")
+_OF_ONE_AXES = (
+    "K",
+    "L",
+    "Q",
+    "angles",
+    "sigma",
+    "residuals",
+    "constant_rates",
+    "g_sensitivity_sigma",
+    "budget",
+)
 """Keys of a triad that no program takes, and that hold in the axes of the log alone."""
 _AnyTriad = TypeVar("_AnyTriad", bound=Triad)
 

@@ -58,6 +58,7 @@ def record_of(
         after=gain.after if gain else None,
         parameters=() if target.failure else _parameters(target),
         checks=target.checks,
+        probability=target.decision.probability if target.decision is not None else None,
         columns=columns or {},
     )
 
