@@ -293,18 +293,31 @@ class ReferenceCertificate(Document):
             }
         return Calibration.model_validate(content)
 
+    @property
+    def leaves_drift_open(self) -> bool:
+        """Returns whether the drift of a triad is not stated."""
+        return any(triad.drift is None for triad in self.triads().values())
+
     def influences(
-        self, name: TriadName, day: str, temperature: tuple[float, float, float] | None
+        self,
+        name: TriadName,
+        day: str,
+        temperature: tuple[float, float, float] | None,
+        walks: Mapping[str, float] | None = None,
     ) -> tuple[Influence, ...]:
         """Returns the uncertainties of a triad in a session: by its calibration, drift and temperature.
 
         `day` is that of the session, `temperature` the lowest, mean and highest of the reference in it, degC.
+        `walks` are variances a year by parameter, such as `accelerometer bias x`, for a drift that is not
+        stated.
         """
         triad = self.triads()[name]
         found = [self._of_calibration(triad)]
         if triad.drift is not None:
             years = years_between(self.date, day)
             found.append(_rectangular(triad, f"reference: drift in {years:.2g} years", triad.drift, years))
+        elif walks:
+            found.append(_walked(triad, name, walks, years_between(self.date, day)))
         if triad.temperature is not None and (kelvin := self.distance(temperature)) > 0.0:
             source = f"reference: temperature within {kelvin:.2g} K"
             found.append(_rectangular(triad, source, triad.temperature, kelvin))
@@ -424,6 +437,20 @@ def _rectangular(
         if value is not None
     }
     return Influence(source=source, distribution="rectangular", covariance=triad.independent(sigmas))
+
+
+def _walked(triad: CertifiedTriad, name: TriadName, walks: Mapping[str, float], years: float) -> Influence:
+    """Returns the influence of random walks, of which the registry knows the variance a year."""
+    sigmas = {
+        group: np.sqrt([years * walks.get(f"{name} {group} {axis}", 0.0) for axis in _axes(group)])
+        for group in GROUPS
+    }
+    source = f"reference: drift in {years:.2g} years, by the registry"
+    return Influence(source=source, distribution="normal", covariance=triad.independent(sigmas))
+
+
+def _axes(group: str) -> tuple[str, ...]:
+    return PAIRS if group == "non-orthogonality" else ("x", "y", "z")
 
 
 def _group(triad: CertifiedTriad, group: str) -> CertifiedValue:

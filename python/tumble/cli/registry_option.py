@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Iterable
+from contextvars import ContextVar
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Annotated, Any, TypeAlias
@@ -39,14 +40,26 @@ class RegistryOptions(OptionsAround):
     def run(self, command: Callable[[], None]) -> None:
         """Run the command and enter its results; the exit code is 3 where they could not be entered."""
         end: typer.Exit | None = None
+        in_use = _address.set(self.registry)
         try:
             command()
         except typer.Exit as error:
             end = error
+        finally:
+            _address.reset(in_use)
         if self.registry and not _entered(self.registry):
             raise typer.Exit(ExitCode.NOT_ALL_WELL)
         if end is not None:
             raise end
+
+
+_address: ContextVar[str] = ContextVar("address", default="")
+"""Registry of the command that runs; empty for none."""
+
+
+def registry_in_use() -> str:
+    """Return the address of the registry of the command that runs; empty for none."""
+    return _address.get()
 
 
 def laboratory(module: str) -> Any:  # noqa: ANN401 - a module has no type of its own

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
@@ -27,6 +28,8 @@ class CertifiedReference:
     file: str = ""
     """Name of the file, without folders; empty where it was read by others."""
     sha256: str = ""
+    walks: Mapping[str, float] = field(default_factory=dict)
+    """Variance a year of parameters of the reference, for a drift that the certificate does not state."""
 
     @classmethod
     def of(cls, source: CertificateSource | None) -> CertifiedReference | None:

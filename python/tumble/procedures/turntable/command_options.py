@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.options import Options
+from tumble.cli.registry_option import laboratory, registry_in_use
 from tumble.cli.shared_options import JobsOption
 from tumble.foundation.errors import ProcedureError, TumbleError
 
@@ -127,7 +128,13 @@ class ReferenceOptions(Options):
                 "--reference-calibration and --reference-certificate both state the errors of the reference; "
                 "give one of them"
             )
-        return CertifiedReference.of(self.reference_certificate)
+        found = CertifiedReference.of(self.reference_certificate)
+        address = registry_in_use()
+        if found is None or not address or not found.certificate.leaves_drift_open:
+            return found
+        serial = found.certificate.reference.serial
+        walks = laboratory("reference_drift").walks_of(address, serial) if serial else {}
+        return replace(found, walks=walks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

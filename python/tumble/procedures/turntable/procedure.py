@@ -179,6 +179,7 @@ def open_session(
         certified.certificate if certified else None,
         day_of(unit),
         unit.acquired.temperature,
+        certified.walks if certified else None,
     )
     refuse_if_unfit(unit.name, unit, strength)
     match = match_poses(

@@ -54,11 +54,12 @@ def reference_uncertainty(
     certificate: ReferenceCertificate | None = None,
     day: str = "",
     temperature: Temperature = None,
+    walks: Mapping[str, float] | None = None,
 ) -> ReferenceUncertainty:
     """Returns the uncertainty of each triad from certificate or calibration, or else from the grade.
 
     `applied` is the calibration of the certificate, where there is one; `day` that of the session, and
-    `temperature` that of the reference in it.
+    `temperature` that of the reference in it. `walks` are as of `ReferenceCertificate.influences`.
 
     Raises `ProcedureError` where no grade has that name.
     """
@@ -70,7 +71,7 @@ def reference_uncertainty(
         found: tuple[StatedError, ...] = ()
         if certificate is not None and applied is not None and name in certificate.triads():
             sources[name] = "certificate"
-            found = tuple(_of_certificate(applied, certificate, name, day, temperature, grade))
+            found = tuple(_of_certificate(applied, certificate, name, day, temperature, grade, walks))
         elif (stated := _of_calibration(applied, name)) is not None:
             sources[name] = "calibration"
             found = (StatedError("reference: calibration", "normal", stated),)
@@ -111,9 +112,10 @@ def _of_certificate(
     day: str,
     temperature: Temperature,
     grade: str | None,
+    walks: Mapping[str, float] | None,
 ) -> Iterator[StatedError]:
     matrix = np.ascontiguousarray(getattr(applied, name).M, dtype=np.float64)
-    influences: list[Influence] = list(certificate.influences(name, day, temperature))
+    influences: list[Influence] = list(certificate.influences(name, day, temperature, walks))
     triad = certificate.triads()[name]
     kelvin = certificate.distance(temperature)
     if triad.temperature is None and grade is not None and kelvin > 0.0:
