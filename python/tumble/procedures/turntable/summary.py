@@ -126,7 +126,8 @@ class ScreenSummary:
         notes += [Text(line, "yellow") for line in self.warnings()]
         skipped = "; those that pass are in summary.csv only" if self._many else ""
         foot = Text("Of three axes the one furthest out, with its 1-sigma.", "dim")
-        table: list[RenderableType] = [_table(self._shown), foot, ""] if self._shown else []
+        chances = [Text(line, "dim") for line in _chances(self._shown)]
+        table: list[RenderableType] = [_table(self._shown), foot, *chances, ""] if self._shown else []
         return Group(*head, "", *table, *notes, Text(self.counts() + skipped))
 
     def warnings(self) -> Iterator[str]:
@@ -249,13 +250,19 @@ def _table(records: Sequence[TargetRecord]) -> Table:
     for group, scales in columns.items():
         table.add_column(headed(group_title(group), scales)[0], overflow="fold")
     for record in records:
-        chance = "" if record.probability is None else f", conforming with {in_percent(record.probability)}"
-        verdict = f"{record.target}: {VERDICT_TITLES[record.verdict]}{chance}"
-        table.add_row(Text(verdict, COLOURS[record.verdict]))
+        table.add_row(Text(f"{record.target}: {VERDICT_TITLES[record.verdict]}", COLOURS[record.verdict]))
         for triad in dict.fromkeys(each.name.partition(" ")[0] for each in record.parameters):
             cells = (_cell(record, triad, group, scales) for group, scales in columns.items())
             table.add_row(f"  {triad}", *map(Text, cells))
     return table
+
+
+def _chances(records: Sequence[TargetRecord]) -> Iterator[str]:
+    """Gives the probability of conformity of each target, in one line; none without a decision rule."""
+    known = [record for record in records if record.probability is not None]
+    said = ", ".join(f"{record.target} {in_percent(record.probability)}" for record in known)
+    if said:
+        yield f"Probability of conformity of the least sure parameter: {said}."
 
 
 def _column(records: Sequence[TargetRecord], group: str) -> dict[str, Scale]:
