@@ -127,6 +127,35 @@ def test_a_result_without_what_a_certificate_needs_has_none(tmp_path, changed, w
     assert not (tmp_path / "certificates").exists()
 
 
+def test_a_result_of_noise_alone_has_no_certificate(tmp_path):
+    content = made_up().content()
+    triad = {key: content["accelerometer"][key] for key in ("unit", "M", "b")}
+    content["accelerometer"] = triad | {"noise_density": [1e-3] * 3}
+    content["method"]["procedure"] = "noise"
+    save(tmp_path / "noise", Calibration.model_validate(content))
+    assert "no value with an uncertainty" in refusal("noise")
+
+
+def test_all_runs_that_gave_a_part_are_stated(tmp_path):
+    content = made_up().content()
+    content["contributions"] = [
+        {
+            "gave": ["accelerometer noise"],
+            "method": {"procedure": "noise"},
+            "software": "tumble 0.1.0",
+            "date": "2026-03-01T10:00:00Z",
+            "operator": "Bob",
+        }
+    ]
+    content["accelerometer"]["noise_density"] = [1e-3] * 3
+    save(tmp_path / "both", Calibration.model_validate(content))
+    certified("both", "-o", "certificates")
+    calibrated = read_dcc((tmp_path / "certificates" / "IMU-2026-0001.xml").read_bytes()).calibrated[0]
+    assert calibrated.procedures == ("turntable", "noise")
+    assert calibrated.operator == "Ann, Bob"
+    assert (calibrated.begun, calibrated.day) == ("2026-01-05", "2026-03-01")
+
+
 @pytest.mark.parametrize("name", ["address", "country", "customer", "customer_address", "authorised_by"])
 def test_a_laboratory_that_states_too_little_is_told(tmp_path, name):
     (tmp_path / "tumble.toml").write_text(project_file(**{name: "x"}).replace(f"{name} = 'x'\n", "", 1))

@@ -108,10 +108,11 @@ def calibrated(draw, condition):
     return Calibrated(
         condition=condition,
         result="ab" * 32,
+        begun="2026-01-05",
         day=draw(st.sampled_from(("2026-01-05", "2026-11-26"))),
         operator=draw(_text),
         station=draw(_maybe),
-        procedure=draw(st.sampled_from(("turntable", "multipose", "spin"))),
+        procedures=draw(st.sampled_from((("turntable",), ("multipose", "noise"), ("spin", "thermal")))),
         software="tumble 0.1.0",
         environment=Environment(
             temperature=draw(st.one_of(st.none(), st.tuples(_numbers, _numbers, _numbers))),
@@ -172,10 +173,11 @@ def certificate(languages=("en", "zh"), text="plain", **changed) -> Certificate:
     whole = Calibrated(
         condition="as left",
         result="ab" * 32,
+        begun="2026-11-25",
         day="2026-11-26",
         operator=text,
         station=text,
-        procedure="turntable",
+        procedures=("turntable",),
         software="tumble 0.1.0",
         environment=Environment(temperature=(24.5, 25.0, 25.5), gravity=9.81, gravity_source=text),
         reference=Equipment(

@@ -199,10 +199,15 @@ def read_result(path: Path) -> Result:
 
 def latest_run(content: Mapping[str, Any]) -> Run:
     """Return the run that a calibration file was written by, from its content."""
-    runs = [_own_run(content), *map(_contributed, content.get("contributions", ()))]
-    known = [run for run in runs if run is not None]
+    known = runs_of(content)
     # The contribution is the later of one second: it was added to what stood there.
     return max(enumerate(known), key=lambda each: (each[1].date, each[0]))[1] if known else _NOTHING
+
+
+def runs_of(content: Mapping[str, Any]) -> list[Run]:
+    """Return all runs that gave a part of a calibration file, from its content, its method first."""
+    runs = [_own_run(content), *map(_contributed, content.get("contributions", ()))]
+    return [run for run in runs if run is not None]
 
 
 _NOTHING = Run("", {}, "", "", "", "", (), "")

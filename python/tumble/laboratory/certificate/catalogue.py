@@ -29,6 +29,7 @@ LABELS: Mapping[str, tuple[str, str]] = {
     "issued": ("Date of issue", "签发日期"),
     "calibrated": ("Date of calibration", "校准日期"),
     "condition": ("Condition", "状态"),
+    "begun": ("Calibration begun", "校准开始日期"),
     "place": ("Place", "校准地点"),
     "method": ("Method", "校准方法"),
     "software": ("Software", "软件"),

@@ -32,7 +32,7 @@ from tumble.laboratory.certificate.model import (
 )
 from tumble.laboratory.certificate.quantities import models_of, quantities_of
 from tumble.laboratory.registry import SHORT, Registry, UnitFacts
-from tumble.laboratory.results import SIMPLE, Result, read_results
+from tumble.laboratory.results import SIMPLE, Result, read_results, runs_of
 
 MODEL_NOT_MET = "model not met"
 
@@ -145,7 +145,7 @@ def _check(result: Result) -> None:
     """Raise `TumbleError` where a result holds too little for a certificate, or nothing to certify."""
     run, calibration = result.run, result.calibration
     about = f"{result.source}: no certificate"
-    if not run.operator:
+    if not all(each.operator for each in runs_of(result.content)):
         raise TumbleError(f"{about}: the result states no operator; calibrate again with --operator NAME")
     if not calibration.serial:
         raise TumbleError(
@@ -155,8 +155,11 @@ def _check(result: Result) -> None:
         raise TumbleError(f"{about}: the result states neither date nor software; calibrate again")
     if run.verdict == MODEL_NOT_MET:
         raise TumbleError(f"{about}: the model is not met by the recording; see the page of the result")
-    if run.procedure not in METHODS:
-        raise TumbleError(f"{about}: {run.procedure or 'no procedure'} gives no calibration of a unit")
+    if not any(each.u for each in result.parameters if each.value is not None):
+        raise TumbleError(
+            f"{about}: the result holds no value with an uncertainty; calibrate by turntable, multipose, "
+            "spin or redundancy"
+        )
 
 
 def _ordered(serial: str, own: Sequence[Found]) -> list[Found]:
@@ -210,13 +213,15 @@ def _certificate(
 def _calibrated(found: Found) -> Calibrated:
     result, calibration = found.result, found.result.calibration
     temperature, gravity = calibration.temperature, calibration.gravity
+    runs = [run for run in runs_of(result.content) if run.date]
     return Calibrated(
         condition=found.condition,
         result=result.identity,
+        begun=min(run.date for run in runs)[:10],
         day=result.run.date[:10],
-        operator=result.run.operator,
-        station=result.run.station,
-        procedure=result.run.procedure,
+        operator=_each_once(run.operator for run in runs),
+        station=_each_once(run.station for run in runs),
+        procedures=tuple(dict.fromkeys(run.procedure for run in runs if run.procedure in METHODS)),
         software=result.run.software,
         environment=Environment(
             temperature=None
@@ -230,6 +235,10 @@ def _calibrated(found: Found) -> Calibrated:
         models=tuple(models_of(calibration)),
         decision=_decision(result),
     )
+
+
+def _each_once(names: Iterable[str]) -> str:
+    return ", ".join(dict.fromkeys(filter(None, names)))
 
 
 def _reference(calibration: Calibration) -> Equipment | None:

@@ -119,9 +119,8 @@ class _Writer:
             _add(parent, "usedLangCodeISO639_1", language)
         _add(parent, "mandatoryLangCodeISO639_1", self.languages[0])
         _add(parent, "uniqueIdentifier", certificate.number)
-        days = sorted(each.day for each in certificate.calibrated)
-        _add(parent, "beginPerformanceDate", days[0])
-        _add(parent, "endPerformanceDate", days[-1])
+        _add(parent, "beginPerformanceDate", min(each.begun for each in certificate.calibrated))
+        _add(parent, "endPerformanceDate", max(each.day for each in certificate.calibrated))
         _add(parent, "performanceLocation", "laboratory")
         _add(parent, "issueDate", certificate.issued)
         if certificate.supersedes:
@@ -160,9 +159,11 @@ class _Writer:
     def _calibration(self, parent: Element, each: Calibrated) -> None:
         title = f"result {each.condition}" if each.condition else "results"
         self._texts(_add(parent, "name"), label(title, self.languages))
-        used = _add(_add(parent, "usedMethods"), "usedMethod", refType=f"tumble_{each.procedure}")
-        self._texts(_add(used, "name"), label("method", self.languages))
-        self._texts(_add(used, "description"), statements.method(self.certificate, each))
+        methods = _add(parent, "usedMethods")
+        for procedure, sentence in statements.methods(self.certificate, each).items():
+            used = _add(methods, "usedMethod", refType=f"tumble_{procedure}")
+            self._texts(_add(used, "name"), label("method", self.languages))
+            self._texts(_add(used, "description"), sentence)
         self._software(parent, "usedSoftware", each.software)
         if each.reference is not None:
             self._reference(_add(parent, "measuringEquipments"), each.reference)
@@ -292,6 +293,7 @@ class _Writer:
 
     def _facts(self, parent: Element, each: Calibrated) -> None:
         self._fact(parent, "result", each.result)
+        self._fact(parent, "begun", each.begun)
         self._fact(parent, "operator", each.operator, day=each.day)
         if each.station:
             self._fact(parent, "place", each.station)

@@ -116,16 +116,17 @@ def _calibrated(result: Element) -> Calibrated:
     operator = _kind(facts, "tumble_operator")
     place = facts.get("tumble_place")
     software = _one(result, "dcc:usedSoftware/dcc:software")
-    used = _kinds(_one(result, "dcc:usedMethods/dcc:usedMethod"))
+    used = result.iterfind("dcc:usedMethods/dcc:usedMethod", _SPACES)
     equipment = result.find("dcc:measuringEquipments/dcc:measuringEquipment", _SPACES)
     triads = list(result.iterfind("dcc:results/dcc:result", _SPACES))
     return Calibrated(
         condition=conditions.get(status, ""),  # type: ignore[arg-type]
         result=_plain(_kind(facts, "tumble_result"), "dcc:declaration"),
+        begun=_plain(_kind(facts, "tumble_begun"), "dcc:declaration"),
         day=_text(operator, "dcc:date"),
         operator=_plain(operator, "dcc:declaration"),
         station="" if place is None else _plain(place, "dcc:declaration"),
-        procedure=_ending(used, "tumble_"),
+        procedures=tuple(_ending(_kinds(each), "tumble_") for each in used),
         software=f"{_plain(software, 'dcc:name')} {_text(software, 'dcc:release').removeprefix('v')}",
         environment=_environment(result),
         reference=None if equipment is None else _equipment(equipment),

@@ -146,10 +146,14 @@ class Calibrated(Document):
     condition: Condition
     result: str
     """Identity of the result, a SHA-256."""
+    begun: Day
+    """Day of the first run that gave a part of it."""
     day: Day
+    """Day of the last one."""
     operator: Needed
     station: Line
-    procedure: str
+    procedures: tuple[str, ...] = Field(strict=False, min_length=1)
+    """Procedures that gave a part of it, such as turntable and noise."""
     software: Needed
     environment: Environment
     reference: Equipment | None

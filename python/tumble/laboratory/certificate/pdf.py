@@ -24,7 +24,7 @@ from tumble.laboratory.certificate.catalogue import (
     texts,
 )
 from tumble.laboratory.certificate.model import Calibrated, Certificate, Equipment, Quantity
-from tumble.report.numbers import readable_unit
+from tumble.report.numbers import readable_unit, typeset
 
 TEMPLATE = Path(__file__).with_name("template.typ")
 STANDARD: Final = "a-3b"
@@ -100,7 +100,8 @@ def _calibrated(certificate: Certificate, each: Calibrated) -> dict[str, Any]:
     temperature, gravity = each.environment.temperature, each.environment.gravity
     return {
         "title": label(f"result {each.condition}" if each.condition else "results", languages),
-        "method": statements.method(certificate, each),
+        "methods": list(statements.methods(certificate, each).values()),
+        "days": each.day if each.begun == each.day else f"{each.begun} \N{EN DASH} {each.day}",
         "temperature": None if temperature is None else _temperature(*temperature),
         "gravity": None if gravity is None else f"{gravity!r} m/s² ({each.environment.gravity_source})",
         "reference": None if each.reference is None else _reference(each.reference),
@@ -139,5 +140,5 @@ def _row(certificate: Certificate, quantity: Quantity) -> dict[str, Any]:
         "value": quantity.value,
         "uncertainty": quantity.uncertainty or "",
         "coverage_factor": quantity.coverage_factor or "",
-        "unit": "°" if quantity.unit == "deg" else readable_unit(quantity.unit) or "1",
+        "unit": "°" if quantity.unit == "deg" else typeset(readable_unit(quantity.unit)) or "1",
     }

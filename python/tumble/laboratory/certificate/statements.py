@@ -20,9 +20,9 @@ def general(certificate: Certificate) -> Iterator[tuple[str, Texts]]:
         yield "supersedes", texts(SENTENCES["supersedes"], certificate.languages, number=number)
 
 
-def method(certificate: Certificate, each: Calibrated) -> Texts:
-    """Return the method by which results were found."""
-    return texts(METHODS[each.procedure], certificate.languages)
+def methods(certificate: Certificate, each: Calibrated) -> dict[str, Texts]:
+    """Return the methods by which results were found, by procedure."""
+    return {name: texts(METHODS[name], certificate.languages) for name in each.procedures}
 
 
 def is_traceable(reference: Equipment | None) -> bool:
