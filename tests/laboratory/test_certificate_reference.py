@@ -1,0 +1,97 @@
+"""A certificate of the laboratory as that of a reference: the numbers of XML, PDF and YAML are the same."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import certified_references
+from made_up_certificates import certificate
+from tumble import Calibration
+from tumble.calibration.reference_certificate import ReferenceCertificate, read_reference_certificate
+from tumble.foundation.results import TriadName
+from tumble.laboratory.certificate.dcc import dcc_of
+from tumble.laboratory.certificate.model import Item, SensorModel
+from tumble.laboratory.certificate.pdf import pdf_of
+from tumble.tools.simulate import write_turntable
+from turntable_sessions import simulate, typed
+
+TRIADS: tuple[TriadName, ...] = ("accelerometer", "gyroscope")
+
+
+@pytest.fixture(scope="module")
+def issued():
+    """A certificate with the values and the covariance of a reference that is certified in YAML."""
+    stated = certified_references.certificate()
+    models = tuple(
+        SensorModel(
+            triad=triad,
+            M=stated.triads()[triad].matrix,
+            b=stated.triads()[triad].bias.value,
+            covariance=stated.calibration().content()[triad]["covariance"],
+        )
+        for triad in TRIADS
+    )
+    found = certificate(("en",))
+    whole = found.calibrated[0].model_copy(
+        update={"models": models, "begun": certified_references.day(-9), "day": certified_references.day(-9)}
+    )
+    item = Item(name="reference", serial="SIM-7-0", manufacturer="Acme", model="R-9")
+    return found.model_copy(update={"calibrated": (whole,), "item": item})
+
+
+def written(issued, folder):
+    xml = dcc_of(issued)
+    (folder / "reference.xml").write_bytes(xml)
+    (folder / "reference.pdf").write_bytes(pdf_of(issued, xml))
+    return folder / "reference.xml", folder / "reference.pdf"
+
+
+def test_targets_get_the_same_numbers_from_xml_pdf_and_yaml(issued, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(7, grades=("industrial",)), tmp_path / "session")
+    xml, pdf = written(issued, tmp_path)
+    yaml = tmp_path / "reference.yaml"
+    content = json.loads(read_reference_certificate(xml).model_dump_json(by_alias=True))
+    certified_references.written(yaml, **content)
+    found = {}
+    for path in (xml, pdf, yaml):
+        done = typed(
+            "turntable", "session/reference.csv", "session/target_1.csv", "--reference-certificate", path,
+            "--gravity", "9.80665", "--gravity-uncertainty", "5e-4", "-o", tmp_path / path.suffix[1:],
+        )  # fmt: skip
+        assert done.code in (0, 3), done.err
+        found[path.suffix] = Calibration.load(tmp_path / path.suffix[1:] / "target_1.yaml")
+    for triad in TRIADS:
+        for number in ("M", "b"):
+            for other in (".pdf", ".yaml"):
+                first, second = (getattr(getattr(found[each], triad), number) for each in (".xml", other))
+                assert np.abs(first - second).max() < 1e-12
+        first, second = (getattr(found[each], triad).total_covariance for each in (".xml", ".yaml"))
+        assert np.abs(first - second).max() < 1e-9 * np.abs(first).max()
+    stated = found[".xml"].reference.certificate
+    assert (stated.number, stated.laboratory, stated.serial) == ("IMU-2026-0007", "plain", "SIM-7-0")
+
+
+def test_a_certificate_of_another_unit_is_refused(issued, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_turntable(simulate(8, grades=("industrial",)), tmp_path / "session")
+    xml, _ = written(issued, tmp_path)
+    words = ("session/reference.csv", "session/target_1.csv", "--reference-certificate", xml)
+    done = typed("turntable", *words, "-o", "results")
+    assert (done.code, done.out) == (2, "")
+    assert "is of serial 'SIM-7-0', and the reference is 'SIM-8-0'" in done.err
+
+
+def test_the_calibration_of_a_read_reference_is_that_certified(issued, tmp_path):
+    stated = certified_references.certificate().calibration()
+    for path in written(issued, tmp_path):
+        read = read_reference_certificate(path)
+        assert isinstance(read, ReferenceCertificate)
+        for triad in TRIADS:
+            first, second = getattr(stated, triad), getattr(read.calibration(), triad)
+            assert np.abs(first.M - second.M).max() < 1e-14
+            assert np.array_equal(first.b, second.b)
+            assert np.array_equal(first.covariance, second.covariance)
