@@ -88,8 +88,8 @@ class ReferenceOptions(Options):
         typer.Option(
             "--reference-certificate",
             metavar="FILE",
-            help="Certificate of the reference (YAML; XML or PDF of Tumble), in place of its calibration: its "
-            "values are applied, and each parameter has a budget of its uncertainty.",
+            help="Certificate of the reference (YAML; XML or PDF of Tumble), in place of its calibration: "
+            "its values are applied, and each parameter has a budget of its uncertainty.",
             show_default=False,
         ),
     ] = None
