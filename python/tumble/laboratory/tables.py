@@ -191,6 +191,7 @@ certificate_calibration = _table(
     _text("number", primary_key=True),
     _text("calibration", ForeignKey("calibration.calibration"), primary_key=True),
     _entry(index=True),
+    Index("certificate_calibration_calibration", "calibration"),
 )
 """Results that a certificate is of."""
 

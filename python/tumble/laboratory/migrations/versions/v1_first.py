@@ -82,6 +82,7 @@ _INDICES: dict[str, tuple[str, list[str]]] = {
         )
     },
     "certificate_entry": ("certificate", ["entry"]),
+    "certificate_calibration_calibration": ("certificate_calibration", ["calibration"]),
 }
 _REFUSAL = "rows of the registry are never changed"
 
