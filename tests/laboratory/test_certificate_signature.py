@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import random
 import stat
 
+import pikepdf
 import pytest
 
 from made_up_certificates import certificate
@@ -45,6 +47,16 @@ def test_verify_names_the_signer_of_both_files(files, laboratory):
         assert verify(content, [laboratory[1]]) == Signed(NAME, "")
         assert sign(content, laboratory[0]) == content
     assert attached_xml(files[1]) == files[0]
+
+
+def test_a_signed_pdf_stays_pdf_a(files):
+    with pikepdf.open(io.BytesIO(files[1])) as document:
+        (field,) = document.Root.AcroForm.Fields
+        assert field.F & 4, "an annotation of PDF/A is printed"
+        assert not {"/NeedAppearances", "/XFA"} & set(document.Root.AcroForm.keys())
+        with document.open_metadata() as metadata:
+            assert (metadata["pdfaid:part"], metadata["pdfaid:conformance"]) == ("3", "B")
+        assert document.Root.AF[0].AFRelationship == "/Alternative"
 
 
 def test_one_flipped_bit_in_the_xml_is_found(files, laboratory):

@@ -366,7 +366,8 @@ def make_new_file(path: Path, content: bytes, *, is_secret: bool = False) -> Non
     Raises `OutputError` where there is one of that name, or it cannot be written.
     """
     try:
-        opened = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if is_secret else 0o666)
+        how = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        opened = os.open(path, how, 0o600 if is_secret else 0o666)
         with os.fdopen(opened, "wb") as file:
             file.write(content)
     except FileExistsError:
