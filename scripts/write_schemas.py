@@ -8,14 +8,14 @@ from pathlib import Path
 
 from made_files import ROOT, write_or_check
 
-from tumble.foundation.schemas import PRINTED, SCHEMAS, schema_text
+from tumble.foundation.schemas import EVENTS, PRINTED, SCHEMAS, schema_text
 
 FOLDER = ROOT / "docs" / "schema"
 
 
 def made() -> Iterator[tuple[Path, str]]:
     """Returns every schema that is published."""
-    for schema in (SCHEMAS | PRINTED).values():
+    for schema in (SCHEMAS | PRINTED | EVENTS).values():
         yield FOLDER / f"{schema.name}.schema.json", schema_text(schema)
 
 

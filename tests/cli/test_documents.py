@@ -10,7 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from tumble.foundation.procedures import PROCEDURES
-from tumble.foundation.schemas import PRINTED
+from tumble.foundation.schemas import EVENTS, PRINTED
 from turntable_sessions import typed
 
 SCHEMAS = Path(__file__).parents[2] / "docs" / "schema"
@@ -59,9 +59,15 @@ PRINTS = {
 
 
 @pytest.fixture(scope="module")
-def printed(tmp_path_factory):
+def simulated(tmp_path_factory):
+    """Folder of all recordings."""
+    return tmp_path_factory.mktemp("documents")
+
+
+@pytest.fixture(scope="module")
+def printed(simulated):
     """Output and exit code of each command."""
-    folder = tmp_path_factory.mktemp("documents")
+    folder = simulated
     found = {}
     for kind in MADE:
         done = typed("simulate", kind, *shlex.split(QUICK.get(kind, "")), "-o", folder / kind, "--json")
@@ -119,3 +125,31 @@ def test_a_mistake_is_told_in_json_too(words, kind, about):
 def test_a_mistake_is_a_line_alone_where_no_json_was_asked_for(words):
     done = typed(*words)
     assert (done.code, done.out) == (2, "")
+
+
+LIVE = {
+    "record-event": "record imu=replay:{0}/spin/spin.csv?speed=40 -o {0}/recorded",
+    "spin-event": "spin --live replay:{0}/spin/spin.csv?speed=40 -o {0}/live_spin",
+    "multipose-event": "multipose --live replay:{0}/multipose/multipose.csv?speed=40 -o {0}/live_multipose",
+    "turntable-event": "turntable --live reference=replay:{0}/turntable/reference.csv?speed=40 "
+    "target_1=replay:{0}/turntable/target_1.csv?speed=40 --pose-seconds 3 -o {0}/live_turntable",
+    "redundancy-event": "redundancy --live primary=replay:{0}/flight/primary.csv?speed=40 "
+    "secondary_1=replay:{0}/flight/secondary_1.csv?speed=40 -o {0}/live_redundancy",
+}
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_events_of_a_live_session_are_what_their_schema_says(printed, simulated, name):
+    done = typed(*shlex.split(LIVE[name].format(simulated)), "--json")
+    *events, last = map(json.loads, done.out.splitlines())
+    schema = Draft202012Validator(json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
+    assert events
+    for event in events:
+        if name == "redundancy-event" and event["event"] == "listening":
+            assert event["units"] == ["primary", "secondary_1"]
+        else:
+            schema.validate(event)
+    if name == "record-event":
+        schema.validate(last)
+    else:
+        assert last["schema"] == f"tumble-{name.removesuffix('-event')}-result/1" or last["event"] == "failed"

@@ -37,12 +37,14 @@ def section(triad="accelerometer", **more):
 
 def test_noise_of_the_start_weighs_the_poses_and_stays_in_the_file(hand):
     begun = start(accelerometer=section(**NOISE))
-    found = tumble.multipose(hand.recording, start=begun)
+    found = tumble.multipose(hand.recording, calibration=begun)
     made = found.calibration
     np.testing.assert_array_equal(made.accelerometer.noise_density, NOISE["noise_density"])
     assert np.isnan(made.accelerometer.random_walk).all()
     quieter = start(accelerometer=section(noise_density=[7e-4, 8e-4, 9e-4], bias_instability=[0.0] * 3))
-    loud, quiet = (tumble.multipose(hand.recording, start=each).poses[0].sigma for each in (begun, quieter))
+    loud, quiet = (
+        tumble.multipose(hand.recording, calibration=each).poses[0].sigma for each in (begun, quieter)
+    )
     assert loud > 5.0 * quiet
 
 
@@ -65,7 +67,7 @@ def test_temperature_drift_is_removed_before_the_fit(hand, scale):
     expected = tumble.multipose(
         tumble.Recording.from_arrays("unit", cold.time, cold.accelerometer, cold.gyroscope)
     )
-    found = tumble.multipose(warm, start=begun)
+    found = tumble.multipose(warm, calibration=begun)
     np.testing.assert_allclose(found.accelerometer.b, expected.accelerometer.b, rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(found.accelerometer.M, expected.accelerometer.M, rtol=0.0, atol=1e-6)
     kept = found.calibration.accelerometer.temperature_drift
@@ -141,7 +143,7 @@ def test_poses_take_over_from_a_turntable_what_they_find_and_no_more(hand):
         accelerometer=section(estimated=["bias", "matrix"], noise_density=[1e-3] * 3),
         gyroscope=section("gyroscope", estimated=["bias", "matrix"]),
     )
-    made = tumble.multipose(hand.recording, start=begun).calibration
+    made = tumble.multipose(hand.recording, calibration=begun).calibration
     (left,) = made.contributions
     assert left.gave == ("accelerometer noise",)
     assert (left.method.procedure, left.date, left.logs[0].file) == (

@@ -144,7 +144,7 @@ def test_a_calibration_of_nobody_knows_which_temperature_is_refused(folder, tmp_
     assert done.code == 2
     assert "drive: does not say at which temperature it was made" in one_line(done.err)
     assert contents(tmp_path / "out") == {}
-    told = tumble.thermal(folder / "thermal.csv", start=start, start_temperature=30.0)
+    told = tumble.thermal(folder / "thermal.csv", calibration=start, calibration_temperature=30.0)
     assert told.reference == 30.0
 
 
@@ -152,7 +152,7 @@ def test_a_calibration_made_beyond_the_range_is_told(folder, tmp_path):
     start = tmp_path / "start.yaml"
     unit = {"M": np.eye(3), "b": np.array([0.1, 0.0, 0.0])}
     tumble.Calibration.model_validate({"name": "drive", "accelerometer": unit}).save(start)
-    told = tumble.thermal(folder / "thermal.csv", start=start, start_temperature=80.0)
+    told = tumble.thermal(folder / "thermal.csv", calibration=start, calibration_temperature=80.0)
     assert told.reference == told.range[1]
     assert any("was made at 80.0 degC" in line for line in told.warnings)
 

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.schemas import PRINTED, SCHEMAS, schema_text
+from tumble.foundation.schemas import EVENTS, PRINTED, SCHEMAS, schema_text
 
-KNOWN = SCHEMAS | PRINTED
+KNOWN = SCHEMAS | PRINTED | EVENTS
 
 
 def schema_command(

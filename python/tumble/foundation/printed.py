@@ -5,11 +5,15 @@ Numbers that are not finite are null in them. Nothing is read with these models.
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_type_hints
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
@@ -73,3 +77,47 @@ class PrintedSchema(GenerateJsonSchema):
         """Take an array as the nested list that it is printed as."""
         kind: Any = schema["cls"]
         return {"type": "array"} if issubclass(kind, np.ndarray) else super().is_instance_schema(schema)
+
+
+class PrintedGoal(Printed):
+    """Progress of one term of what was asked for."""
+
+    name: str
+    unit: str
+    sigma: float
+    """1-sigma; null while it is not shown."""
+    wanted: float
+    """Largest sigma that is good enough."""
+    target: str
+    """Unit that is furthest from it."""
+
+
+def event_model(step: type) -> type[Printed]:
+    """Creates the model of the events of a live session from the data class of its steps.
+
+    Its `kind` is the key `event`, and goals are printed by their name.
+    """
+    meanings = _meanings(step)
+    fields: dict[str, Any] = {
+        "event" if name == "kind" else name: (
+            list[PrintedGoal] if name == "goals" else kind,
+            Field(description=meanings.get(name)),
+        )
+        for name, kind in get_type_hints(step).items()
+    }
+    return create_model(f"{step.__name__}Event", __base__=Printed, __doc__=step.__doc__, **fields)
+
+
+def _meanings(step: type) -> dict[str, str]:
+    """Returns the docstrings of the fields of a data class."""
+    (body,) = ast.parse(textwrap.dedent(inspect.getsource(step))).body
+    assert isinstance(body, ast.ClassDef)
+    return {
+        field.target.id: inspect.cleandoc(text.value.value)
+        for field, text in pairwise(body.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }

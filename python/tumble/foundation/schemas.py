@@ -93,6 +93,21 @@ _CERTIFICATES = DocumentSchema(
     "tumble.laboratory.certificate.summary_document",
     "CertificatesDocument",
 )
+_EVENTS = tuple(
+    DocumentSchema(
+        f"{folder.rpartition('.')[2]}-event",
+        f"events of tumble {typed} --json, one a line",
+        f"tumble.{folder}.summary_document",
+        model,
+    )
+    for typed, folder, model in (
+        ("turntable --live", "procedures.turntable", "TurntableEvent"),
+        ("multipose --live", "procedures.multipose", "MultiposeEvent"),
+        ("spin --live", "procedures.spin", "SpinEvent"),
+        ("redundancy --live", "procedures.redundancy", "RedundancyEventLine"),
+        ("record", "tools.record", "RecordEvent"),
+    )
+)
 _SETTINGS = DocumentSchema(
     "settings",
     "settings that tumble redundancy --explain --json lists",
@@ -126,6 +141,8 @@ PRINTED = {
     )
 }
 """Documents that commands print with `--json`, on standard output; nothing reads them."""
+EVENTS = {schema.name: schema for schema in _EVENTS}
+"""Lines that live sessions print with `--json` before their document; they state no schema."""
 
 
 def schema_stated(content: object) -> DocumentSchema | None:
@@ -155,10 +172,12 @@ def schema_text(schema: DocumentSchema) -> str:
             return False
 
     model = schema.load_model()
-    urn = f"urn:{model.model_fields['schema_'].default.replace('/', ':')}"
+    states_schema = "schema_" in model.model_fields
+    stated = model.model_fields["schema_"].default if states_schema else f"tumble-{schema.name}/1"
+    urn = f"urn:{stated.replace('/', ':')}"
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": urn}
     is_printed = issubclass(model, Printed)
     body = model.model_json_schema(schema_generator=PrintedSchema if is_printed else WithoutTitles)
-    if is_printed:
+    if is_printed and states_schema:
         body["required"] = ["schema", *body["required"]]
     return json.dumps(head | body, indent=2, ensure_ascii=False) + "\n"

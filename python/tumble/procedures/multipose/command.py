@@ -92,7 +92,7 @@ def multipose_command(
         **gravity.stated(),
         "g_sensitivity": poses.g_sensitivity,
         "earth_rate": poses.earth_rate,
-        "start": Calibration.load(calibration) if calibration else None,
+        "calibration": Calibration.load(calibration) if calibration else None,
     }
     if live.live:
         if poses.faces or poses.sections:

@@ -109,7 +109,7 @@ def multipose(
     g_sensitivity: bool = False,
     earth_rate: bool = False,
     raw: bool = False,
-    start: Calibration | str | Path | None = None,
+    calibration: Calibration | str | Path | None = None,
     faces: bool = False,
     sections: Sections | None = None,
     read: ReadOptions | None = None,
@@ -125,8 +125,8 @@ def multipose(
     m; `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if not given. With
     `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which needs the
     latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts of a scale
-    nobody knows, which gravity and the turns show. `start` is a calibration of the unit: its noise weighs
-    rests and turns, its temperature drift is taken off, and both are kept.
+    nobody knows, which gravity and the turns show. `calibration` is one of the unit: its noise weighs rests
+    and turns, its temperature drift is taken off, and both are kept.
 
     With `faces` the unit lay on the six faces of a box, with a full turn about each axis: what is known of
     the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
@@ -142,9 +142,9 @@ def multipose(
     if earth_rate and latitude is None:
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
     recording = open_sampled(source, as_counts(read) if raw else read)
-    if raw and start is not None:
+    if raw and calibration is not None:
         raise ProcedureError("--calibration is of readings in SI units, --raw of counts; leave one out")
-    before = started_from(start, recording.metadata)
+    before = started_from(calibration, recording.metadata)
     labelled = _labelled(recording, sections)
     on_faces = faces or are_faces(labelled)
     unit = _acquired(recording, strength, raw=raw, progress=progress)

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult
+from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult, event_model
+from tumble.procedures.multipose.live import MultiposeStep
 from tumble.procedures.multipose.result import (
     Faces,
     NextOrientation,
@@ -71,3 +72,7 @@ class MultiposeDocument(PrintedResult):
     """sha256 of the calibration that it is added to; empty if there was none."""
     calibration: dict[str, Any]
     """Content of the calibration file."""
+
+
+MultiposeEvent = event_model(MultiposeStep)
+"""Event of a live session, one line each; the last one is the result, or what was wrong."""

@@ -48,7 +48,7 @@ def noise_command(
     folder = output or folder_for(logs[0])
     prepare(folder, recordings[0].name)
     with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
-        result = noise(recordings, start=calibration, progress=advance)
+        result = noise(recordings, calibration=calibration, progress=advance)
     well = result.verdict == "measured"
     show_results(summary, result, write_results(result, folder), voice, well=well)
     end_unless(well)

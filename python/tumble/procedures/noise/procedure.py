@@ -34,7 +34,7 @@ LARGEST_RATE_DIFFERENCE = 0.02
 def noise(
     sources: RecordingSource | Sequence[RecordingSource],
     *,
-    start: Calibration | str | Path | None = None,
+    calibration: Calibration | str | Path | None = None,
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> NoiseResult:
@@ -43,7 +43,7 @@ def noise(
     Only the parts of logs at rest are used; gaps divide them into stretches, and no difference spans a gap.
     Steps, ramps and knocks are found, named and left out.
 
-    Several logs are records of one sensor. Memory does not grow with their length. `start` is a calibration
+    Several logs are records of one sensor. Memory does not grow with their length. `calibration` is the one
     that the noise is added to. `progress` receives the samples done, and those expected where they are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read, does not stand still, or is of another rate
@@ -53,7 +53,7 @@ def noise(
     """
     recordings = [open_sampled(source, read) for source in sources_of(sources)]
     first = recordings[0]
-    before = started_from(start, first.metadata)
+    before = started_from(calibration, first.metadata)
     triads = first.metadata.triads
     units: list[Imu] = []
     for recording in recordings:

@@ -48,3 +48,16 @@ class SettingsDocument(Printed):
     schema_: Literal["tumble-settings/1"] = Field(SETTINGS, alias="schema")
     verdict: Literal["listed"]
     settings: list[Explained]
+
+
+class RedundancyEventLine(Printed):
+    """Event of a redundant set, a line of `events.jsonl` and of a live session."""
+
+    event: str
+    """Such as `rest began`, `evaluated`, `triggered`, `adopted` (docs/how-to/redundancy.md#events)."""
+    time: float
+    """s of the recordings' common clock."""
+    unit: str
+    """Unit of the event."""
+    figures: dict[str, float | int | str | bool | list[str] | None]
+    """Its figures and reasons in words, SI units."""

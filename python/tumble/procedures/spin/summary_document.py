@@ -8,6 +8,7 @@ from pydantic import Field
 
 from tumble.foundation.printed import Printed, PrintedGravity, PrintedParameter, PrintedResult
 from tumble.foundation.recording import FloatArray
+from tumble.procedures.spin.live import LiveStepKind, Pace
 from tumble.procedures.spin.result import BiasEstimate
 from tumble.procedures.spin.summary import SCHEMA
 
@@ -75,3 +76,24 @@ class SpinDocument(PrintedResult):
     refused: list[RefusedSpan]
     calibration: dict[str, Any]
     """Content of the calibration file."""
+
+
+class SpinEvent(Printed):
+    """Event of a live spin; the last one is the result, or what was wrong."""
+
+    event: LiveStepKind
+    time: float | None
+    """s of the stream's clock; null while no sample has come."""
+    state: str
+    """`still` while the robot is to stand, `spin` while it is to turn, then `done` or `failed`."""
+    still: float
+    """s at rest."""
+    still_wanted: float
+    turned: float
+    """rad, both directions."""
+    turned_wanted: float
+    rate: float
+    """rad/s."""
+    at_rest: bool
+    pace: Pace
+    """Pace of the turn against the requested rate; `none` while the robot stands or is to stand."""

@@ -63,8 +63,8 @@ def thermal_command(
         result = thermal(
             recordings,
             fixture=fixture,
-            start=calibration,
-            start_temperature=calibration_temperature,
+            calibration=calibration,
+            calibration_temperature=calibration_temperature,
             progress=advance,
         )
     well = result.verdict == "measured"

@@ -36,8 +36,8 @@ def thermal(
     sources: RecordingSource | Sequence[RecordingSource],
     *,
     fixture: bool = False,
-    start: Calibration | str | Path | None = None,
-    start_temperature: float | None = None,
+    calibration: Calibration | str | Path | None = None,
+    calibration_temperature: float | None = None,
     read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> ThermalResult:
@@ -48,20 +48,20 @@ def thermal(
     temperature are estimated with the drift. Each rest is a pose of its own; with `fixture`, which states
     that a table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
 
-    `start` is a calibration that the drift is added to. The reference is then the temperature that it was
-    made at, as it states itself, or `start_temperature`, degC; else it is the middle of the range. Memory
+    `calibration` is the one that the drift is added to. The reference is then the temperature that it was
+    made at, as it states itself, or `calibration_temperature`, degC; else it is the middle of the range. Memory
     does not grow with the length of logs. `progress` receives the samples done, and those expected where they
     are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read, holds no temperature, or does not rest;
-    where its temperature hardly changes; or where nobody knows at which temperature `start` holds.
+    where its temperature hardly changes; or where nobody knows at which temperature `calibration` holds.
 
     Method: docs/theory/thermal.md.
     """
     recordings = [open_sampled(source, read) for source in sources_of(sources)]
     first = recordings[0]
-    before = started_from(start, first.metadata)
-    asked = _reference(before, start_temperature)
+    before = started_from(calibration, first.metadata)
+    asked = _reference(before, calibration_temperature)
     recorder = _core.ThermalRecorder()
     units: list[Imu] = []
     for recording in recordings:

@@ -6,9 +6,10 @@ from typing import Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult
+from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult, event_model
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import LimitCheck
+from tumble.procedures.turntable.live import TurntableStep
 from tumble.procedures.turntable.result import UncertaintySources
 from tumble.procedures.turntable.summary import SCHEMA
 
@@ -101,3 +102,7 @@ class TurntableDocument(PrintedResult):
     reference: PrintedReference
     poses: list[PrintedPose]
     targets: list[PrintedTarget]
+
+
+TurntableEvent = event_model(TurntableStep)
+"""Event of a live session, one line each; the last one is the result, or what was wrong."""
