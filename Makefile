@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test test-rust test-python test-commands bench foreign flights soak package lint generated site format requirements clean
+.PHONY: help build demo demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -40,6 +40,9 @@ test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Pyt
 	scripts/install_test_tools.sh
 	scripts/install_postgres.sh
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
+
+coverage: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python and print the share of lines and branches they reach
+	$(BIN)/python -m pytest --numprocesses auto --cov --cov-report term:skip-covered
 
 test-commands: $(VENV)/.native $(VENV)/.requirements-test  ## Run the commands of README and how-tos
 	$(BIN)/python scripts/check_commands.py --run
