@@ -87,7 +87,7 @@ def trial(seed: int) -> list[tuple[float, float, int, str]]:
 
 
 def statistics(pairs: int) -> Content:
-    """Share of pairs that are reported to differ, for each change, and the mean of the statistic without one."""
+    """Returns the share of pairs reported to differ, for each change, and the mean statistic without one."""
     seeds = range(BASE_SEED, BASE_SEED + pairs)
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
         rows = list(pool.map(trial, seeds, chunksize=4))

@@ -352,7 +352,8 @@ def _live_table(content: Content) -> Iterator[Goal]:
 def _redundancy(content: Content) -> Iterator[Goal]:
     for distance, fit_models in content["fit_models"].items():
         for fit_model, of in fit_models.items():
-            what = f"redundancy: error left by a fit of `{fit_model}`, {100 * float(distance):g} cm between the units"
+            apart = f"{100 * float(distance):g} cm between the units"
+            what = f"redundancy: error left by a fit of `{fit_model}`, {apart}"
             if of["error"] is None:
                 yield Goal(what, f"{of['design']:g} m/s²", "refused", False)
             else:

@@ -60,7 +60,7 @@ def errors_by_fit_model(runs: int, console: Console) -> dict[str, Content]:
 
 
 def honesty(runs: int, console: Console) -> Content:
-    """Returns errors over stated sigmas, how often 95 % hold, and single precision, with the largest model."""
+    """Returns errors over stated sigmas, coverage of 95 %, and single precision, with the largest model."""
     errors: dict[str, list[float]] = {"bias": [], "matrix": [], "lever arm": []}
     apart: dict[str, list[float]] = {name: [] for name in errors}
     for run in track(range(runs), "sigmas", console=console):

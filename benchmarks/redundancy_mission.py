@@ -11,7 +11,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import TriadName
 from tumble.tools.simulate.fault import AXES, Fault, FaultKind
 from tumble.tools.simulate.flight.procedure import SimulatedFlight, simulate_flight
-from tumble.tools.simulate.flight.scenario import VIBRATIONS, FlightScenario, FlightUnit, Motion
+from tumble.tools.simulate.flight.scenario import VIBRATIONS, FlightMotion, FlightScenario, FlightUnit
 
 GRADES = ("consumer", "industrial", "tactical")
 """Worst first."""
@@ -139,7 +139,7 @@ def _needs_calibration(scenario: FlightScenario) -> bool:
 
 
 def _scenario(random: np.random.Generator, seed: int) -> FlightScenario:
-    motion: Motion = "quadrotor" if random.random() < 0.6 else "vehicle"
+    motion: FlightMotion = "quadrotor" if random.random() < 0.6 else "vehicle"
     usual = VIBRATIONS[motion]
     strength = float(random.uniform(0.2, 1.5))
     vibration = replace(

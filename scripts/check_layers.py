@@ -282,6 +282,27 @@ def python_breaches() -> Iterator[str]:
     yield from _circles(folders)
 
 
+def name_breaches(package: Path = PACKAGE) -> Iterator[str]:
+    """Finds names of types that stand for two things: public classes and aliases of several modules."""
+    homes: dict[str, list[str]] = {}
+    for path in sorted(package.rglob("*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if (name := _type_named(node)) and not name.startswith("_"):
+                homes.setdefault(name, []).append(str(path.relative_to(package)))
+    for name, found in homes.items():
+        if len(found) > 1:
+            yield f"{name}: is a type of {', '.join(found)}; a type's name means one thing"
+
+
+def _type_named(node: ast.stmt) -> str:
+    """Returns the name of a class or alias that a statement defines; empty for another statement."""
+    if isinstance(node, ast.ClassDef):
+        return node.name
+    if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+        return node.target.id if ast.unparse(node.annotation) == "TypeAlias" else ""
+    return ""
+
+
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
@@ -348,7 +369,7 @@ def _absolute(path: Path, node: ast.ImportFrom) -> str:
 
 def main() -> int:
     """Prints every breach; 1 if there was any."""
-    breaches = [*rust_breaches(), *python_breaches()]
+    breaches = [*rust_breaches(), *python_breaches(), *name_breaches()]
     for breach in breaches:
         print(breach, file=sys.stderr)
     print(f"layers: {len(breaches)} breaches" if breaches else "layers: every import points up the page")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import t as student
 
-from tumble.calibration.budget import Source, budget_of, effective_degrees_of_freedom
+from tumble.calibration.budget import BudgetSource, budget_of, effective_degrees_of_freedom
 
 CONTRIBUTIONS = st.lists(
     st.tuples(st.floats(1e-9, 1e3), st.none() | st.floats(1.0, 1e4)), min_size=1, max_size=8
@@ -15,7 +15,7 @@ CONTRIBUTIONS = st.lists(
 
 def sources(contributions):
     return [
-        Source(
+        BudgetSource(
             source=f"source {k}",
             type="A" if freedom else "B",
             distribution="normal",

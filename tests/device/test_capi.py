@@ -15,7 +15,7 @@ import pytest
 
 from exchange_units import calibration, samples
 from repetitions import SOAK
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.tools.exchange.parameters import all_powers, c_float
@@ -164,7 +164,9 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
     return folder, unit, readings
 
 
-def corrected_in_single(section: Triad, reading: FloatArray, temperature: FloatArray) -> FloatArray:
+def corrected_in_single(
+    section: TriadCalibration, reading: FloatArray, temperature: FloatArray
+) -> FloatArray:
     """Readings freed of the errors of a triad (docs/theory: model, eq. 1; thermal, eq. 1 and 2), in f32."""
     drift = section.temperature_drift
     assert drift is not None

@@ -137,6 +137,17 @@ def test_every_import_of_the_package_points_up_the_page():
     assert list(script("check_layers").python_breaches()) == []
 
 
+def test_a_type_has_one_name_in_the_whole_package():
+    assert list(script("check_layers").name_breaches()) == []
+
+
+def test_a_name_of_two_types_is_found(tmp_path):
+    (tmp_path / "a.py").write_text("class Row:\n    pass\n\n\nclass _Mine:\n    pass\n")
+    (tmp_path / "b.py").write_text("Row: TypeAlias = dict\n\n\nclass _Mine:\n    pass\n")
+    (breach,) = script("check_layers").name_breaches(tmp_path)
+    assert breach == "Row: is a type of a.py, b.py; a type's name means one thing"
+
+
 @pytest.mark.parametrize(
     ("source", "breach"),
     [

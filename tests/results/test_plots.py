@@ -11,7 +11,7 @@ import tumble
 from tumble import TumbleError
 from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 from tumble.procedures.noise.report.page import NOISE_REPORT
-from tumble.report.canvas import Line
+from tumble.report.canvas import LineMark
 from tumble.report.matplotlib_figure import drawings_of
 from turntable_sessions import calibrate, simulate
 
@@ -42,7 +42,7 @@ def test_lines_of_a_plot_hold_the_numbers_of_the_page(multipose):
     (drawing,) = [each for each in drawings_of(MULTIPOSE_REPORT.gather(multipose)) if each.name == "rec"]
     (part,) = multipose.plot("rec").subfigs
     for axes, panel in zip(part.axes, drawing.figure.panels, strict=True):
-        drawn = [mark for mark in panel.inside if isinstance(mark, Line)]
+        drawn = [mark for mark in panel.inside if isinstance(mark, LineMark)]
         held = [line for line in lines_drawn(axes) if len(line.get_xdata()) > 2]
         assert len(held) == len(drawn) == 3
         for line, mark in zip(held, drawn, strict=True):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tumble import simulate_spin
-from tumble.tools.simulate import Disturbance, Fault, ScenarioError, Step, parse_plan
+from tumble.tools.simulate import Fault, ScenarioError, SimulatedDisturbance, Step, parse_plan
 from turntable_sessions import typed
 
 QUIET = {
@@ -161,7 +161,9 @@ def test_a_slow_turn_hides_in_the_rest_before_the_first_turn_only():
     assert spin.samples.gyroscope[-1] @ spin.up == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", [Disturbance.picked_up, Disturbance.over_a_sill, Disturbance.lifted])
+@pytest.mark.parametrize(
+    "kind", [SimulatedDisturbance.picked_up, SimulatedDisturbance.over_a_sill, SimulatedDisturbance.lifted]
+)
 def test_a_disturbance_comes_and_goes_and_leaves_the_robot_as_it_was(kind):
     calm, disturbed = quiet(), quiet(disturbances=[kind(9.0)])
     apart = np.linalg.norm(disturbed.samples.accelerometer - calm.samples.accelerometer, axis=1)
@@ -206,9 +208,15 @@ def test_a_log_that_is_cut_off_ends_there():
         ({"accelerometer_noise": -0.1}, "accelerometer_noise is -0.1"),
         ({"accelerometer_range": 0.0}, "accelerometer_range is 0"),
         ({"latitude_deg": 91.0}, "latitude_deg is 91"),
-        ({"disturbances": [Disturbance.lifted(float("nan"))]}, "not finite"),
-        ({"disturbances": [Disturbance.lifted(-3.0)]}, "a disturbance at -3 s, before the recording"),
-        ({"disturbances": [Disturbance.lifted(500.0)]}, "at 500 s, but the recording ends at 47.26 s"),
+        ({"disturbances": [SimulatedDisturbance.lifted(float("nan"))]}, "not finite"),
+        (
+            {"disturbances": [SimulatedDisturbance.lifted(-3.0)]},
+            "a disturbance at -3 s, before the recording",
+        ),
+        (
+            {"disturbances": [SimulatedDisturbance.lifted(500.0)]},
+            "at 500 s, but the recording ends at 47.26 s",
+        ),
     ],
 )
 def test_nonsense_is_refused_in_one_line(changes, words):

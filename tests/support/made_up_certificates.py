@@ -8,15 +8,15 @@ from hypothesis.extra.numpy import arrays
 
 from tumble.calibration.document import Calibration
 from tumble.laboratory.certificate.model import (
-    Calibrated,
+    CalibratedItem,
     Certificate,
-    Decision,
+    CertifiedDecision,
     Environment,
     Equipment,
     Item,
     Laboratory,
     Party,
-    Quantity,
+    CertifiedQuantity,
     SensorModel,
 )
 from tumble.laboratory.certificate.si_units import D_SI
@@ -75,7 +75,7 @@ def quantities(draw, triad):
     """A number of a triad, with or without uncertainty, or not observable."""
     value = draw(st.one_of(st.none(), _decimal))
     is_uncertain = value is not None and draw(st.booleans())
-    return Quantity(
+    return CertifiedQuantity(
         parameter=f"{triad} {draw(st.sampled_from(PARAMETERS))}",
         unit=draw(st.sampled_from(sorted(D_SI))),
         value=value,
@@ -105,7 +105,7 @@ def calibrated(draw, condition):
     triads = draw(st.sampled_from((("accelerometer",), ("gyroscope",), ("accelerometer", "gyroscope"))))
     found = [draw(st.lists(quantities(triad), min_size=1, max_size=3)) for triad in triads]
     certificate = draw(_maybe)
-    return Calibrated(
+    return CalibratedItem(
         condition=condition,
         result="ab" * 32,
         begun="2026-01-05",
@@ -141,8 +141,8 @@ def calibrated(draw, condition):
         decision=draw(
             st.one_of(
                 st.none(),
-                st.just(Decision(rule="simple", guard=0.0, verdict="pass")),
-                st.just(Decision(rule="guarded", guard=1.25, verdict="conditional fail")),
+                st.just(CertifiedDecision(rule="simple", guard=0.0, verdict="pass")),
+                st.just(CertifiedDecision(rule="guarded", guard=1.25, verdict="conditional fail")),
             )
         ),
     )
@@ -170,7 +170,7 @@ def certificates(draw):
 
 def certificate(languages=("en", "zh"), text="plain", **changed) -> Certificate:
     """A certificate of few numbers, with a text in every place that holds text from outside."""
-    whole = Calibrated(
+    whole = CalibratedItem(
         condition="as left",
         result="ab" * 32,
         begun="2026-11-25",
@@ -185,22 +185,22 @@ def certificate(languages=("en", "zh"), text="plain", **changed) -> Certificate:
             certificate=text, laboratory=text, certified="2026-01-01", due="2027-01-01", sha256="cd" * 32,
         ),
         quantities=(
-            Quantity(
+            CertifiedQuantity(
                 parameter="accelerometer bias x", unit="m/s^2", value="-0.0385", uncertainty="0.0012",
                 coverage_factor="2.10",
             ),
-            Quantity(
+            CertifiedQuantity(
                 parameter="gyroscope g-sensitivity xy", unit="rad/s per m/s^2", value="0.000117",
                 uncertainty="0.000006", coverage_factor="1.96",
             ),
-            Quantity(
+            CertifiedQuantity(
                 parameter="gyroscope bias z", unit="rad/s", value=None, uncertainty=None, coverage_factor=None
             ),
         ),
         models=(
             SensorModel(triad="accelerometer", M=np.eye(3), b=np.array([-0.0385, 0.0, 0.0]), covariance=None),
         ),
-        decision=Decision(rule="guarded", guard=1.0, verdict="conditional pass"),
+        decision=CertifiedDecision(rule="guarded", guard=1.0, verdict="conditional pass"),
     )  # fmt: skip
     return Certificate(
         number="IMU-2026-0007",

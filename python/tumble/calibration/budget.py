@@ -63,7 +63,7 @@ class Budget(Document):
     """U = k u, in `unit`."""
 
 
-class Source(Document):
+class BudgetSource(Document):
     """A source before its share is known; its fields are those of an entry."""
 
     source: str
@@ -76,7 +76,7 @@ class Source(Document):
     common: bool = False
 
 
-def budget_of(parameter: str, unit: str, value: float, sources: Sequence[Source]) -> Budget:
+def budget_of(parameter: str, unit: str, value: float, sources: Sequence[BudgetSource]) -> Budget:
     """Combines independent sources of one parameter: docs/theory/uncertainty.md, equations (17) to (19)."""
     combined = math.hypot(*(each.contribution for each in sources))  # eq. 17
     freedom = effective_degrees_of_freedom(sources)
@@ -93,7 +93,7 @@ def budget_of(parameter: str, unit: str, value: float, sources: Sequence[Source]
     )
 
 
-def effective_degrees_of_freedom(sources: Sequence[Source]) -> float | None:
+def effective_degrees_of_freedom(sources: Sequence[BudgetSource]) -> float | None:
     """Returns nu by Welch and Satterthwaite; None where it is infinite."""
     combined = math.hypot(*(each.contribution for each in sources))
     shares = [
@@ -104,7 +104,7 @@ def effective_degrees_of_freedom(sources: Sequence[Source]) -> float | None:
     return 1.0 / sum(shares) if sum(shares) > 0.0 else None  # eq. 18
 
 
-def _entry(source: Source, combined: float) -> BudgetEntry:
+def _entry(source: BudgetSource, combined: float) -> BudgetEntry:
     u = source.standard_uncertainty
     return BudgetEntry(
         **source.model_dump(),

@@ -115,7 +115,7 @@ class Residual(Document):
     """1-sigma of the measured mean."""
 
 
-class Triad(Document):
+class TriadCalibration(Document):
     """Three sensing axes. `M` and `b` suffice to correct; the rest are their uncertainty and origin."""
 
     unit: Literal["m/s^2", "rad/s"]
@@ -173,7 +173,7 @@ class Triad(Document):
         return self.covariance + self.inherited.covariance
 
     @model_validator(mode="after")
-    def _matrices_agree(self) -> Triad:
+    def _matrices_agree(self) -> TriadCalibration:
         if np.abs(self.b).max() > _LARGEST_BIAS or np.abs(self.M).max() > _LARGEST_SCALE:
             raise ValueError(
                 f"no sensor is that far off: b is up to {np.abs(self.b).max():.3g} {self.unit}, M up to "
@@ -216,7 +216,7 @@ class Triad(Document):
         return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-class AccelerometerCalibration(Triad):
+class AccelerometerCalibration(TriadCalibration):
     """Three accelerometers, m/s^2."""
 
     unit: Literal["m/s^2"] = "m/s^2"
@@ -253,7 +253,7 @@ class AxisResponse(Document):
     levels: tuple[RateLevel, ...] = Field(strict=False)
 
 
-class GyroscopeCalibration(Triad):
+class GyroscopeCalibration(TriadCalibration):
     """Three gyroscopes, rad/s. With g-sensitivity: y = M w + b + G f, `f` the true specific force."""
 
     unit: Literal["rad/s"] = "rad/s"
@@ -562,7 +562,7 @@ def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray |
     return single
 
 
-def _summary(triad: Triad) -> str:
+def _summary(triad: TriadCalibration) -> str:
     bias = ", ".join(f"{value:.6g}" for value in triad.b)
     text = f"b = [{bias}] {triad.unit}"
     if triad.temperature_drift is not None:
@@ -574,7 +574,7 @@ def _summary(triad: Triad) -> str:
     return f"{text}, scale = [{scale}]" + "".join(f", {line}" for line in _angle_lines(triad)[:1])
 
 
-def _angle_lines(triad: Triad) -> list[str]:
+def _angle_lines(triad: TriadCalibration) -> list[str]:
     """Non-orthogonality and mounting in words, empty where the file does not state them."""
     if triad.angles is None:
         return []
@@ -591,7 +591,7 @@ def _named(title: str, angles: dict[str, float | None]) -> str:
     return f"{title} " + ", ".join(figures)
 
 
-def _html_row(kind: str, triad: Triad) -> str:
+def _html_row(kind: str, triad: TriadCalibration) -> str:
     matrix = "<br>".join(" ".join(f"{value:.6f}" for value in row) for row in triad.M)
     bias = "<br>".join(f"{value:.6g} {triad.unit}" for value in triad.b)
     cells = "".join(f"<td>{cell}</td>" for cell in (kind, matrix, bias, "<br>".join(_angle_lines(triad))))

@@ -21,7 +21,7 @@ from tumble.foundation.units import UNITS
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 
 
-class Calibrated(Protocol):
+class Limited(Protocol):
     """A unit to be checked against limits: its calibrated triads, or the reason why there are none."""
 
     @property
@@ -130,7 +130,7 @@ class Limits(Document):
         """Returns the same limits with a decision rule, where they state none of their own."""
         return self if self.decision is not None else self.model_copy(update={"decision": rule})
 
-    def check(self, target: Calibrated) -> tuple[LimitCheck, ...]:
+    def check(self, target: Limited) -> tuple[LimitCheck, ...]:
         """Checks a target against every limit; empty where the target has no calibration at all.
 
         A parameter that the data did not show fails: it was not shown to lie within its limit.
@@ -146,7 +146,7 @@ class Limits(Document):
 
     def decide(
         self,
-        target: Calibrated,
+        target: Limited,
         checks: Sequence[LimitCheck],
         budgets: Mapping[TriadName, Sequence[Budget]] | None = None,
     ) -> Decision | None:

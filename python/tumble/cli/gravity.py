@@ -12,7 +12,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import ProcedureError
 
 
-class Gravity(TypedDict):
+class StatedGravity(TypedDict):
     """Local gravity as procedures take it."""
 
     gravity: float | None
@@ -44,7 +44,7 @@ class GravityOptions(Options):
         ),
     ] = None
 
-    def stated(self) -> Gravity:
+    def stated(self) -> StatedGravity:
         """Returns them; raises `ProcedureError` for gravity given twice, or a height without latitude."""
         if self.gravity is not None and (self.latitude is not None or self.height is not None):
             raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")

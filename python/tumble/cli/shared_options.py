@@ -59,7 +59,7 @@ def format_option(formats: str, usual: str) -> Any:  # noqa: ANN401 - what typer
     )
 
 
-class LogFormat(str, Enum):
+class LogFormatWord(str, Enum):
     """Format of a log that is written."""
 
     CSV = "csv"

@@ -18,7 +18,7 @@ BY_TIME_AT_REST = "bias"
 accelerometer."""
 
 
-class Calibrated(Protocol):
+class HasParameters(Protocol):
     """One unit and what was found of it."""
 
     @property
@@ -95,7 +95,7 @@ class Goal:
                 raise ProcedureError(f"--until {text}: gives {name} twice; keep one")
         return cls(terms, text)
 
-    def progress(self, units: Iterable[Calibrated]) -> tuple[GoalProgress, ...]:
+    def progress(self, units: Iterable[HasParameters]) -> tuple[GoalProgress, ...]:
         """Returns the progress of each term, for the worst of the calibrated units."""
         calibrated = list(units)
         return tuple(_worst(term, calibrated) for term in self.terms)
@@ -121,13 +121,13 @@ def _factors(triad: TriadName, group: str) -> Mapping[str, float]:
     return {"": 1.0, "deg": 1.0}
 
 
-def _worst(term: GoalTerm, units: Iterable[Calibrated]) -> GoalProgress:
+def _worst(term: GoalTerm, units: Iterable[HasParameters]) -> GoalProgress:
     found = [GoalProgress(term, *_sigma(term, unit), unit.name) for unit in units]
     nothing = GoalProgress(term, "", math.inf, "")
     return max(found, key=lambda each: each.sigma, default=nothing)
 
 
-def _sigma(term: GoalTerm, unit: Calibrated) -> tuple[str, float]:
+def _sigma(term: GoalTerm, unit: HasParameters) -> tuple[str, float]:
     triad = unit.accelerometer if term.triad == "accelerometer" else unit.gyroscope
     parameters = list(_parameters(term, triad))
     if not parameters:

@@ -103,7 +103,7 @@ _EVENTS = tuple(
     for typed, folder, model in (
         ("turntable --live", "procedures.turntable", "TurntableEvent"),
         ("multipose --live", "procedures.multipose", "MultiposeEvent"),
-        ("spin --live", "procedures.spin", "SpinEvent"),
+        ("spin --live", "procedures.spin", "SpinEventLine"),
         ("redundancy --live", "procedures.redundancy", "RedundancyEventLine"),
         ("record", "tools.record", "RecordEvent"),
     )

@@ -23,7 +23,7 @@ _SECRETS = ("password", "sslpassword")
 
 
 @dataclass(frozen=True, slots=True)
-class Address:
+class RegistryAddress:
     """Place of a registry."""
 
     path: Path | None
@@ -59,16 +59,16 @@ class Address:
         return plain(line)
 
 
-def parse_address(text: str | Path) -> Address:
+def parse_address(text: str | Path) -> RegistryAddress:
     """Read an address; raises `TumbleError` where it is none."""
     stated = str(text).strip()
     if isinstance(text, str) and _SERVER.match(stated):
-        return Address(None, _server(stated))
+        return RegistryAddress(None, _server(stated))
     if isinstance(text, str) and (found := _SQLITE.fullmatch(stated)):
-        return Address(_file(unquote(found["path"])))
+        return RegistryAddress(_file(unquote(found["path"])))
     if not stated or (isinstance(text, str) and "://" in stated):
         raise TumbleError(f"registry {shown(stated)}: is not an address of a registry; {_KINDS}")
-    return Address(_file(stated))
+    return RegistryAddress(_file(stated))
 
 
 def shown(text: str) -> str:

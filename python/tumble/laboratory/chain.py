@@ -16,7 +16,7 @@ from tumble.foundation.words import utf8
 
 Value: TypeAlias = str | int | float | None
 Record: TypeAlias = Mapping[str, Value]
-Rows: TypeAlias = Mapping[str, Sequence[Record]]
+TableRows: TypeAlias = Mapping[str, Sequence[Record]]
 """Rows of an entry, by table."""
 
 FIRST = "0" * 64
@@ -47,7 +47,7 @@ class Entry:
         )
 
 
-def next_entry(last: Entry | None, date: str, who: str, what: str, rows: Rows) -> Entry:
+def next_entry(last: Entry | None, date: str, who: str, what: str, rows: TableRows) -> Entry:
     """Return the entry that adds rows behind the last one."""
     number, previous = (1, FIRST) if last is None else (last.number + 1, last.hash)
     content = content_hash(rows)
@@ -55,7 +55,7 @@ def next_entry(last: Entry | None, date: str, who: str, what: str, rows: Rows) -
     return Entry(number, date, who, what, content, previous, digest)
 
 
-def content_hash(rows: Rows) -> str:
+def content_hash(rows: TableRows) -> str:
     """Return the hash of rows, in whatever order they come.
 
     Columns without a value do not count, so that a column that a later version adds changes no hash.

@@ -16,7 +16,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory.address import Address
+from tumble.laboratory.address import RegistryAddress
 
 PATIENCE = 30.0
 """s to wait while another program writes."""
@@ -35,7 +35,7 @@ class RegistryError(TumbleError):
 class Database:
     """A registry's database; one process opens a connection for each transaction."""
 
-    def __init__(self, address: Address, *, patience: float = PATIENCE) -> None:
+    def __init__(self, address: RegistryAddress, *, patience: float = PATIENCE) -> None:
         self.address = address
         self._engine = _sqlite(address.path, patience) if address.path else _server(address, patience)
 
@@ -162,7 +162,7 @@ def _sqlite(path: Path, patience: float) -> Engine:
     return engine
 
 
-def _server(address: Address, patience: float) -> Engine:
+def _server(address: RegistryAddress, patience: float) -> Engine:
     assert address.url is not None
     # A longer wait for a lock is an error, as with SQLite.
     settings = f"-c lock_timeout={int(1000 * patience)} -c default_transaction_isolation=read\\ committed"

@@ -60,7 +60,7 @@ class Walk:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class DriftState:
     """A unit after its last calibration, for each q of a walk."""
 
     time: float
@@ -146,13 +146,13 @@ def _maximum(places: FloatArray, heights: FloatArray) -> float:
     return float(places[top] - slope / (2.0 * bend)) if bend < 0.0 else float(places[top])
 
 
-def state_after(series: Series, walk: Walk) -> State:
+def state_after(series: Series, walk: Walk) -> DriftState:
     """Return a unit after its last calibration."""
     _, mean, variance = _filtered(walk.grid, [series])
-    return State(float(series.times[-1]), mean[:, 0], variance[:, 0], series.common)
+    return DriftState(float(series.times[-1]), mean[:, 0], variance[:, 0], series.common)
 
 
-def probability_within(state: State, walk: Walk, time: float, centre: float, limit: float) -> float:
+def probability_within(state: DriftState, walk: Walk, time: float, centre: float, limit: float) -> float:
     """Probability that the true value is within centre ± limit at a time, eq. 8."""
     sigmas = np.sqrt(_variances(state, walk, time))
     upper = _normal((centre + limit - state.means) / sigmas)
@@ -160,14 +160,14 @@ def probability_within(state: State, walk: Walk, time: float, centre: float, lim
     return float(walk.weights @ (upper - lower))
 
 
-def probability_below(state: State, walk: Walk, time: float, value: float, noise: float = 0.0) -> float:
+def probability_below(state: DriftState, walk: Walk, time: float, value: float, noise: float = 0.0) -> float:
     """Probability that the true value, or with `noise` (variance) a measured one, is below `value`, eq. 7."""
     sigmas = np.sqrt(_variances(state, walk, time) + noise)
     return float(walk.weights @ _normal((value - state.means) / sigmas))
 
 
 def interval(
-    state: State, walk: Walk, time: float, *, noise: float = 0.0, share: float = CONFIDENCE
+    state: DriftState, walk: Walk, time: float, *, noise: float = 0.0, share: float = CONFIDENCE
 ) -> tuple[float, float]:
     """Interval that holds the true value at a time, or with `noise` (variance) a measured one, eq. 7."""
     reach = 12.0 * float(np.sqrt(_variances(state, walk, time) + noise).max())
@@ -180,7 +180,7 @@ def interval(
     return _crossing(below, tail, low, high), _crossing(below, 1.0 - tail, low, high)
 
 
-def due_time(state: State, walk: Walk, centre: float, limit: float) -> float | None:
+def due_time(state: DriftState, walk: Walk, centre: float, limit: float) -> float | None:
     """Time at which the probability of being within a limit falls below 95 %, eq. 9; None beyond the horizon.
 
     It is that of the last calibration where the unit is due at once.
@@ -197,7 +197,7 @@ def due_time(state: State, walk: Walk, centre: float, limit: float) -> float | N
     return _crossing(outside, 1.0 - CONFIDENCE, first, last)
 
 
-def _variances(state: State, walk: Walk, time: float) -> FloatArray:
+def _variances(state: DriftState, walk: Walk, time: float) -> FloatArray:
     """(m,) variances of the true value at a time, eq. 7."""
     found: FloatArray = state.variances + walk.grid * max(0.0, time - state.time) + state.common
     return found

@@ -25,7 +25,7 @@ from tumble.foundation.provenance import date_now
 from tumble.foundation.results import Row, Tabular
 from tumble.foundation.words import quoted
 from tumble.laboratory import tables
-from tumble.laboratory.address import Address, parse_address
+from tumble.laboratory.address import RegistryAddress, parse_address
 from tumble.laboratory.chain import Entry, Record, Value, next_entry, sha256_of_json, stored
 from tumble.laboratory.database import PATIENCE, Database, RegistryError
 from tumble.laboratory.documents import Documents
@@ -139,7 +139,7 @@ class Registry:
 
         `patience` is how long to wait, s, while others write. Raises `TumbleError` in one line.
         """
-        self.address: Address = parse_address(address)
+        self.address: RegistryAddress = parse_address(address)
         self.database = Database(self.address, patience=patience)
         if self.address.path is not None and not self.address.path.is_file():
             raise RegistryError(f"{self.address}: no such registry; type tumble registry init {self.address}")

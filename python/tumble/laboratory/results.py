@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.contributions import NOISE, part
-from tumble.calibration.document import KIND, Calibration, Triad
+from tumble.calibration.document import KIND, Calibration, TriadCalibration
 from tumble.calibration.limits import Limits
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.errors import TumbleError
@@ -55,7 +55,7 @@ class Run:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class RegisteredParameter:
     """A number of a result with its uncertainty."""
 
     name: str
@@ -152,7 +152,7 @@ class Result:
             yield "reference", shared
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[RegisteredParameter, ...]:
         """All numbers of the calibration that a run found."""
         return tuple(_parameters(self.calibration, self.content))
 
@@ -234,11 +234,11 @@ def _contributed(content: Mapping[str, Any]) -> Run:
     )
 
 
-def _parameters(calibration: Calibration, content: Mapping[str, Any]) -> Iterator[Parameter]:
+def _parameters(calibration: Calibration, content: Mapping[str, Any]) -> Iterator[RegisteredParameter]:
     own = _own_run(content)
     given = {name: _contributed(each) for each in content.get("contributions", ()) for name in each["gave"]}
     for triad in TRIADS:
-        section: Triad | None = getattr(calibration, triad)
+        section: TriadCalibration | None = getattr(calibration, triad)
         if section is None:
             continue
         for group, numbers in _groups(triad, section):
@@ -246,14 +246,14 @@ def _parameters(calibration: Calibration, content: Mapping[str, Any]) -> Iterato
             if run is None:
                 continue
             for name, unit, value, u, common in numbers:
-                yield Parameter(f"{triad} {name}", unit, value, u, common, run.origin, run.date)
+                yield RegisteredParameter(f"{triad} {name}", unit, value, u, common, run.origin, run.date)
 
 
 Number = tuple[str, str, float | None, float | None, float | None]
 """Name, unit, value, combined standard uncertainty, and the common part of it."""
 
 
-def _groups(triad: TriadName, section: Triad) -> Iterator[tuple[str, Sequence[Number]]]:
+def _groups(triad: TriadName, section: TriadCalibration) -> Iterator[tuple[str, Sequence[Number]]]:
     """Yield the numbers of each part of a triad that was found."""
     unit = UNITS[triad]
     sigma = section.sigma

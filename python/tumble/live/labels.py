@@ -14,7 +14,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, numbers_delimiter, split_line
 from tumble.logs.track import none_such, several
 
-Row: TypeAlias = str | dict[str, Any]
+LabelRow: TypeAlias = str | dict[str, Any]
 """A line of text, or an object of JSON."""
 FOR_ALL = None
 """Label of what is for every unit, as names of columns are."""
@@ -41,7 +41,7 @@ class LabelledRow(NamedTuple):
 
     label: str | None
     """`UNLABELLED` where it has no label."""
-    row: Row
+    row: LabelRow
 
 
 class LabelReader:
@@ -162,7 +162,7 @@ class LabelChoice:
         self._without_label = 0
         self._kept: list[LabelledRow] = []
 
-    def mine(self, rows: Sequence[LabelledRow]) -> list[Row]:
+    def mine(self, rows: Sequence[LabelledRow]) -> list[LabelRow]:
         """Returns those of the unit, with those of before once it is decided which they are.
 
         Raises `LogError` that lists the units received, where the one that is wanted is none of them, or

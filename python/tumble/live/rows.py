@@ -16,7 +16,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import count_of
 from tumble.live.address import Address
-from tumble.live.labels import Row
+from tumble.live.labels import LabelRow
 from tumble.live.readings import Readings
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
@@ -133,7 +133,7 @@ class RowReader:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
-    def read(self, rows: Sequence[Row]) -> Readings | None:
+    def read(self, rows: Sequence[LabelRow]) -> Readings | None:
         """Reads lines or objects; None where they hold no sample, or the columns are not known yet.
 
         Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
@@ -150,7 +150,7 @@ class RowReader:
         self._read_at = monotonic()
         return self._layout.readings(np.array(numbers, dtype=np.float64))
 
-    def _numbers(self, row: Row) -> list[list[float]]:
+    def _numbers(self, row: LabelRow) -> list[list[float]]:
         if isinstance(row, dict):
             return self._numbers_of_object(row)
         layout = None if self._first or self._layout_is_doubtful else self._layout

@@ -42,8 +42,8 @@ _PARTS_FOR_WARMING = 8
 
 Mask = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
-Measured: TypeAlias = Literal["time", "accelerometer", "gyroscope"]
-_LARGEST_POSSIBLE: dict[Measured, float] = {
+MeasuredValues: TypeAlias = Literal["time", "accelerometer", "gyroscope"]
+_LARGEST_POSSIBLE: dict[MeasuredValues, float] = {
     "time": LARGEST_TIME,
     "accelerometer": LARGEST_SI,
     "gyroscope": LARGEST_SI,
@@ -200,7 +200,7 @@ class ChunkStream(Iterator[Chunk]):
         self._gyroscope_unit_is_assumed = gyroscope_unit_is_assumed
         self._keep_faults = keep_faults
         self._skip_bad_lines = skip_bad_lines
-        self._largest_usual: Mapping[Measured, float] = _LARGEST_POSSIBLE | (
+        self._largest_usual: Mapping[MeasuredValues, float] = _LARGEST_POSSIBLE | (
             {"gyroscope": IMPOSSIBLE_RAD_PER_S} if gyroscope_unit_is_assumed else {}
         )
         self._last: Chunk | None = None
@@ -266,9 +266,9 @@ class ChunkStream(Iterator[Chunk]):
         possible = self._possible(chunk, numbers)
         return select(chunk, possible), numbers[possible]
 
-    def _quantities(self, chunk: Chunk) -> Mapping[Measured, FloatArray]:
+    def _quantities(self, chunk: Chunk) -> Mapping[MeasuredValues, FloatArray]:
         """Returns what was recorded."""
-        found: dict[Measured, FloatArray] = {"time": chunk.time}
+        found: dict[MeasuredValues, FloatArray] = {"time": chunk.time}
         for triad in self._track.triads:
             found[triad] = getattr(chunk, triad)
         return found
@@ -346,7 +346,7 @@ class ChunkStream(Iterator[Chunk]):
                 self._note(self.counts.spikes, int(alone.sum()), chunk, numbers, what, at)
 
     def _note(
-        self, oddities: Oddities, count: int, chunk: Chunk, numbers: Numbers, what: Measured, at: int
+        self, oddities: Oddities, count: int, chunk: Chunk, numbers: Numbers, what: MeasuredValues, at: int
     ) -> None:
         """Counts oddities of one kind; the first is described with place, value and time."""
         seen = ""

@@ -69,7 +69,7 @@ def imu_of_table(
     layout: TextLayout,
     columns: ImuColumns,
     options: ReadOptions,
-    samples: Callable[[Rows], RawSamples] | None = None,
+    samples: Callable[[CsvRows], RawSamples] | None = None,
     table: TextTable | None = None,
 ) -> LoggedImu:
     """Reads the only IMU of a text table from columns that are known.
@@ -125,7 +125,7 @@ def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
     return columns.time_unit
 
 
-def table_samples(rows: Rows, columns: ImuColumns) -> RawSamples:
+def table_samples(rows: CsvRows, columns: ImuColumns) -> RawSamples:
     """Gathers the columns of one IMU, and lists missing lines."""
     return replace(samples_of(rows.columns, columns), bad_lines=rows.bad_lines)
 
@@ -141,7 +141,7 @@ def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSampl
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class CsvBlock:
     """Whole lines of a file."""
 
     offset: int
@@ -149,7 +149,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class CsvRows:
     """Some columns of successive lines, by name."""
 
     columns: Mapping[str, FloatArray]
@@ -173,7 +173,7 @@ class TextTable:
         self._skip_bad_lines = skip_bad_lines
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
 
-    def read(self, use: Callable[[Rows], RawSamples]) -> Iterator[RawSamples]:
+    def read(self, use: Callable[[CsvRows], RawSamples]) -> Iterator[RawSamples]:
         """Passes over the file; blocks are parsed and used in parallel, and given back in order."""
         workers = _workers_of(os.getpid())
         waiting: deque[Future[RawSamples]] = deque()
@@ -195,7 +195,7 @@ class TextTable:
             name: np.concatenate([np.empty(0), *(block[name] for block in blocks)]) for name in self._names
         }
 
-    def head(self) -> Rows:
+    def head(self) -> CsvRows:
         """Parses the first block."""
         for block in self._blocks():
             return self._parse(block)
@@ -211,7 +211,7 @@ class TextTable:
     def _is_left_out(self, line: bytes) -> bool:
         return bool(self._skip_bad_lines and self._problem(_decoded(line.rstrip(b"\r\n")), cut_off=False))
 
-    def _blocks(self) -> Iterator[Block]:
+    def _blocks(self) -> Iterator[CsvBlock]:
         offset = self._layout.data_offset
         with open_text(self._path, offset) as file:
             rest: list[bytes] = []
@@ -227,14 +227,14 @@ class TextTable:
                 data = b"".join((*rest, piece[:cut]))
                 rest = [piece[cut:]]
                 if data.strip():
-                    yield Block(offset, data)
+                    yield CsvBlock(offset, data)
                 offset += len(data)
             if (last := b"".join(rest)).strip():
-                yield Block(offset, last)
+                yield CsvBlock(offset, last)
 
-    def _parse(self, block: Block) -> Rows:
+    def _parse(self, block: CsvBlock) -> CsvRows:
         try:
-            return Rows(self._parsed(block.data))
+            return CsvRows(self._parsed(block.data))
         except pa.ArrowInvalid as error:
             first = self._layout.lines_before + 1 + self._newlines_before(block.offset)
             bad = self._bad_lines(block.data, first)
@@ -247,7 +247,7 @@ class TextTable:
         kept = b"\n".join(line for number, line in lines if number not in bad)
         problems = tuple(f"line {number} {problem}" for number, problem in bad.items())
         try:
-            return Rows(self._parsed(kept) if kept.strip() else self._nothing(), problems)
+            return CsvRows(self._parsed(kept) if kept.strip() else self._nothing(), problems)
         except pa.ArrowInvalid as error:
             raise self._unread(first, error) from error
 

@@ -22,7 +22,7 @@ from tumble.foundation.firmware import ardupilot
 from tumble.foundation.firmware.correction import Corrections, over_time
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
-from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, Records, TextLog
+from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, DataflashRecords, TextLog
 from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, Thermometer, TriadSamples, paired
@@ -122,7 +122,7 @@ def _scanned(path: Path) -> _Scan:
     return scan
 
 
-def _note_parameters(scan: _Scan, records: Records) -> None:
+def _note_parameters(scan: _Scan, records: DataflashRecords) -> None:
     names = records.dtype.names or ()
     if not {"Name", "Value"} <= set(names):
         return
@@ -135,7 +135,7 @@ def _note_parameters(scan: _Scan, records: Records) -> None:
             scan.changes.append((float(time), text, float(value)))
 
 
-def _time(records: Records) -> FloatArray:
+def _time(records: DataflashRecords) -> FloatArray:
     """Returns (n,) s: when the sensor was read, else when it was logged."""
     names = records.dtype.names or ()
     for name, per_second in (("SampleUS", 1e6), ("TimeUS", 1e6), ("TimeMS", 1e3)):
@@ -144,14 +144,14 @@ def _time(records: Records) -> FloatArray:
     return np.zeros(len(records))
 
 
-def _temperature(records: Records) -> FloatArray | None:
+def _temperature(records: DataflashRecords) -> FloatArray | None:
     for name in TEMPERATURES:
         if name in (records.dtype.names or ()):
             return doubles(records[name])
     return None
 
 
-def _by_source(block: Mapping[str, Records]) -> Iterator[tuple[_Source, Records]]:
+def _by_source(block: Mapping[str, DataflashRecords]) -> Iterator[tuple[_Source, DataflashRecords]]:
     """Splits messages by IMU: by field I, else, in older logs, by name, as IMU2."""
     for name, records in block.items():
         if name not in _NAMES or not len(records):
@@ -170,7 +170,7 @@ def _imus(path: Path) -> list[FlightImu]:
     return [*_raw(log, scan), *_filtered(log, scan), *_batches(log, scan)]
 
 
-def _axes(records: Records, triad: Triad) -> FloatArray:
+def _axes(records: DataflashRecords, triad: Triad) -> FloatArray:
     names = AXES[triad]
     if not set(names) <= set(records.dtype.names or ()):
         return np.full((len(records), 3), np.nan)
@@ -275,7 +275,7 @@ class _Batches:
     def __init__(self) -> None:
         self._heads: dict[int, np.void] = {}
 
-    def samples(self, block: Mapping[str, Records]) -> Iterator[tuple[TriadSamples, _Source]]:
+    def samples(self, block: Mapping[str, DataflashRecords]) -> Iterator[tuple[TriadSamples, _Source]]:
         """Returns the readings of the pieces in a block, in SI, by the multiplier and rate of their head."""
         heads, data = (_whole(block, name, columns) for name, columns in _BATCH_COLUMNS.items())
         for head in () if heads is None else heads:
@@ -294,7 +294,7 @@ _BATCH_COLUMNS = {
 }
 
 
-def _whole(block: Mapping[str, Records], name: str, columns: set[str]) -> Records | None:
+def _whole(block: Mapping[str, DataflashRecords], name: str, columns: set[str]) -> DataflashRecords | None:
     """Returns messages of that name if they have those columns."""
     records = block.get(name)
     return records if records is not None and columns <= set(records.dtype.names or ()) else None

@@ -16,7 +16,7 @@ from pymavlink.DFReader import FORMAT_TO_STRUCT  # type: ignore[import-untyped]
 
 from tumble.logs.walk import Damage, walk
 
-Records: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
+DataflashRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
 """Messages of one name, by their columns."""
 
 MARK = b"\xa3\x95"
@@ -69,12 +69,12 @@ class BinaryLog:
 
     path: Path
 
-    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
+    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, DataflashRecords]]:
         """Returns the messages of these names, those of about a megabyte of file at a time."""
         yield from _blocks(self.path, _BinaryWalk(wanted, damage))
 
 
-def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, Records]]:
+def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, DataflashRecords]]:
     with path.open("rb") as file:
         for _ in walk(file, 0, path.stat().st_size, found.messages, found.damage):
             if records := found.records():
@@ -133,9 +133,9 @@ class _BinaryWalk:
             self._layouts[kind] = layout
             self._gathered.setdefault(kind, [])
 
-    def records(self) -> dict[str, Records]:
+    def records(self) -> dict[str, DataflashRecords]:
         """Returns what was gathered, and forgets it."""
-        found: dict[str, Records] = {}
+        found: dict[str, DataflashRecords] = {}
         for kind, parts in self._gathered.items():
             if parts:
                 layout = self._layouts[kind]
@@ -150,7 +150,7 @@ def _is_filler(piece: bytes) -> bool:
     return any(piece.count(byte) == len(piece) for byte in _EMPTY)
 
 
-def _scaled(records: Records, factors: dict[str, float]) -> Records:
+def _scaled(records: DataflashRecords, factors: dict[str, float]) -> DataflashRecords:
     if not factors:
         return records
     names = records.dtype.names or ()
@@ -167,7 +167,7 @@ class TextLog:
 
     path: Path
 
-    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
+    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, DataflashRecords]]:
         """Returns the messages of these names, those of about a megabyte of file at a time."""
         yield from _blocks(self.path, _TextWalk(wanted, damage))
 
@@ -197,9 +197,9 @@ class _TextWalk:
             self._layouts[name] = _Layout(name, fields[3], tuple(fields[4:]))
             self._gathered.setdefault(name, [])
 
-    def records(self) -> dict[str, Records]:
+    def records(self) -> dict[str, DataflashRecords]:
         """Returns what was gathered, and forgets it."""
-        found: dict[str, Records] = {}
+        found: dict[str, DataflashRecords] = {}
         for name, lines in self._gathered.items():
             layout = self._layouts[name]
             if lines and layout.binary().names:
@@ -209,7 +209,7 @@ class _TextWalk:
         return {name: records for name, records in found.items() if len(records)}
 
 
-def _table(lines: list[bytes], layout: _Layout) -> Records:
+def _table(lines: list[bytes], layout: _Layout) -> DataflashRecords:
     """Reads those lines that have all columns, and numbers where these are numbers."""
     split = (line.split(b",") for line in lines)
     rows = [row for row in split if len(row) == len(layout.columns)]

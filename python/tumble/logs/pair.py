@@ -12,7 +12,7 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
-from tumble.logs.csv import Rows, TextTable, expected_rows
+from tumble.logs.csv import CsvRows, TextTable, expected_rows
 from tumble.logs.interpolation import TimedReadings
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout
@@ -42,7 +42,7 @@ class TriadFile:
             assert samples.time is not None
             yield np.column_stack([samples.time, samples.accelerometer])
 
-    def _triad(self, rows: Rows) -> RawSamples:
+    def _triad(self, rows: CsvRows) -> RawSamples:
         time, x, y, z = self.columns
         return RawSamples(rows.columns[time], stack(rows.columns, (x, y, z)), np.empty((0, 3)))
 

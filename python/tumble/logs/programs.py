@@ -10,7 +10,7 @@ from pathlib import Path
 from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.logs.columns import ImuColumns, listed
-from tumble.logs.csv import Rows, imu_of_table, table_samples
+from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
 from tumble.logs.text_file import open_text
@@ -130,7 +130,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     factor = program.factor(path, layout, options, columns)
     rate = None if program.rate is None or options.rate is not None else _rate_in(path, program.rate)
 
-    def samples(rows: Rows) -> RawSamples:
+    def samples(rows: CsvRows) -> RawSamples:
         found = table_samples(rows, columns)
         if rate is not None and found.time is not None:
             found = replace(found, time=found.time / rate)

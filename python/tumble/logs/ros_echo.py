@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.logs.columns import ImuColumns, find_imus
-from tumble.logs.csv import Rows, TextTable, imu_of_table, table_samples
+from tumble.logs.csv import CsvRows, TextTable, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, find_layout
 from tumble.logs.text_file import open_text
@@ -71,7 +71,7 @@ def _of_ros_2(path: Path, head: bytes, row: re.Match[bytes], options: ReadOption
     names = [*columns.names, "nanosec"]
     table = TextTable(path, layout, names, skip_bad_lines=options.skip_bad_lines)
 
-    def samples(rows: Rows) -> RawSamples:
+    def samples(rows: CsvRows) -> RawSamples:
         found = table_samples(rows, columns)
         assert found.time is not None
         return replace(found, time=found.time + rows.columns["nanosec"] / 1e9)

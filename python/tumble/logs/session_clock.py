@@ -45,7 +45,7 @@ SUPPORT = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ClockLine:
     """`time = offset + pace stamp`, from a row on."""
 
     first_row: int
@@ -127,7 +127,7 @@ class _Evenness:
         return any(each == stamp or (set_back and 0.0 < stamp - each < BELIEVED) for each in self._uneven)
 
 
-def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSamples]:
+def steady(pieces: Iterable[RawSamples], lines: list[ClockLine]) -> Iterator[RawSamples]:
     """Returns samples, whose times are stamps of the sensor, with those of the lines."""
     row = 0
     starts = np.array([line.first_row for line in lines])
@@ -139,7 +139,7 @@ def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSampl
         yield replace(piece, time=offsets[which] + paces[which] * piece.time)
 
 
-def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
+def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[ClockLine]:
     """Finds the line of each stretch of a unit; `clock_rate` is s of its clock in a second of arrivals.
 
     Empty where no arrivals or stamps were recorded, where these are not of clocks that go alike, and where
@@ -204,9 +204,9 @@ def _sound(stamp: FloatArray, arrival: FloatArray) -> tuple[FloatArray, FloatArr
     return stamp[sound], arrival[sound]
 
 
-def _in_order(stretches: list[_Stretch]) -> list[Line]:
+def _in_order(stretches: list[_Stretch]) -> list[ClockLine]:
     """Fits the line of each; one that would end after the next begins had longer delays, and yields."""
-    lines: list[Line] = []
+    lines: list[ClockLine] = []
     begins, step = math.inf, LEAST_STEP
     for stretch in reversed(stretches):
         line, step = _line(stretch), stretch.step or step
@@ -217,14 +217,14 @@ def _in_order(stretches: list[_Stretch]) -> list[Line]:
     return lines
 
 
-def _line(stretch: _Stretch) -> Line:
+def _line(stretch: _Stretch) -> ClockLine:
     """Fits the line below all arrivals with the least sum of distances (eq. 8)."""
     stamp, arrival = _sound(
         np.array([one.stamp for one in stretch.quickest]),
         np.array([one.arrival for one in stretch.quickest]),
     )
     if stamp[-1] - stamp[0] < LEAST_SPAN:
-        return Line(stretch.first_row, float((arrival - stamp).min()), 1.0, CRYSTAL)
+        return ClockLine(stretch.first_row, float((arrival - stamp).min()), 1.0, CRYSTAL)
     corners = lower_hull(zip((stamp - stamp[0]).tolist(), (arrival - stamp).tolist(), strict=True))
     middle = float(np.mean(stamp - stamp[0]))
     (x0, y0), (x1, y1) = next(edge for edge in pairwise(corners) if edge[1][0] >= middle)
@@ -232,4 +232,4 @@ def _line(stretch: _Stretch) -> Line:
     heights = np.sort(arrival - stamp - slope * (stamp - stamp[0] - x0) - y0)[2:]
     usual = float(np.median(heights)) / math.log(2.0)  # eq. 4
     sigma = SUPPORT * usual / math.sqrt(len(heights)) / (x1 - x0)  # eq. 5
-    return Line(stretch.first_row, float(y0 - slope * (x0 + stamp[0])), 1.0 + slope, sigma)
+    return ClockLine(stretch.first_row, float(y0 - slope * (x0 + stamp[0])), 1.0 + slope, sigma)

@@ -27,7 +27,7 @@ from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, USABLE_RATE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
-from tumble.logs.ulog_file import MOST_CHANGES, Records, Topic, ULogFile, opened
+from tumble.logs.ulog_file import MOST_CHANGES, ULogFile, UlogRecords, UlogTopic, opened
 from tumble.logs.walk import Damage, doubles
 
 SENSOR: Mapping[Triad, str] = {"accelerometer": "sensor_accel", "gyroscope": "sensor_gyro"}
@@ -63,7 +63,7 @@ class _TopicFacts(Times):
 class _Scan:
     """Result of one pass over the whole log."""
 
-    topics: Mapping[Topic, _TopicFacts]
+    topics: Mapping[UlogTopic, _TopicFacts]
     changes: tuple[tuple[float, str, float], ...]
     """Changes of correction parameters: time, s, name and value."""
     remarks: tuple[str, ...]
@@ -90,7 +90,7 @@ def parameters_in(path: Path) -> dict[str, float]:
 @once_per_file
 def _scanned(path: Path) -> _Scan:
     log, damage = opened(path), Damage()
-    topics: dict[Topic, _TopicFacts] = {}
+    topics: dict[UlogTopic, _TopicFacts] = {}
     changes: list[tuple[float, str, float]] = []
 
     def changed(time: int, name: str, value: float) -> None:
@@ -103,7 +103,7 @@ def _scanned(path: Path) -> _Scan:
     return _Scan(topics, tuple(changes), damage.notices())
 
 
-def _note(topics: dict[Topic, _TopicFacts], topic: Topic, records: Records) -> None:
+def _note(topics: dict[UlogTopic, _TopicFacts], topic: UlogTopic, records: UlogRecords) -> None:
     names = records.dtype.names or ()
     time = _time(records)
     facts = topics.setdefault(topic, _TopicFacts(names=names))
@@ -116,11 +116,11 @@ def _note(topics: dict[Topic, _TopicFacts], topic: Topic, records: Records) -> N
         facts.clipped += int(records["clip_counter"].sum())
 
 
-def _is_fifo(topic: Topic) -> bool:
+def _is_fifo(topic: UlogTopic) -> bool:
     return topic.name in FIFO.values()
 
 
-def _time(records: Records) -> FloatArray:
+def _time(records: UlogRecords) -> FloatArray:
     """Returns the (n,) s at which the sensor was read, where that is known."""
     names = records.dtype.names or ()
     name = next((each for each in ("timestamp_sample", "timestamp") if each in names), None)
@@ -145,12 +145,12 @@ def _apart(
     scan: _Scan,
     form: str,
     names: Mapping[Triad, str],
-    decode: Callable[[Triad, Records], TriadSamples],
+    decode: Callable[[Triad, UlogRecords], TriadSamples],
     fields: tuple[str, ...] = (),
 ) -> Iterator[FlightImu]:
     """Finds instances whose accelerometer and gyroscope were logged, with x, y, z and `fields`."""
     for instance in sorted({topic.instance for topic in scan.topics}):
-        topics = {triad: Topic(name, instance) for triad, name in names.items()}
+        topics = {triad: UlogTopic(name, instance) for triad, name in names.items()}
         facts = {triad: scan.topics[topic] for triad, topic in topics.items() if topic in scan.topics}
         if len(facts) < len(TRIADS) or not all(_has(each, "x", "y", "z", *fields) for each in facts.values()):
             continue
@@ -211,10 +211,10 @@ def _notices_apart(
 
 def _read_apart(
     log: ULogFile,
-    topics: Mapping[Triad, Topic],
+    topics: Mapping[Triad, UlogTopic],
     base: Triad,
     apart: float,
-    decode: Callable[[Triad, Records], TriadSamples],
+    decode: Callable[[Triad, UlogRecords], TriadSamples],
 ) -> Iterator[RawSamples]:
     def pieces() -> Iterator[TriadSamples]:
         for block in log.blocks([topic.name for topic in topics.values()], Damage()):
@@ -225,21 +225,21 @@ def _read_apart(
     return paired(pieces(), base, apart)
 
 
-def _readings(triad: Triad, records: Records) -> TriadSamples:
+def _readings(triad: Triad, records: UlogRecords) -> TriadSamples:
     return TriadSamples(triad, _time(records), _axes(records), _temperature(records))
 
 
-def _axes(records: Records) -> FloatArray:
+def _axes(records: UlogRecords) -> FloatArray:
     return np.stack([doubles(records[axis]) for axis in "xyz"], axis=-1)
 
 
-def _temperature(records: Records) -> FloatArray | None:
+def _temperature(records: UlogRecords) -> FloatArray | None:
     if "temperature" not in (records.dtype.names or ()):
         return None
     return doubles(records["temperature"])
 
 
-def _unpacked(triad: Triad, records: Records) -> TriadSamples:
+def _unpacked(triad: Triad, records: UlogRecords) -> TriadSamples:
     """Splits batches: `samples` readings in units of `scale`, `dt` us apart, the last of them stamped."""
     most = records["x"].shape[1]
     number = np.arange(most)
@@ -266,7 +266,7 @@ def _turned(number: int) -> FloatArray:
 
 
 def _together(
-    log: ULogFile, scan: _Scan, name: str, decode: Callable[[Records], RawSamples]
+    log: ULogFile, scan: _Scan, name: str, decode: Callable[[UlogRecords], RawSamples]
 ) -> Iterator[FlightImu]:
     """Finds the instances of a topic that holds both triads."""
     for topic, facts in sorted(scan.topics.items()):
@@ -302,7 +302,7 @@ def _notices_together(facts: _TopicFacts) -> Iterator[str]:
 
 def _devices(log: ULogFile, scan: _Scan, facts: _TopicFacts) -> dict[Triad, int]:
     """Returns the devices a topic is about: its own, else those that PX4 had selected."""
-    selected = scan.topics.get(Topic(SELECTION, 0))
+    selected = scan.topics.get(UlogTopic(SELECTION, 0))
     found: dict[Triad, int] = {}
     for triad, name in _DEVICE.items():
         ids = facts.devices.get(name) or (selected.devices.get(name, set()) if selected else set())
@@ -313,7 +313,7 @@ def _devices(log: ULogFile, scan: _Scan, facts: _TopicFacts) -> dict[Triad, int]
     return found
 
 
-def _thermometer(scan: _Scan, device: int) -> Topic | None:
+def _thermometer(scan: _Scan, device: int) -> UlogTopic | None:
     """Finds the topic that holds the temperature of a device."""
     for topic, facts in scan.topics.items():
         is_of_device = _only(facts.devices.get("device_id", set())) == device != 0
@@ -323,7 +323,7 @@ def _thermometer(scan: _Scan, device: int) -> Topic | None:
 
 
 def _read_together(
-    log: ULogFile, topic: Topic, decode: Callable[[Records], RawSamples], warmth: Topic | None
+    log: ULogFile, topic: UlogTopic, decode: Callable[[UlogRecords], RawSamples], warmth: UlogTopic | None
 ) -> Iterator[RawSamples]:
     thermometer = Thermometer()
     for block in log.blocks([topic.name, *([warmth.name] if warmth else [])], Damage()):
@@ -337,14 +337,14 @@ def _read_together(
         yield samples
 
 
-def _combined(records: Records) -> RawSamples:
+def _combined(records: UlogRecords) -> RawSamples:
     force = doubles(records["accelerometer_m_s2"])
     if "accelerometer_timestamp_relative" in (records.dtype.names or ()):
         force[records["accelerometer_timestamp_relative"] == NO_ACCELEROMETER] = np.nan
     return RawSamples(_time(records), force, doubles(records["gyro_rad"]))
 
 
-def _deltas(records: Records) -> RawSamples:
+def _deltas(records: UlogRecords) -> RawSamples:
     """Divides what angle and velocity changed by through the time that took."""
     force, rate = (
         doubles(records[name]) / _interval(records, name)[:, np.newaxis]
@@ -353,7 +353,7 @@ def _deltas(records: Records) -> RawSamples:
     return RawSamples(_time(records), force, rate)
 
 
-def _interval(records: Records, name: str) -> FloatArray:
+def _interval(records: UlogRecords, name: str) -> FloatArray:
     """Returns (n,) s; NaN where it is none."""
     stated = f"{name}_dt" if f"{name}_dt" in (records.dtype.names or ()) else "dt"
     if stated not in (records.dtype.names or ()):
@@ -362,7 +362,7 @@ def _interval(records: Records, name: str) -> FloatArray:
     return np.where(interval > 0.0, interval, np.nan)
 
 
-def _means(records: Records) -> RawSamples:
+def _means(records: UlogRecords) -> RawSamples:
     temperature = None
     if "temperature_accel" in (records.dtype.names or ()):
         temperature = doubles(records["temperature_accel"])

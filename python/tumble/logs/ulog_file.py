@@ -45,12 +45,12 @@ _TYPES = {
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "bool": "u1", "char": "S1",
 }  # fmt: skip
 
-Records: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
+UlogRecords: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
 """Messages of a topic, by its fields; arrays of three are (n, 3)."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Topic:
+class UlogTopic:
     """One instance of a topic."""
 
     name: str
@@ -85,7 +85,7 @@ class ULogFile:
         wanted: Collection[str],
         damage: Damage,
         changed: Callable[[int, str, float], None] | None = None,
-    ) -> Iterator[dict[Topic, Records]]:
+    ) -> Iterator[dict[UlogTopic, UlogRecords]]:
         """Returns the messages of these topics, those of about a megabyte of file at a time.
 
         `damage` counts errors; `changed` the time, us, name and value of each parameter
@@ -198,8 +198,8 @@ class _Walk:
     wanted: Collection[str]
     damage: Damage
     changed: Callable[[int, str, float], None] | None
-    _topics: dict[int, Topic] = field(default_factory=dict)
-    _layouts: dict[Topic, np.dtype[np.void]] = field(default_factory=dict)
+    _topics: dict[int, UlogTopic] = field(default_factory=dict)
+    _layouts: dict[UlogTopic, np.dtype[np.void]] = field(default_factory=dict)
     _places: dict[int, list[int]] = field(default_factory=dict)
     """Places of data in the block, by the number of their subscription."""
     _block: bytes = b""
@@ -250,7 +250,7 @@ class _Walk:
             name = body[3:].decode("utf-8", "replace")
             number = int.from_bytes(body[1:3], "little")
             if name in self.wanted and (layout := self.log.layout(name)).names:
-                topic = Topic(name, body[0])
+                topic = UlogTopic(name, body[0])
                 self._topics[number], self._layouts[topic] = topic, layout
                 self._places.setdefault(number, [])
         elif kind == _DROPOUT and len(body) == 2:
@@ -263,9 +263,9 @@ class _Walk:
                 number = np.frombuffer(value, _TYPES[kind_of])[0]
                 self.changed(self._last, name, float(number))
 
-    def records(self) -> dict[Topic, Records]:
+    def records(self) -> dict[UlogTopic, UlogRecords]:
         """Returns what stands in the last block, and forgets where."""
-        found: dict[Topic, Records] = {}
+        found: dict[UlogTopic, UlogRecords] = {}
         content = np.frombuffer(self._block, np.uint8)
         for number, places in self._places.items():
             topic = self._topics[number]

@@ -19,7 +19,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
 from tumble.logs.columns import ImuColumns
-from tumble.logs.csv import Block, Rows, TextTable, imu_of_table
+from tumble.logs.csv import CsvBlock, CsvRows, TextTable, imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, is_time_stamp
 from tumble.logs.text_file import open_text
@@ -151,7 +151,7 @@ class SentenceTable(TextTable):
         """Returns the columns to be read."""
         self._names = names
 
-    def _parse(self, block: Block) -> Rows:
+    def _parse(self, block: CsvBlock) -> CsvRows:
         kept, good, wrong = self._sentences(np.frombuffer(block.data, dtype=np.uint8))
         table = kept.translate(_AS_COMMAS)
         try:
@@ -162,7 +162,7 @@ class SentenceTable(TextTable):
         if wrong:
             first = 1 + self._newlines_before(block.offset)
             bad = tuple(f"line {first + number} {problem}" for number, problem in sorted(wrong.items()))
-        return Rows(columns, bad)
+        return CsvRows(columns, bad)
 
     def _read_singly(self, table: bytes, good: _Positions, wrong: dict[int, str]) -> Mapping[str, FloatArray]:
         """Omits sentences with a right checksum and wrong fields, and adds them to the errors."""

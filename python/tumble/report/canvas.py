@@ -19,7 +19,7 @@ from tumble.foundation.arrays import FloatArray
 
 Box: TypeAlias = tuple[float, float, float, float]
 """Left, bottom, width and height; of a panel in inches."""
-Range: TypeAlias = tuple[float, float]
+Ends: TypeAlias = tuple[float, float]
 Frame: TypeAlias = Literal["data", "panel"]
 """Frame of a place: numbers of the panel, or shares of its width or height."""
 
@@ -52,7 +52,7 @@ MARKERS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Line:
+class LineMark:
     """A line through points, broken where a number is not finite."""
 
     x: FloatArray
@@ -84,7 +84,7 @@ class Points:
 class Bars:
     """Rectangles between places across, over one height."""
 
-    spans: Sequence[Range]
+    spans: Sequence[Ends]
     low: float
     height: float
     colour: str
@@ -148,11 +148,11 @@ class Text:
     order: float = _TEXT
 
 
-Mark: TypeAlias = Line | Points | Bars | Band | Grid | Rounded | Text
+Mark: TypeAlias = LineMark | Points | Bars | Band | Grid | Rounded | Text
 
 
 @dataclass(slots=True)
-class Scale:
+class AxisScale:
     """Numbers along one edge of a panel."""
 
     ticks: Sequence[float] = ()
@@ -172,9 +172,9 @@ class Axes:
         """Marks that are cut off at the edges."""
         self.over: list[Mark] = []
         """Marks that may stand over the edges."""
-        self.scales: dict[Direction, Scale] = {"x": Scale(), "y": Scale()}
-        self._across: Range = (0.0, 1.0)
-        self._up: Range = (0.0, 1.0)
+        self.scales: dict[Direction, AxisScale] = {"x": AxisScale(), "y": AxisScale()}
+        self._across: Ends = (0.0, 1.0)
+        self._up: Ends = (0.0, 1.0)
 
     def set_xlim(self, low: float, high: float) -> None:
         """Sets what the left and the right edge stand for."""
@@ -184,11 +184,11 @@ class Axes:
         """Sets what the lower and the upper edge stand for."""
         self._up = float(low), float(high)
 
-    def get_xlim(self) -> Range:
+    def get_xlim(self) -> Ends:
         """Returns what the left and the right edge stand for."""
         return self._across
 
-    def get_ylim(self) -> Range:
+    def get_ylim(self) -> Ends:
         """Returns what the lower and the upper edge stand for."""
         return self._up
 
@@ -204,7 +204,7 @@ class Axes:
     ) -> None:
         """Draws a line through points (n,), broken where a number is not finite; `dash` is as SVG has it."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-        self.inside.append(Line(x=x, y=y, colour=colour, width=width, dash=dash, order=order))
+        self.inside.append(LineMark(x=x, y=y, colour=colour, width=width, dash=dash, order=order))
 
     def points(
         self,
@@ -238,7 +238,7 @@ class Axes:
 
     def bars(
         self,
-        spans: Iterable[Range],
+        spans: Iterable[Ends],
         low: float,
         height: float,
         colour: str,

@@ -23,7 +23,7 @@ from tumble.report.canvas import (
     Bars,
     Direction,
     Grid,
-    Line,
+    LineMark,
     Mark,
     Points,
     Rounded,
@@ -129,7 +129,7 @@ class _Panel:
     def draw(self, mark: Mark) -> None:
         """Draws one mark."""
         match mark:
-            case Line():
+            case LineMark():
                 self._line(mark)
             case Points():
                 self._points(mark)
@@ -146,7 +146,7 @@ class _Panel:
                 if not mark.of_axis:
                     self._text(mark)
 
-    def _line(self, line: Line) -> None:
+    def _line(self, line: LineMark) -> None:
         style = "-" if not line.dash else (0, tuple(float(part) / line.width for part in line.dash.split()))
         self._on.plot(
             self._values(line.x, "x"),

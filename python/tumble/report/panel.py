@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.report.canvas import Axes, Scale
+from tumble.report.canvas import Axes, AxisScale
 from tumble.report.numbers import MINUS
 from tumble.report.svg import GRID, INK, SOFT
 
@@ -59,7 +59,7 @@ def value_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 5
 
 def numbered_value_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
     """Writes numbers at the left, and the quantity and its unit above."""
-    axes.scales["y"] = Scale(ticks, texts, title)
+    axes.scales["y"] = AxisScale(ticks, texts, title)
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             0,
@@ -128,7 +128,7 @@ def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
 
 def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:
     """Writes numbers below, and the quantity and its unit below them."""
-    axes.scales["x"] = Scale(ticks, texts, title)
+    axes.scales["x"] = AxisScale(ticks, texts, title)
     for tick, text in zip(ticks, texts, strict=True):
         axes.text(
             tick,
@@ -161,7 +161,7 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
     axes.set_xlim(-0.6, len(labels) - 0.4)
     stride = max(1, -(-len(labels) // most))
     shown = list(enumerate(labels))[::stride]
-    axes.scales["x"] = Scale([place for place, _ in shown], [label for _, label in shown])
+    axes.scales["x"] = AxisScale([place for place, _ in shown], [label for _, label in shown])
     for place, label in shown:
         axes.text(
             place,

@@ -9,7 +9,19 @@ import numpy as np
 from markupsafe import escape
 
 from tumble.foundation.arrays import FloatArray
-from tumble.report.canvas import MARKERS, Axes, Band, Bars, Figure, Grid, Line, Mark, Points, Rounded, Text
+from tumble.report.canvas import (
+    MARKERS,
+    Axes,
+    Band,
+    Bars,
+    Figure,
+    Grid,
+    LineMark,
+    Mark,
+    Points,
+    Rounded,
+    Text,
+)
 
 Paint: TypeAlias = Callable[[str], str]
 """Gives what a drawing colour is called where the figure will stand."""
@@ -69,7 +81,7 @@ class _Panel:
 
     def _mark(self, mark: Mark) -> str:
         match mark:
-            case Line():
+            case LineMark():
                 return self._line(mark)
             case Points():
                 return self._points(mark)
@@ -84,7 +96,7 @@ class _Panel:
             case Text():
                 return self._text(mark)
 
-    def _line(self, line: Line) -> str:
+    def _line(self, line: LineMark) -> str:
         style = f"fill:none;stroke:{self._paint(line.colour)};stroke-width:{_short(line.width)}"
         dashed = f";stroke-dasharray:{line.dash}" if line.dash else ""
         return f'<path d="{_path(self._right(line.x), self._down(line.y))}" style="{style}{dashed}"/>'

@@ -19,10 +19,10 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.words import join
 from tumble.laboratory.certificate.catalogue import METHODS
 from tumble.laboratory.certificate.model import (
-    Calibrated,
+    CalibratedItem,
     Certificate,
+    CertifiedDecision,
     Condition,
-    Decision,
     Environment,
     Equipment,
     Item,
@@ -63,7 +63,7 @@ _NEEDED = {
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class CollectedResult:
     """A result that is to be certified."""
 
     result: Result
@@ -73,19 +73,21 @@ class Found:
     owner: str
 
 
-def results_in_files(places: Iterable[str], condition: Condition, facts: UnitFacts) -> Iterator[Found]:
+def results_in_files(
+    places: Iterable[str], condition: Condition, facts: UnitFacts
+) -> Iterator[CollectedResult]:
     """Read results from folders and files; raises `TumbleError`."""
     for place in places:
         found = list(read_results([_existing(place)]))
         if not found:
             raise TumbleError(f"{place}: holds no result of a procedure; give another folder")
         for result in found:
-            yield Found(result, condition, facts.manufacturer, facts.model, facts.owner)
+            yield CollectedResult(result, condition, facts.manufacturer, facts.model, facts.owner)
 
 
 def results_in_registry(
     registry: Registry, places: Iterable[str], condition: Condition, facts: UnitFacts, who: str
-) -> Iterator[Found]:
+) -> Iterator[CollectedResult]:
     """Read results from a registry, to which those in folders and files are added; raises `TumbleError`."""
     for place in places:
         if Path(place).exists():
@@ -97,7 +99,7 @@ def results_in_registry(
             yield _registered(registry, place, condition)
 
 
-def _registered(registry: Registry, identity: str, condition: Condition) -> Found:
+def _registered(registry: Registry, identity: str, condition: Condition) -> CollectedResult:
     shown = registry.show(identity)
     row, unit = shown.calibration, shown.unit
     name = str(row["calibration"])[:SHORT]
@@ -109,13 +111,13 @@ def _registered(registry: Registry, identity: str, condition: Condition) -> Foun
     content = registry.document(str(row["document"]))
     calibration = Calibration.model_validate(parse(content.decode("utf-8-sig"))[1])
     result = Result(calibration, content, None, f"result {name}")
-    return Found(
+    return CollectedResult(
         result, recorded or condition, str(unit["manufacturer"]), str(unit["model"]), str(unit["owner"])
     )
 
 
 def certificates_of(
-    found: Sequence[Found], stated: Statement, day: str, supersedes: str = ""
+    found: Sequence[CollectedResult], stated: Statement, day: str, supersedes: str = ""
 ) -> list[Certificate]:
     """Return a certificate for each unit, without its number.
 
@@ -127,7 +129,7 @@ def certificates_of(
         raise TumbleError(
             f"no certificate without the {join(missing)}; write it into tumble.toml, or give --{option}"
         )
-    units: dict[str, list[Found]] = {}
+    units: dict[str, list[CollectedResult]] = {}
     for each in found:
         _check(each.result)
         units.setdefault(each.result.calibration.serial, []).append(each)
@@ -136,7 +138,7 @@ def certificates_of(
     ]
 
 
-def _known(stated: Statement, found: Sequence[Found], name: str) -> bool:
+def _known(stated: Statement, found: Sequence[CollectedResult], name: str) -> bool:
     """Return True if a statement is given; the owner of a unit is its customer."""
     return bool(getattr(stated, name)) or (name == "customer" and all(each.owner for each in found))
 
@@ -162,7 +164,7 @@ def _check(result: Result) -> None:
         )
 
 
-def _ordered(serial: str, own: Sequence[Found]) -> list[Found]:
+def _ordered(serial: str, own: Sequence[CollectedResult]) -> list[CollectedResult]:
     """Return the calibrations of a unit, as found and as left; raises `TumbleError` where there are more."""
     before = [each for each in own if each.condition == "as found"]
     after = [each for each in own if each.condition != "as found"]
@@ -178,7 +180,7 @@ def _ordered(serial: str, own: Sequence[Found]) -> list[Found]:
 
 
 def _certificate(
-    serial: str, own: Sequence[Found], stated: Statement, day: str, supersedes: str
+    serial: str, own: Sequence[CollectedResult], stated: Statement, day: str, supersedes: str
 ) -> Certificate:
     last = own[-1]
     try:
@@ -210,11 +212,11 @@ def _certificate(
         ) from error
 
 
-def _calibrated(found: Found) -> Calibrated:
+def _calibrated(found: CollectedResult) -> CalibratedItem:
     result, calibration = found.result, found.result.calibration
     temperature, gravity = calibration.temperature, calibration.gravity
     runs = [run for run in runs_of(result.content) if run.date]
-    return Calibrated(
+    return CalibratedItem(
         condition=found.condition,
         result=result.identity,
         begun=min(run.date for run in runs)[:10],
@@ -259,13 +261,13 @@ def _reference(calibration: Calibration) -> Equipment | None:
     )
 
 
-def _decision(result: Result) -> Decision | None:
+def _decision(result: Result) -> CertifiedDecision | None:
     decision = result.calibration.decision
     if decision is not None:
-        return Decision(rule=decision.rule, guard=decision.guard, verdict=decision.verdict)
+        return CertifiedDecision(rule=decision.rule, guard=decision.guard, verdict=decision.verdict)
     if result.calibration.limits is None or result.run.verdict not in ("pass", "fail"):
         return None
-    return Decision.model_validate({"rule": SIMPLE, "guard": 0.0, "verdict": result.run.verdict})
+    return CertifiedDecision.model_validate({"rule": SIMPLE, "guard": 0.0, "verdict": result.run.verdict})
 
 
 def _existing(place: str) -> Path:

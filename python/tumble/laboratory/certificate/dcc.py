@@ -18,12 +18,12 @@ from tumble.laboratory.certificate import statements
 from tumble.laboratory.certificate.catalogue import LABELS, TERMS, Texts, label, parameter_name, texts
 from tumble.laboratory.certificate.model import (
     PARAMETERS,
-    Calibrated,
+    CalibratedItem,
     Certificate,
+    CertifiedQuantity,
     Equipment,
     Language,
     Party,
-    Quantity,
     SensorModel,
 )
 from tumble.laboratory.certificate.si_units import D_SI, ONE, unit_of_product
@@ -47,7 +47,7 @@ CONFORMITY = {
     "fail": "fail",
 }
 
-Element: TypeAlias = Any
+XmlElement: TypeAlias = Any
 """Element of lxml, whose type has no public name."""
 
 
@@ -56,7 +56,7 @@ def dcc_of(certificate: Certificate) -> bytes:
     return serialized(_Writer(certificate).whole())
 
 
-def serialized(root: Element) -> bytes:
+def serialized(root: XmlElement) -> bytes:
     """Return a document as the bytes that are written: canonical XML behind its declaration."""
     written: bytes = etree.tostring(root, method="c14n")
     return DECLARATION + written
@@ -67,7 +67,7 @@ class _Writer:
         self.certificate = certificate
         self.languages: tuple[Language, ...] = certificate.languages
 
-    def whole(self) -> Element:
+    def whole(self) -> XmlElement:
         root = etree.Element(
             f"{{{DCC}}}digitalCalibrationCertificate",
             {"schemaVersion": VERSION},
@@ -81,7 +81,7 @@ class _Writer:
 
     # Administrative data
 
-    def _administration(self, parent: Element) -> None:
+    def _administration(self, parent: XmlElement) -> None:
         certificate = self.certificate
         self._software(parent, "dccSoftware", certificate.calibrated[-1].software)
         definition = _add(_add(parent, "refTypeDefinitions"), "refTypeDefinition")
@@ -112,7 +112,7 @@ class _Writer:
         for remark in certificate.remarks:
             self._plain(_add(_add(stated, "statement", refType="tumble_remark"), "declaration"), remark)
 
-    def _core(self, parent: Element) -> None:
+    def _core(self, parent: XmlElement) -> None:
         certificate = self.certificate
         _add(parent, "countryCodeISO3166_1", certificate.laboratory.country)
         for language in self.languages:
@@ -128,27 +128,27 @@ class _Writer:
             _add(replaced, "typeOfChange", "substituted")
             _add(replaced, "replacedUniqueIdentifier", certificate.supersedes)
 
-    def _contact(self, parent: Element, party: Party) -> None:
+    def _contact(self, parent: XmlElement, party: Party) -> None:
         self._plain(_add(parent, "name"), party.name)
         place = _add(parent, "location")
         if party.country:
             _add(place, "countryCode", party.country)
         self._plain(_add(place, "further"), party.address)
 
-    def _person(self, parent: Element, name: str, role: str, *, is_main: bool) -> None:
+    def _person(self, parent: XmlElement, name: str, role: str, *, is_main: bool) -> None:
         person = _add(parent, "respPerson")
         self._plain(_add(_add(person, "person"), "name"), name)
         _add(person, "role", role)
         if is_main:
             _add(person, "mainSigner", "true")
 
-    def _serial(self, parent: Element, serial: str) -> None:
+    def _serial(self, parent: XmlElement, serial: str) -> None:
         found = _add(_add(parent, "identifications"), "identification")
         _add(found, "issuer", "manufacturer")
         _add(found, "value", serial)
         self._texts(_add(found, "name"), label("serial", self.languages))
 
-    def _software(self, parent: Element, name: str, text: str) -> None:
+    def _software(self, parent: XmlElement, name: str, text: str) -> None:
         software = _add(_add(parent, name), "software")
         program, _, version = text.partition(" ")
         self._plain(_add(software, "name"), program)
@@ -156,7 +156,7 @@ class _Writer:
 
     # Results
 
-    def _calibration(self, parent: Element, each: Calibrated) -> None:
+    def _calibration(self, parent: XmlElement, each: CalibratedItem) -> None:
         title = f"result {each.condition}" if each.condition else "results"
         self._texts(_add(parent, "name"), label(title, self.languages))
         methods = _add(parent, "usedMethods")
@@ -176,7 +176,7 @@ class _Writer:
                 self._triad(_add(found, "result", refType=f"tumble_{triad}"), triad, quantities, models)
         self._facts(_add(parent, "measurementMetaData"), each)
 
-    def _reference(self, parent: Element, reference: Equipment) -> None:
+    def _reference(self, parent: XmlElement, reference: Equipment) -> None:
         found = _add(parent, "measuringEquipment", refType="basic_normalUsed")
         self._plain(_add(found, "name"), reference.name)
         if reference.certificate:
@@ -196,7 +196,7 @@ class _Writer:
             self._texts(_add(quantity, "name"), texts(TERMS[triad], self.languages))
             self._plain(_add(quantity, "noQuantity"), getattr(reference, triad) or "-")
 
-    def _conditions(self, parent: Element, each: Calibrated) -> None:
+    def _conditions(self, parent: XmlElement, each: CalibratedItem) -> None:
         environment = each.environment
         data = self._condition(parent, "condition", each, "tumble_condition")
         self._texts(_add(data, "text"), label(each.condition or "no condition", self.languages))
@@ -211,14 +211,14 @@ class _Writer:
             quantity = _add(data, "quantity", refType="tumble_gravity")
             self._real(quantity, "gravity", environment.gravity, "m/s^2", environment.gravity_source)
 
-    def _condition(self, parent: Element, key: str, each: Calibrated, kind: str) -> Element:
+    def _condition(self, parent: XmlElement, key: str, each: CalibratedItem, kind: str) -> XmlElement:
         found = _add(parent, "influenceCondition", refType=kind)
         self._texts(_add(found, "name"), label(key, self.languages))
         if each.condition:
             _add(found, "status", CONDITIONS[each.condition])
         return _add(found, "data")
 
-    def _real(self, parent: Element, key: str, value: float, unit: str, remark: str = "") -> None:
+    def _real(self, parent: XmlElement, key: str, value: float, unit: str, remark: str = "") -> None:
         self._texts(_add(parent, "name"), label(key, self.languages))
         if remark:
             self._plain(_add(parent, "description"), remark)
@@ -227,7 +227,11 @@ class _Writer:
         _add_si(real, "unit", D_SI[unit])
 
     def _triad(
-        self, parent: Element, triad: TriadName, found: Iterable[Quantity], models: Iterable[SensorModel]
+        self,
+        parent: XmlElement,
+        triad: TriadName,
+        found: Iterable[CertifiedQuantity],
+        models: Iterable[SensorModel],
     ) -> None:
         self._texts(_add(parent, "name"), texts(TERMS[triad], self.languages))
         data = _add(parent, "data")
@@ -241,7 +245,7 @@ class _Writer:
             if rest:
                 self._model(data, "fixed parameters", "tumble_fixed", model, rest, with_covariance=False)
 
-    def _quantity(self, parent: Element, each: Quantity) -> None:
+    def _quantity(self, parent: XmlElement, each: CertifiedQuantity) -> None:
         kind = "tumble_" + each.parameter.replace(" ", "_")
         found = _add(parent, "quantity", refType=f"{VALUE} {kind}")
         self._texts(_add(found, "name"), parameter_name(each.parameter, self.languages))
@@ -261,7 +265,7 @@ class _Writer:
 
     def _model(
         self,
-        parent: Element,
+        parent: XmlElement,
         key: str,
         kind: str,
         model: SensorModel,
@@ -291,7 +295,7 @@ class _Writer:
             _add_si(region, "coverageProbability", PROBABILITY)
             _add_si(region, "distribution", "normal")
 
-    def _facts(self, parent: Element, each: Calibrated) -> None:
+    def _facts(self, parent: XmlElement, each: CalibratedItem) -> None:
         self._fact(parent, "result", each.result)
         self._fact(parent, "begun", each.begun)
         self._fact(parent, "operator", each.operator, day=each.day)
@@ -309,14 +313,14 @@ class _Writer:
             self._texts(_add(found, "declaration"), rule)
             _add(found, "conformity", CONFORMITY[each.decision.verdict])
 
-    def _fact(self, parent: Element, key: str, text: str, day: str = "") -> None:
+    def _fact(self, parent: XmlElement, key: str, text: str, day: str = "") -> None:
         found = _add(parent, "metaData", refType=f"tumble_{key}")
         self._texts(_add(found, "name"), label(key, self.languages))
         self._plain(_add(found, "declaration"), text)
         if day:
             _add(found, "date", day)
 
-    def _statement(self, parent: Element, key: str, sentence: Texts) -> None:
+    def _statement(self, parent: XmlElement, key: str, sentence: Texts) -> None:
         found = _add(parent, "statement", refType="tumble_" + key.replace(" ", "_"))
         if key in LABELS:
             self._texts(_add(found, "name"), label(key, self.languages))
@@ -324,11 +328,11 @@ class _Writer:
 
     # Text
 
-    def _texts(self, parent: Element, found: Mapping[str, str]) -> None:
+    def _texts(self, parent: XmlElement, found: Mapping[str, str]) -> None:
         for language, text in found.items():
             _add(parent, "content", text, lang=language)
 
-    def _plain(self, parent: Element, text: str) -> None:
+    def _plain(self, parent: XmlElement, text: str) -> None:
         _add(parent, "content", text)
 
 
@@ -343,17 +347,17 @@ def _packed(stated: Mapping[str, str]) -> str:
     return "; ".join(f"{name} {value}" for name, value in stated.items() if value)
 
 
-def _add(parent: Element, name: str, text: str | None = None, **attributes: str) -> Element:
+def _add(parent: XmlElement, name: str, text: str | None = None, **attributes: str) -> XmlElement:
     return _child(parent, DCC, name, text, attributes)
 
 
-def _add_si(parent: Element, name: str, text: str | None = None) -> Element:
+def _add_si(parent: XmlElement, name: str, text: str | None = None) -> XmlElement:
     return _child(parent, SI, name, text, {})
 
 
 def _child(
-    parent: Element, space: str, name: str, text: str | None, attributes: Mapping[str, str]
-) -> Element:
+    parent: XmlElement, space: str, name: str, text: str | None, attributes: Mapping[str, str]
+) -> XmlElement:
     found = etree.SubElement(parent, f"{{{space}}}{name}", dict(attributes))
     found.text = text
     return found

@@ -12,18 +12,18 @@ from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
-from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, Element
+from tumble.laboratory.certificate.dcc import CONDITIONS, CONFORMITY, DCC, SI, VALUE, XmlElement
 from tumble.laboratory.certificate.model import (
     PARAMETERS,
-    Calibrated,
+    CalibratedItem,
     Certificate,
-    Decision,
+    CertifiedDecision,
+    CertifiedQuantity,
     Environment,
     Equipment,
     Item,
     Laboratory,
     Party,
-    Quantity,
     SensorModel,
 )
 from tumble.laboratory.certificate.si_units import FROM_D_SI
@@ -45,7 +45,7 @@ def read_dcc(content: bytes, about: str = "certificate") -> Certificate:
         raise CalibrationFileError(f"{about}: {mistake_in(error, Certificate)}; {_REMEDY}") from error
 
 
-def parse_xml(content: bytes, about: str) -> Element:
+def parse_xml(content: bytes, about: str) -> XmlElement:
     """Return the root of a certificate; no entity is resolved and nothing is fetched."""
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
     try:
@@ -62,7 +62,7 @@ class _MissingPartError(Exception):
     """A certificate lacks a part, or holds it in another form."""
 
 
-def _certificate(root: Element) -> Certificate:
+def _certificate(root: XmlElement) -> Certificate:
     administration = _one(root, "dcc:administrativeData")
     core = _one(administration, "dcc:coreData")
     laboratory = _one(administration, "dcc:calibrationLaboratory")
@@ -97,7 +97,7 @@ def _certificate(root: Element) -> Certificate:
     )
 
 
-def _party(contact: Element) -> dict[str, str]:
+def _party(contact: XmlElement) -> dict[str, str]:
     return {
         "name": _plain(contact, "dcc:name"),
         "address": _plain(contact, "dcc:location/dcc:further"),
@@ -105,7 +105,7 @@ def _party(contact: Element) -> dict[str, str]:
     }
 
 
-def _calibrated(result: Element) -> Calibrated:
+def _calibrated(result: XmlElement) -> CalibratedItem:
     conditions = {written: condition for condition, written in CONDITIONS.items()}
     status = _text_or(result, "dcc:influenceConditions/dcc:influenceCondition/dcc:status")
     facts = {
@@ -119,7 +119,7 @@ def _calibrated(result: Element) -> Calibrated:
     used = result.iterfind("dcc:usedMethods/dcc:usedMethod", _SPACES)
     equipment = result.find("dcc:measuringEquipments/dcc:measuringEquipment", _SPACES)
     triads = list(result.iterfind("dcc:results/dcc:result", _SPACES))
-    return Calibrated(
+    return CalibratedItem(
         condition=conditions.get(status, ""),  # type: ignore[arg-type]
         result=_plain(_kind(facts, "tumble_result"), "dcc:declaration"),
         begun=_plain(_kind(facts, "tumble_begun"), "dcc:declaration"),
@@ -136,7 +136,7 @@ def _calibrated(result: Element) -> Calibrated:
     )
 
 
-def _environment(result: Element) -> Environment:
+def _environment(result: XmlElement) -> Environment:
     found = {
         kind: each
         for each in result.iterfind(
@@ -154,7 +154,7 @@ def _environment(result: Element) -> Environment:
     )
 
 
-def _equipment(found: Element) -> Equipment:
+def _equipment(found: XmlElement) -> Equipment:
     certificate = found.find("dcc:certificate", _SPACES)
     stated = {"name": _plain(found, "dcc:name")}
     if certificate is not None:
@@ -172,13 +172,13 @@ def _equipment(found: Element) -> Equipment:
     return Equipment.model_validate({name: "" if text == "-" else text for name, text in stated.items()})
 
 
-def _quantities(triad: Element) -> Iterator[Quantity]:
+def _quantities(triad: XmlElement) -> Iterator[CertifiedQuantity]:
     for each in triad.iterfind("dcc:data/dcc:quantity", _SPACES):
         if VALUE not in _kinds(each):
             continue
         parameter = _ending(_kinds(each), "tumble_").replace("_", " ")
         if each.find("dcc:noQuantity", _SPACES) is not None:
-            yield Quantity(
+            yield CertifiedQuantity(
                 parameter=parameter,
                 unit=_plain(each, "dcc:description"),
                 value=None,
@@ -187,7 +187,7 @@ def _quantities(triad: Element) -> Iterator[Quantity]:
             )
             continue
         real = _one(each, "si:real")
-        yield Quantity(
+        yield CertifiedQuantity(
             parameter=parameter,
             unit=_unit(_text(real, "si:unit")),
             value=_text(real, "si:value"),
@@ -196,7 +196,7 @@ def _quantities(triad: Element) -> Iterator[Quantity]:
         )
 
 
-def _models(triad: Element) -> Iterator[SensorModel]:
+def _models(triad: XmlElement) -> Iterator[SensorModel]:
     name = _ending(_kinds(triad), "tumble_")
     values = np.full(len(PARAMETERS), np.nan)
     covariance: FloatArray | None = None
@@ -219,7 +219,7 @@ def _models(triad: Element) -> Iterator[SensorModel]:
     yield SensorModel(triad=name, M=values[:9].reshape(3, 3), b=values[9:], covariance=covariance)
 
 
-def _covariance(column: Element, size: int) -> FloatArray:
+def _covariance(column: XmlElement, size: int) -> FloatArray:
     found = column.iterfind("si:ellipsoidalRegionXMLList/si:covarianceMatrix/si:column", _SPACES)
     rows = [[_number(text) for text in _texts(each, "si:covariance/si:value")] for each in found]
     if [len(row) for row in rows] != [size] * size:
@@ -227,13 +227,13 @@ def _covariance(column: Element, size: int) -> FloatArray:
     return np.array(rows)
 
 
-def _decision(facts: Mapping[str, Element]) -> Decision | None:
+def _decision(facts: Mapping[str, XmlElement]) -> CertifiedDecision | None:
     stated = facts.get("basic_conformity")
     if stated is None:
         return None
     verdicts = {written: verdict for verdict, written in CONFORMITY.items()}
     kinds = _kinds(stated)
-    return Decision.model_validate(
+    return CertifiedDecision.model_validate(
         {
             "rule": "guarded" if "tumble_guarded" in kinds else "simple",
             "guard": _number(_ending(kinds, "tumble_guard_")),
@@ -245,38 +245,38 @@ def _decision(facts: Mapping[str, Element]) -> Decision | None:
 # Elements and their text
 
 
-def _one(parent: Element, path: str) -> Element:
+def _one(parent: XmlElement, path: str) -> XmlElement:
     found = parent.find(path, _SPACES)
     if found is None:
         raise _MissingPartError(f"{path.rpartition(':')[2]} is missing")
     return found
 
 
-def _text(parent: Element, path: str) -> str:
+def _text(parent: XmlElement, path: str) -> str:
     return _one(parent, path).text or ""
 
 
-def _text_or(parent: Element, path: str) -> str:
+def _text_or(parent: XmlElement, path: str) -> str:
     return parent.findtext(path, "", _SPACES) or ""
 
 
-def _texts(parent: Element, path: str) -> list[str]:
+def _texts(parent: XmlElement, path: str) -> list[str]:
     return [each.text or "" for each in parent.iterfind(path, _SPACES)]
 
 
-def _plain(parent: Element, path: str) -> str:
+def _plain(parent: XmlElement, path: str) -> str:
     return _text(parent, f"{path}/dcc:content")
 
 
-def _plain_or(parent: Element, path: str) -> str:
+def _plain_or(parent: XmlElement, path: str) -> str:
     return _text_or(parent, f"{path}/dcc:content")
 
 
-def _kinds(element: Element) -> list[str]:
+def _kinds(element: XmlElement) -> list[str]:
     return str(element.get("refType", "")).split()
 
 
-def _kind(facts: Mapping[str, Element], kind: str) -> Element:
+def _kind(facts: Mapping[str, XmlElement], kind: str) -> XmlElement:
     if kind not in facts:
         raise _MissingPartError(f"{kind} is missing")
     return facts[kind]

@@ -40,7 +40,7 @@ def line_of(text: str) -> str:
     return line
 
 
-Line: TypeAlias = Annotated[str, AfterValidator(line_of)]
+CertificateLine: TypeAlias = Annotated[str, AfterValidator(line_of)]
 Needed: TypeAlias = Annotated[str, AfterValidator(line_of), Field(min_length=1)]
 Decimal: TypeAlias = Annotated[str, Field(pattern=f"^{_DECIMAL}$")]
 Day: TypeAlias = Annotated[str, Field(pattern="^[0-9]{4}-[0-9]{2}-[0-9]{2}$")]
@@ -58,7 +58,7 @@ class Party(Document):
 class Laboratory(Party):
     """The laboratory that calibrated."""
 
-    accreditation: Line = ""
+    accreditation: CertificateLine = ""
     """Number or text of its accreditation."""
 
 
@@ -67,11 +67,11 @@ class Item(Document):
 
     name: Needed
     serial: Needed
-    manufacturer: Line = ""
-    model: Line = ""
+    manufacturer: CertificateLine = ""
+    model: CertificateLine = ""
 
 
-class Quantity(Document):
+class CertifiedQuantity(Document):
     """A number of a result, rounded as both renderings show it."""
 
     parameter: str
@@ -110,29 +110,29 @@ class Environment(Document):
     """Lowest, mean and highest sensor temperature, degC."""
     gravity: float | None = None
     """m/s^2."""
-    gravity_source: Line = ""
+    gravity_source: CertificateLine = ""
 
 
 class Equipment(Document):
     """The reference that a unit was calibrated against."""
 
     name: Needed
-    serial: Line = ""
-    accelerometer: Line = ""
+    serial: CertificateLine = ""
+    accelerometer: CertificateLine = ""
     """Source of its uncertainty: `calibration`, `grade tactical`, `not stated`; empty where not used."""
-    gyroscope: Line = ""
-    certificate: Line = ""
+    gyroscope: CertificateLine = ""
+    certificate: CertificateLine = ""
     """Number of its certificate."""
-    laboratory: Line = ""
+    laboratory: CertificateLine = ""
     """Laboratory that issued it."""
-    certified: Line = ""
+    certified: CertificateLine = ""
     """Date of its calibration."""
-    due: Line = ""
-    sha256: Line = ""
+    due: CertificateLine = ""
+    sha256: CertificateLine = ""
     """SHA-256 of the file of its certificate."""
 
 
-class Decision(Document):
+class CertifiedDecision(Document):
     """Conformity with limits."""
 
     rule: Literal["simple", "guarded"]
@@ -140,7 +140,7 @@ class Decision(Document):
     verdict: Conformity
 
 
-class Calibrated(Document):
+class CalibratedItem(Document):
     """One calibration of the unit: as found, as left, or of no stated condition."""
 
     condition: Condition
@@ -151,15 +151,15 @@ class Calibrated(Document):
     day: Day
     """Day of the last one."""
     operator: Needed
-    station: Line
+    station: CertificateLine
     procedures: tuple[str, ...] = Field(strict=False, min_length=1)
     """Procedures that gave a part of it, such as turntable and noise."""
     software: Needed
     environment: Environment
     reference: Equipment | None
-    quantities: tuple[Quantity, ...] = Field(strict=False)
+    quantities: tuple[CertifiedQuantity, ...] = Field(strict=False)
     models: tuple[SensorModel, ...] = Field(strict=False)
-    decision: Decision | None
+    decision: CertifiedDecision | None
 
 
 class Certificate(Document):
@@ -175,9 +175,9 @@ class Certificate(Document):
     authorised_by: Needed
     remarks: tuple[Needed, ...] = Field(default=(), strict=False)
     """Deviations from the method, and whatever else the laboratory states."""
-    supersedes: Line = ""
+    supersedes: CertificateLine = ""
     """Number of the certificate that this one takes the place of."""
-    calibrated: tuple[Calibrated, ...] = Field(strict=False, min_length=1)
+    calibrated: tuple[CalibratedItem, ...] = Field(strict=False, min_length=1)
     """Calibrations, that as found before that as left."""
 
     @model_validator(mode="after")

@@ -23,7 +23,7 @@ from tumble.laboratory.certificate.catalogue import (
     parameter_name,
     texts,
 )
-from tumble.laboratory.certificate.model import Calibrated, Certificate, Equipment, Quantity
+from tumble.laboratory.certificate.model import CalibratedItem, Certificate, CertifiedQuantity, Equipment
 from tumble.report.numbers import readable_unit, typeset
 
 TEMPLATE = Path(__file__).with_name("template.typ")
@@ -95,7 +95,7 @@ def _view(certificate: Certificate, logo: bytes) -> dict[str, Any]:
     }
 
 
-def _calibrated(certificate: Certificate, each: Calibrated) -> dict[str, Any]:
+def _calibrated(certificate: Certificate, each: CalibratedItem) -> dict[str, Any]:
     languages = certificate.languages
     temperature, gravity = each.environment.temperature, each.environment.gravity
     return {
@@ -122,7 +122,7 @@ def _reference(reference: Equipment) -> str:
     return " ".join(filter(None, (reference.name, reference.serial)))
 
 
-def _triads(certificate: Certificate, each: Calibrated) -> Iterator[dict[str, Any]]:
+def _triads(certificate: Certificate, each: CalibratedItem) -> Iterator[dict[str, Any]]:
     for triad in TRIADS:
         rows = [
             _row(certificate, quantity)
@@ -134,7 +134,7 @@ def _triads(certificate: Certificate, each: Calibrated) -> Iterator[dict[str, An
             yield {"name": name, "rows": rows}
 
 
-def _row(certificate: Certificate, quantity: Quantity) -> dict[str, Any]:
+def _row(certificate: Certificate, quantity: CertifiedQuantity) -> dict[str, Any]:
     return {
         "name": parameter_name(quantity.parameter, certificate.languages),
         "value": quantity.value,

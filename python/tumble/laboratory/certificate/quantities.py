@@ -10,21 +10,21 @@ from collections.abc import Iterator, Mapping
 
 from tumble import _core
 from tumble.calibration.budget import COVERAGE, Budget
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.results import INTERVAL
 from tumble.foundation.units import TRIADS
-from tumble.laboratory.certificate.model import Quantity, SensorModel
-from tumble.laboratory.results import Parameter, Result
+from tumble.laboratory.certificate.model import CertifiedQuantity, SensorModel
+from tumble.laboratory.results import RegisteredParameter, Result
 from tumble.report.numbers import MINUS, round_pair, significant
 
 _DIGITS = 3
 """Digits of a value without an uncertainty."""
 
 
-def quantities_of(result: Result) -> Iterator[Quantity]:
+def quantities_of(result: Result) -> Iterator[CertifiedQuantity]:
     """Yield all numbers of a result."""
     calibration = result.calibration
-    triads: dict[str, Triad] = {
+    triads: dict[str, TriadCalibration] = {
         name: triad for name in TRIADS if (triad := getattr(calibration, name)) is not None
     }
     budgets = {
@@ -39,7 +39,7 @@ def quantities_of(result: Result) -> Iterator[Quantity]:
         yield _quantity(each, budgets, coverage_factor(triads[name]))
 
 
-def coverage_factor(triad: Triad) -> float:
+def coverage_factor(triad: TriadCalibration) -> float:
     """Return k for 95 % of a triad's standard uncertainties."""
     if triad.widening is not None and triad.widening > 1.0 and triad.degrees_of_freedom:
         found: float = _core.student_quantile(0.5 * (1.0 + COVERAGE), float(triad.degrees_of_freedom))
@@ -50,12 +50,12 @@ def coverage_factor(triad: Triad) -> float:
 def models_of(calibration: Calibration) -> Iterator[SensorModel]:
     """Yield M and b of each triad that was calibrated."""
     for name in TRIADS:
-        triad: Triad | None = getattr(calibration, name)
+        triad: TriadCalibration | None = getattr(calibration, name)
         if triad is not None:
             yield SensorModel(triad=name, M=triad.M, b=triad.b, covariance=triad.total_covariance)
 
 
-def _quantity(each: Parameter, budgets: Mapping[str, Budget], usual: float) -> Quantity:
+def _quantity(each: RegisteredParameter, budgets: Mapping[str, Budget], usual: float) -> CertifiedQuantity:
     budget = budgets.get(each.name)
     k = usual if budget is None else budget.coverage_factor
     reach = each.u * k if budget is None and each.u is not None else None
@@ -65,7 +65,7 @@ def _quantity(each: Parameter, budgets: Mapping[str, Budget], usual: float) -> Q
         value, uncertainty = map(_ascii, round_pair(each.value, reach))
     elif each.value is not None:
         value = _ascii(significant(each.value, _DIGITS))
-    return Quantity(
+    return CertifiedQuantity(
         parameter=each.name,
         unit=each.unit,
         value=value,

@@ -12,7 +12,7 @@ from tumble.foundation.documents import mistake_in
 from tumble.foundation.errors import CalibrationFileError, TumbleError
 from tumble.foundation.files import note_input
 from tumble.laboratory.certificate.dcc_reader import LARGEST, read_dcc
-from tumble.laboratory.certificate.model import Calibrated, Certificate
+from tumble.laboratory.certificate.model import CalibratedItem, Certificate
 
 
 def read_certificate_of_reference(path: Path | str) -> ReferenceCertificate:
@@ -53,7 +53,7 @@ def reference_of(certificate: Certificate, about: str) -> ReferenceCertificate:
         ) from error
 
 
-def _triads(calibrated: Calibrated) -> dict[str, CertifiedTriad]:
+def _triads(calibrated: CalibratedItem) -> dict[str, CertifiedTriad]:
     return {
         model.triad: CertifiedTriad.of_model(model.M, model.b, model.covariance)
         for model in calibrated.models

@@ -19,7 +19,7 @@ from cryptography.hazmat.primitives import serialization
 from lxml import etree
 
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory.certificate.dcc import Element, serialized
+from tumble.laboratory.certificate.dcc import XmlElement, serialized
 from tumble.laboratory.certificate.dcc_reader import parse_xml
 from tumble.laboratory.certificate.signing_key import SigningKey, name_of
 
@@ -123,7 +123,7 @@ def _verify_xml(content: bytes, signers: Sequence[x509.Certificate]) -> x509.Cer
     return signer
 
 
-def _check_frame(signature: Element) -> None:
+def _check_frame(signature: XmlElement) -> None:
     """Raise where a signature has other parts than signing writes."""
     tags = [etree.QName(each).localname for each in signature.iter(etree.Element)]
     expected = (
@@ -138,7 +138,7 @@ def _check_frame(signature: Element) -> None:
 _UNSIGNED = ("Signature", "SignatureValue", "KeyInfo", "X509Data", "X509Certificate")
 
 
-def _one_line(element: Element) -> str:
+def _one_line(element: XmlElement) -> str:
     """Return Base64 in the one form in which it is written."""
     return base64.b64encode(base64.b64decode("".join((element.text or "").split()), validate=True)).decode()
 

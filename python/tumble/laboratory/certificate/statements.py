@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tumble.laboratory.certificate.catalogue import METHODS, SENTENCES, TERMS, Texts, texts
-from tumble.laboratory.certificate.model import Calibrated, Certificate, Equipment
+from tumble.laboratory.certificate.model import CalibratedItem, Certificate, Equipment
 
 NOT_STATED = "not stated"
 """Source of an uncertainty of the reference that nobody states."""
@@ -20,7 +20,7 @@ def general(certificate: Certificate) -> Iterator[tuple[str, Texts]]:
         yield "supersedes", texts(SENTENCES["supersedes"], certificate.languages, number=number)
 
 
-def methods(certificate: Certificate, each: Calibrated) -> dict[str, Texts]:
+def methods(certificate: Certificate, each: CalibratedItem) -> dict[str, Texts]:
     """Return the methods by which results were found, by procedure."""
     return {name: texts(METHODS[name], certificate.languages) for name in each.procedures}
 
@@ -35,7 +35,7 @@ def sources(reference: Equipment) -> tuple[str, ...]:
     return tuple(dict.fromkeys(filter(None, (reference.accelerometer, reference.gyroscope))))
 
 
-def traceability(certificate: Certificate, each: Calibrated) -> Texts:
+def traceability(certificate: Certificate, each: CalibratedItem) -> Texts:
     """Return the sentence on traceability of results."""
     reference, languages = each.reference, certificate.languages
     if reference is None:
@@ -54,7 +54,7 @@ def traceability(certificate: Certificate, each: Calibrated) -> Texts:
     return texts(SENTENCES["by data sheet"], languages, source=", ".join(stated))
 
 
-def rule(certificate: Certificate, each: Calibrated) -> Texts | None:
+def rule(certificate: Certificate, each: CalibratedItem) -> Texts | None:
     """Return the decision rule; None where results were held against no limits."""
     if each.decision is None:
         return None
@@ -62,7 +62,7 @@ def rule(certificate: Certificate, each: Calibrated) -> Texts | None:
     return texts(SENTENCES[key], certificate.languages, guard=f"{each.decision.guard:g}")
 
 
-def not_shown(certificate: Certificate, each: Calibrated) -> Texts | None:
+def not_shown(certificate: Certificate, each: CalibratedItem) -> Texts | None:
     """Return the sentence that lists parameters which the data did not show; None where there are none."""
     missing = [quantity.parameter for quantity in each.quantities if quantity.value is None]
     if not missing:

@@ -29,7 +29,7 @@ _CAPTION = (
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class HistoryTable:
     """Rows under columns."""
 
     columns: tuple[str, ...]
@@ -42,9 +42,9 @@ class HistoryPage:
 
     title: str
     headline: str
-    due: Table | None
+    due: HistoryTable | None
     pictures: tuple[Picture, ...]
-    drift: Table
+    drift: HistoryTable
     signals: tuple[str, ...]
     method: tuple[tuple[str, str], ...]
 
@@ -55,9 +55,9 @@ def history_page(history: UnitHistory) -> HistoryPage:
     return HistoryPage(
         title=_name(history),
         headline=due_sentence(history),
-        due=Table(DUE_COLUMNS, due) if due else None,
+        due=HistoryTable(DUE_COLUMNS, due) if due else None,
         pictures=tuple(_pictures(history)),
-        drift=Table(DRIFT_COLUMNS, tuple(drift_rows(history))),
+        drift=HistoryTable(DRIFT_COLUMNS, tuple(drift_rows(history))),
         signals=tuple(signal_sentences(history)),
         method=tuple(_method(history)),
     )

@@ -15,7 +15,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
 from tumble.foundation.errors import ProcedureError
-from tumble.procedures.multipose.command_live import LiveOptions, run_live
+from tumble.procedures.multipose.command_live import MultiposeLiveOptions, run_live
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +62,7 @@ def multipose_command(
     *,
     poses: PoseOptions,
     gravity: GravityOptions,
-    live: LiveOptions,
+    live: MultiposeLiveOptions,
     maker: MakerOptions,
     voice: VoiceOptions,
     reading: ReadingOptions,

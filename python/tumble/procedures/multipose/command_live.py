@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiveOptions(Options):
+class MultiposeLiveOptions(Options):
     """Options that only a live session needs."""
 
     live: Annotated[
@@ -72,7 +72,7 @@ def run_live(
     source: str,
     output: Path | None,
     read_options: ReadOptions,
-    asked: LiveOptions,
+    asked: MultiposeLiveOptions,
     options: Mapping[str, Any],
     maker: MakerOptions,
     voice: VoiceOptions,
@@ -111,7 +111,7 @@ def _recorded(
     name: str,
     folder: Path,
     read_options: ReadOptions,
-    asked: LiveOptions,
+    asked: MultiposeLiveOptions,
     options: Mapping[str, Any],
     procedure: SessionProcedure,
     voice: VoiceOptions,
@@ -151,7 +151,7 @@ def _recorded(
     return session, is_whole(units.losses)
 
 
-def _procedure(asked: LiveOptions, maker: MakerOptions) -> SessionProcedure:
+def _procedure(asked: MultiposeLiveOptions, maker: MakerOptions) -> SessionProcedure:
     from tumble.logs.session import SessionProcedure
 
     goal = {"goal": asked.until} if asked.until else {}

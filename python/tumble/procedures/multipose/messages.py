@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from tumble.foundation.words import count_of
 
-RefusalFigures: TypeAlias = Mapping[str, Any]
+MultiposeFigures: TypeAlias = Mapping[str, Any]
 """Figures of what the core objects to; `shares` is a list, all others are numbers."""
 
 _UNKNOWNS = [
@@ -26,7 +26,7 @@ MORE_MAY_SHOW = {"no rests", "too few directions", "poses leave open"}
 """Words for what more poses mend."""
 
 
-def explain(word: str, figures: RefusalFigures) -> str:
+def explain(word: str, figures: MultiposeFigures) -> str:
     """One line: what is missing and what to do."""
     return MESSAGES[word](figures)
 
@@ -46,7 +46,7 @@ NO_SENSOR_HAS = (
 """Remark on a wrong time base."""
 
 
-def _too_few_directions(figures: RefusalFigures) -> str:
+def _too_few_directions(figures: MultiposeFigures) -> str:
     found, needed, rests = (int(figures[key]) for key in ("found", "needed", "rests"))
     if found == 1:
         seen = f"shows one orientation only, in {count_of('rest', rests)}: any nine numbers fit that"
@@ -61,7 +61,7 @@ def _too_few_directions(figures: RefusalFigures) -> str:
     )
 
 
-def _faces_missing(figures: RefusalFigures) -> str:
+def _faces_missing(figures: MultiposeFigures) -> str:
     missing = ", ".join(figures["missing"])
     return (
         f"shows no rest on {missing}; lay the unit for 3 s or longer on each of six faces, each axis up "
@@ -76,7 +76,7 @@ def _open(shares: Sequence[float]) -> str:
     return ", ".join(named)
 
 
-MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
+MESSAGES: dict[str, Callable[[MultiposeFigures], str]] = {
     "no rests": lambda _: (
         "shows no rest of 1 s or longer; hold the unit still for 3 s or longer in each of 15 to 20 "
         "orientations"

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from tumble.foundation.errors import LogError
 from tumble.live import FIRST_SAMPLE_WITHIN, HEARTBEAT, parse_address
-from tumble.live.labels import LabelledRow, Row
+from tumble.live.labels import LabelledRow, LabelRow
 from tumble.live.multi_source import RETRY
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.registry import text_line
@@ -123,9 +123,9 @@ class LiveAiding:
 class _AidingLine(LineUnit[LabelledRow]):
     """A line whose rows are those of an aiding measurement, and of no IMU."""
 
-    def come(self) -> tuple[list[Row], float]:
+    def come(self) -> tuple[list[LabelRow], float]:
         """Waits a while for rows; returns them, and when they came, s of `time.monotonic()`."""
-        self._rows: list[Row] = []
+        self._rows: list[LabelRow] = []
         if self.fileno() is None:
             time.sleep(BETWEEN_LOOKS)
         else:

@@ -13,7 +13,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of, join
 from tumble.live.clock import StampGate
 from tumble.live.host_clock import HostClock
-from tumble.live.labels import Row
+from tumble.live.labels import LabelRow
 from tumble.logs.aiding import SCORE, SIGMA, SOUGHT, TIME, Aiding, aiding_measurements_in, is_column
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, split_line
@@ -64,7 +64,7 @@ class AidingRows:
         left_out = f"left out {count_of('row', self._left_out)} that say nothing" if self._left_out else ""
         return tuple(filter(None, (self._clock.remark, unknown, left_out)))
 
-    def read(self, rows: Sequence[Row], arrival: float) -> Iterator[Aiding]:
+    def read(self, rows: Sequence[LabelRow], arrival: float) -> Iterator[Aiding]:
         """Returns the measurements of rows that came at `arrival`, s of `time.monotonic()`."""
         for row in rows:
             figures = self._figures(row)
@@ -76,7 +76,7 @@ class AidingRows:
             else:
                 self._left_out += 1
 
-    def _figures(self, row: Row) -> Mapping[str, float] | None:
+    def _figures(self, row: LabelRow) -> Mapping[str, float] | None:
         """Returns the numbers of a row by their names; None of what is no row."""
         torn, self._may_be_torn = self._may_be_torn, False
         if isinstance(row, dict):

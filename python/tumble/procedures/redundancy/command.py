@@ -16,7 +16,7 @@ from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.redundancy.command_options import (
     AidingOptions,
-    LiveOptions,
+    RedundancyLiveOptions,
     ReplayOptions,
     SetOptions,
     SettingsOptions,
@@ -51,7 +51,7 @@ def redundancy_command(
         bool,
         typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),
     ] = False,
-    live: LiveOptions,
+    live: RedundancyLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptionsOfSeveral,

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from tumble.foundation.units import UNITS
 from tumble.procedures.redundancy.known_faults import NO_SAMPLES
-from tumble.procedures.redundancy.live import LiveStep, SetState, UnitRate
+from tumble.procedures.redundancy.live import RedundancyStep, SetState, UnitRate
 from tumble.procedures.redundancy.report.text import event_details, event_title
 from tumble.procedures.redundancy.result import NONE_FIT, RedundancyEvent, Sensor
 from tumble.report.numbers import readable_scale, significant
@@ -50,7 +50,7 @@ class Dashboard:
         self._motion = ""
         self._newest: deque[RedundancyEvent] = deque(maxlen=NEWEST)
 
-    def take(self, step: LiveStep) -> None:
+    def take(self, step: RedundancyStep) -> None:
         """Adds an event, or the state of the set."""
         if isinstance(step, SetState):
             self._state = step

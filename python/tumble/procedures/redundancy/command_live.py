@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from tumble.procedures.redundancy.aiding_live import LiveAiding
     from tumble.procedures.redundancy.command_options import (
         AidingOptions,
-        LiveOptions,
+        RedundancyLiveOptions,
         SetOptions,
         SettingsOptions,
     )
-    from tumble.procedures.redundancy.live import LiveRedundancy, LiveStep
+    from tumble.procedures.redundancy.live import LiveRedundancy, RedundancyStep
     from tumble.procedures.redundancy.monitor import RedundancyMonitor
     from tumble.procedures.redundancy.result import RedundancyResult
     from tumble.tools.record.writer import SessionWriter
 
-Show: TypeAlias = "Callable[[LiveStep], None]"
+ShowRedundancy: TypeAlias = "Callable[[RedundancyStep], None]"
 """Receives every step."""
 REPLAY = "replay"
 """Scheme of logs that are replayed."""
@@ -46,7 +46,7 @@ def watch_sources(
     stated: SettingsOptions,
     known: SetOptions,
     aiding: AidingOptions,
-    asked: LiveOptions,
+    asked: RedundancyLiveOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> RedundancyResult:
@@ -191,7 +191,9 @@ def _primary_first(names: list[str], primary: str | None) -> list[str]:
 
 
 @contextmanager
-def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) -> Iterator[Show]:
+def _shown(
+    names: Sequence[str], asked: RedundancyLiveOptions, voice: LongVoiceOptions
+) -> Iterator[ShowRedundancy]:
     """Give what shows each step while the block runs: JSON on standard output, else on standard error."""
     if voice.as_json:
         yield _with_listening(_print_json, lambda: print_listening(names))
@@ -204,7 +206,7 @@ def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) ->
         from tumble.procedures.redundancy.command_dashboard import event_line
         from tumble.procedures.redundancy.result import RedundancyEvent
 
-        def show_line(step: LiveStep) -> None:
+        def show_line(step: RedundancyStep) -> None:
             if isinstance(step, RedundancyEvent):
                 print(event_line(step), file=sys.stderr, flush=True)
 
@@ -214,11 +216,11 @@ def _shown(names: Sequence[str], asked: LiveOptions, voice: LongVoiceOptions) ->
         yield _with_listening(show_line, say_listening)
 
 
-def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
+def _with_listening(show: ShowRedundancy, say_listening: Callable[[], None]) -> ShowRedundancy:
     """Returns a function that shows steps, and reports before the first that all lines are open."""
     is_said = False
 
-    def shown(step: LiveStep) -> None:
+    def shown(step: RedundancyStep) -> None:
         nonlocal is_said
         if not is_said:
             is_said = True
@@ -229,7 +231,7 @@ def _with_listening(show: Show, say_listening: Callable[[], None]) -> Show:
 
 
 @contextmanager
-def _dashboard(names: Sequence[str]) -> Iterator[Show]:
+def _dashboard(names: Sequence[str]) -> Iterator[ShowRedundancy]:
     from rich.live import Live
 
     from tumble.cli.screen import message_console
@@ -238,14 +240,14 @@ def _dashboard(names: Sequence[str]) -> Iterator[Show]:
     board = Dashboard(names)
     with Live(board.rendered(), console=message_console(), auto_refresh=False) as screen:
 
-        def show(step: LiveStep) -> None:
+        def show(step: RedundancyStep) -> None:
             board.take(step)
             screen.update(board.rendered(), refresh=True)
 
         yield show
 
 
-def _print_json(step: LiveStep) -> None:
+def _print_json(step: RedundancyStep) -> None:
     from tumble.procedures.redundancy.command_files import event_content
     from tumble.procedures.redundancy.result import RedundancyEvent
 

@@ -212,7 +212,7 @@ class AidingOptions(Options):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiveOptions(Options):
+class RedundancyLiveOptions(Options):
     """Options that only sensors that run have a use for."""
 
     live: Annotated[

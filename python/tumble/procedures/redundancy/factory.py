@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
@@ -59,13 +59,13 @@ def factory_errors(
     turn = np.eye(3) if unit.sensor_from_primary is None else np.array(unit.sensor_from_primary)
     sensors: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
     for sensor in sensors:
-        triad: Triad | None = getattr(calibration, sensor)
+        triad: TriadCalibration | None = getattr(calibration, sensor)
         if triad is not None:
             yield _error(name, sensor, triad, turn, getattr(primary, sensor, None))
 
 
 def _error(
-    name: str, sensor: Sensor, triad: Triad, turn: FloatArray, primary: Triad | None
+    name: str, sensor: Sensor, triad: TriadCalibration, turn: FloatArray, primary: TriadCalibration | None
 ) -> SecondaryError:
     first_matrix, first_bias = (np.eye(3), np.zeros(3)) if primary is None else (primary.M, primary.b)
     matrix = triad.M @ turn @ np.linalg.inv(first_matrix)
@@ -92,7 +92,9 @@ def _error(
     )
 
 
-def _covariance(triad: Triad, turn: FloatArray, matrix: FloatArray, primary: Triad | None) -> FloatArray:
+def _covariance(
+    triad: TriadCalibration, turn: FloatArray, matrix: FloatArray, primary: TriadCalibration | None
+) -> FloatArray:
     """(12, 12) of [M_r row by row, b_r]; the two calibrations count as apart."""
     identity = np.eye(3)
     back, bias = (identity, np.zeros(3)) if primary is None else (np.linalg.inv(primary.M), primary.b)
@@ -110,7 +112,7 @@ def _covariance(triad: Triad, turn: FloatArray, matrix: FloatArray, primary: Tri
     return covariance + propagated(of_primary, _stated(primary))
 
 
-def _stated(triad: Triad) -> FloatArray:
+def _stated(triad: TriadCalibration) -> FloatArray:
     """(12, 12) of [M row by row, b], NaN where the file does not state it."""
     if triad.covariance is None:
         return np.full((12, 12), np.nan)

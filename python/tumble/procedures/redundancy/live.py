@@ -50,7 +50,7 @@ class SetState:
     """Primary first."""
 
 
-LiveStep: TypeAlias = RedundancyEvent | SetState
+RedundancyStep: TypeAlias = RedundancyEvent | SetState
 
 
 class LiveRedundancy:
@@ -106,7 +106,7 @@ class LiveRedundancy:
         """Requests `steps` to end soon; may be called by a handler of signals."""
         self._stopped = True
 
-    def steps(self, duration: float | None = None) -> Iterator[LiveStep]:
+    def steps(self, duration: float | None = None) -> Iterator[RedundancyStep]:
         """Watches until the sources end, for `duration` s, or until `stop`; returns events at once.
 
         Besides the events of the monitor there are those of sources, `lost` and `returned`, and `silent` of a

@@ -38,7 +38,7 @@ from tumble.procedures.redundancy.settings import RedundancySettings
 from tumble.procedures.redundancy.store import ErrorStore, Rejected
 from tumble.procedures.redundancy.units import UnitSettings, identity_of, with_axes
 
-Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
+SettingValues: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
 Command: TypeAlias = Literal["evaluate", "return to primary"]
 COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
 SampleArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
@@ -92,7 +92,7 @@ class RedundancyMonitor:
         primary: str,
         secondaries: Sequence[str],
         *,
-        settings: Settings | None = None,
+        settings: SettingValues | None = None,
         calibration: Calibration | str | Path | None = None,
         store: str | Path | None = None,
         factory: Factory = (),
@@ -416,7 +416,7 @@ def refuse_other_counts(secondaries: int) -> None:
         )
 
 
-def settings_from(settings: Settings | None) -> RedundancySettings:
+def settings_from(settings: SettingValues | None) -> RedundancySettings:
     """Reads settings from a file, or from what a file would hold; raises `TumbleError` in one line."""
     if settings is None:
         return RedundancySettings()

@@ -24,7 +24,7 @@ from tumble.procedures.redundancy.logs import (
     open_units,
     serials_of,
 )
-from tumble.procedures.redundancy.monitor import COMMANDS, Command, RedundancyMonitor, Settings
+from tumble.procedures.redundancy.monitor import COMMANDS, Command, RedundancyMonitor, SettingValues
 from tumble.procedures.redundancy.replay import replay, selected_spans
 from tumble.procedures.redundancy.result import RedundancyEvent, RedundancyResult
 from tumble.procedures.redundancy.settings import RedundancySettings
@@ -35,7 +35,7 @@ def redundancy(
     secondaries: RecordingSource | SingleAxes | Sequence[RecordingSource | SingleAxes],
     *,
     log: str | Path | None = None,
-    settings: Settings | None = None,
+    settings: SettingValues | None = None,
     calibration: Calibration | str | Path | None = None,
     store: str | Path | None = None,
     factory: Factory = (),

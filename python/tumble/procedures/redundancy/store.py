@@ -33,7 +33,7 @@ from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import STORED_ERROR
-from tumble.procedures.redundancy.result import RECORDED, Identified, FitModel, SecondaryError, Sensor
+from tumble.procedures.redundancy.result import RECORDED, FitModel, Identified, SecondaryError, Sensor
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")

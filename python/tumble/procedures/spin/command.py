@@ -15,7 +15,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import ProcedureError
-from tumble.procedures.spin.command_live import LiveOptions, run_live
+from tumble.procedures.spin.command_live import SpinLiveOptions, run_live
 
 if TYPE_CHECKING:
     from tumble.procedures.spin.preset import TurnPreset
@@ -130,7 +130,7 @@ def spin_command(
     turn: TurnOptions,
     known: KnownOptions,
     gravity: GravityOptions,
-    live: LiveOptions,
+    live: SpinLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptions,

@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     from tumble.live import Source
     from tumble.live.outputs import Output
     from tumble.logs.options import ReadOptions
-    from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions, LiveStep
+    from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions, SpinStep
     from tumble.procedures.spin.preset import TurnPreset
     from tumble.procedures.spin.result import SpinResult
     from tumble.procedures.spin.turns import TrueTurns
 
-Show: TypeAlias = "Callable[[LiveStep], None]"
+ShowSpin: TypeAlias = "Callable[[SpinStep], None]"
 """Receives every step of the procedure."""
 
 REPLAY = "replay:"
@@ -54,7 +54,7 @@ HINTS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiveOptions(Options):
+class SpinLiveOptions(Options):
     """Options that only a live stream has a use for."""
 
     live: Annotated[
@@ -115,7 +115,7 @@ class LiveOptions(Options):
 def run_live(
     output: Path | None,
     read_options: ReadOptions,
-    asked: LiveOptions,
+    asked: SpinLiveOptions,
     voice: VoiceOptions,
     *,
     still: float | None,
@@ -250,7 +250,7 @@ def _run(
 
 
 @contextmanager
-def _shown(source: str, options: LiveSpinOptions, voice: VoiceOptions) -> Iterator[Show]:
+def _shown(source: str, options: LiveSpinOptions, voice: VoiceOptions) -> Iterator[ShowSpin]:
     """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
     from tumble.cli.screen import message_console
 
@@ -266,7 +266,7 @@ def _shown(source: str, options: LiveSpinOptions, voice: VoiceOptions) -> Iterat
         yield lambda step: _print_prompt(_prompt(step, source, options))
 
 
-def _print_json(step: LiveStep) -> None:
+def _print_json(step: SpinStep) -> None:
     figures = {"event": step.kind, "time": step.time, "state": step.state, **step.progress, "pace": step.pace}
     print_json_line(figures)
 
@@ -276,7 +276,7 @@ def _print_prompt(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
-def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
+def _prompt(step: SpinStep, source: str, options: LiveSpinOptions) -> str:
     """Describes the next motion of the robot; empty where it is to go on."""
     still = f"stand still for {options.still:g} s"
     if step.kind == LISTENING:
@@ -295,7 +295,7 @@ def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
 
 
 @contextmanager
-def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[Show]:
+def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[ShowSpin]:
     """Show a bar for standing and one for turning, with the rate of turn and how it pleases."""
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -308,7 +308,7 @@ def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[S
         standing = bars.add_task("stand still", total=options.still, reading="")
         turning = bars.add_task("turn", total=None, reading="", visible=False)
 
-        def show(step: LiveStep) -> None:
+        def show(step: SpinStep) -> None:
             progress = step.progress
             if text := _prompt(step, source, options):
                 console.print(text, highlight=False)
@@ -330,7 +330,7 @@ def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[S
         yield show
 
 
-def _turn_reading(step: LiveStep) -> str:
+def _turn_reading(step: SpinStep) -> str:
     """Angle turned, rate, and whether to turn faster or more slowly."""
     progress = step.progress
     turned = f"{math.degrees(progress['turned']):.0f}"

@@ -49,7 +49,7 @@ MISREAD_RATE = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class LiveStep:
+class SpinStep:
     """Latest event, and the progress of the procedure."""
 
     kind: LiveStepKind
@@ -114,7 +114,7 @@ class LiveSpin:
         self._turned_first = 0.0
         """rad, before the robot stood still."""
 
-    def steps(self) -> Iterator[LiveStep]:
+    def steps(self) -> Iterator[SpinStep]:
         """Reads the source until the procedure is done; returns what happens as it happens.
 
         Raises `LogError` where the stream is lost or cannot be understood, `ProcedureError` where the robot
@@ -200,9 +200,9 @@ class LiveSpin:
             return None
         return blocks
 
-    def _step(self, kind: LiveStepKind) -> LiveStep:
+    def _step(self, kind: LiveStepKind) -> SpinStep:
         progress = self._machine.progress
-        return LiveStep(kind, self._time, self._machine.state, progress, self._pace(progress))
+        return SpinStep(kind, self._time, self._machine.state, progress, self._pace(progress))
 
     def _pace(self, progress: _core.SpinProgress) -> Pace:
         if self._machine.state != "spin" or progress["at_rest"]:
@@ -210,7 +210,7 @@ class LiveSpin:
         ratio = abs(progress["rate"]) / self._options.rate
         return "too slow" if ratio < TOO_SLOW else "too fast" if ratio > TOO_FAST else "good"
 
-    def _push(self, chunk: LiveChunk) -> Iterator[LiveStep]:
+    def _push(self, chunk: LiveChunk) -> Iterator[SpinStep]:
         """Feeds the machine; yields its events, and its progress now and then."""
         measured = self._machine.corrected(chunk)
         if not self._kept:
@@ -228,7 +228,7 @@ class LiveSpin:
             self._reported = self._time
             yield self._step("progress")
 
-    def _watch_first_turn(self, measured: Chunk) -> Iterator[LiveStep]:
+    def _watch_first_turn(self, measured: Chunk) -> Iterator[SpinStep]:
         """Reports once that the robot turns without an earlier rest."""
         if self._machine.state != "still":
             return

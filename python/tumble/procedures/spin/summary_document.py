@@ -13,24 +13,24 @@ from tumble.procedures.spin.result import BiasEstimate
 from tumble.procedures.spin.summary import SCHEMA
 
 
-class Span(Printed):
+class PrintedSpan(Printed):
     """A stretch of the log, s of its clock."""
 
     start: float
     end: float
 
 
-class RefusedSpan(Span):
+class RefusedSpan(PrintedSpan):
     """A stretch that is no spin."""
 
     reason: str
 
 
-class PrintedSpin(Span):
+class PrintedSpin(PrintedSpan):
     """One spin: rests, and turns between them."""
 
     label: str
-    rests: list[Span]
+    rests: list[PrintedSpan]
     turned_clockwise: float
     """rad."""
     turned_counter_clockwise: float
@@ -78,7 +78,7 @@ class SpinDocument(PrintedResult):
     """Content of the calibration file."""
 
 
-class SpinEvent(Printed):
+class SpinEventLine(Printed):
     """Event of a live spin; the last one is the result, or what was wrong."""
 
     event: LiveStepKind

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from tumble.foundation.words import join, length_of_time
 from tumble.procedures.thermal.result import AxisDrift, ThermalBlocks
 
-RefusalFigures: TypeAlias = Mapping[str, float]
+ThermalFigures: TypeAlias = Mapping[str, float]
 
 NOTABLE_SHARE = 0.01
 """Share of the time left out that is worth a remark."""
@@ -26,12 +26,12 @@ AT_REST = "a gyroscope at rest feels hardly anything that a scale could change"
 NO_LAG = "the data do not show any: none is as likely"
 
 
-def explain(word: str, figures: RefusalFigures) -> str:
+def explain(word: str, figures: ThermalFigures) -> str:
     """One line: what is missing and what to do."""
     return MESSAGES[word](figures)
 
 
-def _range_too_small(figures: RefusalFigures) -> str:
+def _range_too_small(figures: ThermalFigures) -> str:
     low, high, within, needed = (figures[key] for key in ("low", "high", "within", "needed"))
     if high - low < needed:
         return (
@@ -45,7 +45,7 @@ def _range_too_small(figures: RefusalFigures) -> str:
     )
 
 
-def _too_little_at_rest(figures: RefusalFigures) -> str:
+def _too_little_at_rest(figures: ThermalFigures) -> str:
     return (
         f"stands still for {length_of_time(figures['still'])} of "
         f"{length_of_time(figures['still'] + figures['moved'])} only, in too few stretches to compare; let "
@@ -53,7 +53,7 @@ def _too_little_at_rest(figures: RefusalFigures) -> str:
     )
 
 
-MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
+MESSAGES: dict[str, Callable[[ThermalFigures], str]] = {
     "range too small": _range_too_small,
     "too little at rest": _too_little_at_rest,
 }

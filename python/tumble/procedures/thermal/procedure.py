@@ -49,9 +49,9 @@ def thermal(
     that a table or jig returned the unit to each orientation exactly, all rests of one orientation are one.
 
     `calibration` is the one that the drift is added to. The reference is then the temperature that it was
-    made at, as it states itself, or `calibration_temperature`, degC; else it is the middle of the range. Memory
-    does not grow with the length of logs. `progress` receives the samples done, and those expected where they
-    are known.
+    made at, as it states itself, or `calibration_temperature`, degC; else it is the middle of the range.
+    Memory does not grow with the length of logs. `progress` receives the samples done, and those expected
+    where they are known.
 
     Raises `TumbleError`, in one line, where a log cannot be read, holds no temperature, or does not rest;
     where its temperature hardly changes; or where nobody knows at which temperature `calibration` holds.

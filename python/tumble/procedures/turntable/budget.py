@@ -13,7 +13,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import Imu
-from tumble.calibration.budget import Budget, Distribution, Source, budget_of
+from tumble.calibration.budget import Budget, BudgetSource, Distribution, budget_of
 from tumble.foundation.error_decomposition import factor_jacobian
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import Rest, TriadName, TriadResult
@@ -83,12 +83,12 @@ class BudgetSources:
 
     def _sources(
         self, k: int, triad: TriadResult, figures: _core.TriadFigures, own: Sequence[OwnError]
-    ) -> Iterator[Source]:
+    ) -> Iterator[BudgetSource]:
         """Yields the sources of the parameter of that place."""
         unit = triad.parameters[k].unit
         fit = float(figures["sigmas"][k] * _PRINTED[k])
         freedom = figures["variance_freedom"]
-        yield Source(
+        yield BudgetSource(
             source="repeatability",
             type="A",
             distribution="normal",
@@ -104,7 +104,7 @@ class BudgetSources:
         for stated in self.reference[triad.triad]:
             contribution = _root(by_reference @ stated.covariance @ by_reference)  # eq. 16
             same = float(_sigmas_of(stated.covariance)[k])
-            yield Source(
+            yield BudgetSource(
                 source=stated.source,
                 type="B",
                 distribution=stated.distribution,
@@ -120,7 +120,7 @@ class BudgetSources:
         )
         for name, of, sigma, response in shared:
             if sigma > 0.0 and any(response):
-                yield Source(
+                yield BudgetSource(
                     source=name,
                     type="B",
                     distribution="normal",
@@ -132,7 +132,7 @@ class BudgetSources:
         for error in own:
             contribution = _root(gradient @ error.covariance @ gradient)
             if contribution > 0.0:
-                yield Source(
+                yield BudgetSource(
                     source=error.source,
                     type="B",
                     distribution=error.distribution,

@@ -21,7 +21,7 @@ from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.logs.options import ReadOptions
-from tumble.procedures.turntable.command_live import LiveOptions, record_live
+from tumble.procedures.turntable.command_live import TurntableLiveOptions, record_live
 from tumble.procedures.turntable.command_options import (
     BatchOptions,
     MethodOptions,
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from tumble.poses.pose_list import PoseList
     from tumble.procedures.turntable.command_live import RecordedSession
     from tumble.procedures.turntable.command_run import TurntableRun
-    from tumble.procedures.turntable.procedure import Session
+    from tumble.procedures.turntable.procedure import TurntableSession
     from tumble.procedures.turntable.production import Production
-    from tumble.procedures.turntable.targets import Target, TargetsFound
+    from tumble.procedures.turntable.targets import TargetLog, TargetsFound
 
 
 def turntable_command(
@@ -61,7 +61,7 @@ def turntable_command(
     method: MethodOptions,
     gravity: GravityOptions,
     wanted: BatchOptions,
-    live: LiveOptions,
+    live: TurntableLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
     reading: ReadingOptionsOfSeveral,
@@ -182,7 +182,7 @@ def _production(
     found: TargetsFound,
     wanted: BatchOptions,
     read: TargetReading,
-    calibrating: Callable[..., Session],
+    calibrating: Callable[..., TurntableSession],
     gravity: GravityOptions,
 ) -> tuple[Production, list[str]]:
     """Reads and fits the reference; returns the calibration of targets, and the remarks before it."""
@@ -229,7 +229,7 @@ class TargetReading:
         self.exceptions = exceptions
         self._apart: dict[str, ReadOptions] = {}
 
-    def settle(self, reference: str, targets: Sequence[Target]) -> None:
+    def settle(self, reference: str, targets: Sequence[TargetLog]) -> None:
         """Take the recordings that are meant; raises `LogError` where an option cannot hold for them."""
         if self.shared.serial and len(targets) > 1:
             raise LogError(
@@ -247,7 +247,9 @@ class TargetReading:
         return self._apart.get(source, self.shared)
 
 
-def _run(production: Production, targets: Sequence[Target], voice: LongVoiceOptions, *, live: bool) -> bool:
+def _run(
+    production: Production, targets: Sequence[TargetLog], voice: LongVoiceOptions, *, live: bool
+) -> bool:
     """Calibrates and writes all targets, then summary and report, and prints all remarks.
 
     Returns whether every target has a calibration within its limits.

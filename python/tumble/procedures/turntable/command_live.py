@@ -32,7 +32,7 @@ def _option(*names: str, metavar: str = "", text: str) -> Any:  # noqa: ANN401 -
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiveOptions(Options):
+class TurntableLiveOptions(Options):
     """Options that only a live session needs."""
 
     live: Annotated[
@@ -98,7 +98,7 @@ class RecordedSession:
 def record_live(
     words: Sequence[str],
     folder: Path,
-    live: LiveOptions,
+    live: TurntableLiveOptions,
     *,
     reference: str | None,
     poses: PoseList | None,
@@ -170,7 +170,9 @@ def record_live(
     return RecordedSession(session.session, is_whole(units.losses) and reached, session.not_shown)
 
 
-def _procedure(live: LiveOptions, seconds: float, maker: MakerOptions, *, resume: bool) -> SessionProcedure:
+def _procedure(
+    live: TurntableLiveOptions, seconds: float, maker: MakerOptions, *, resume: bool
+) -> SessionProcedure:
     from tumble.logs.session import SessionProcedure
 
     said: Mapping[str, str | None] = {"goal": live.until, "table": live.table}

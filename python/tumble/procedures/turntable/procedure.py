@@ -33,7 +33,7 @@ from tumble.procedures.turntable.messages import explain
 from tumble.procedures.turntable.off_diagonals import TREATMENTS
 from tumble.procedures.turntable.reference import pose_results, reference_result, reference_warnings
 from tumble.procedures.turntable.reference_uncertainty import (
-    ReferenceUncertainty,
+    KnownUncertainty,
     reference_uncertainty,
     refuse_unknown_grade,
 )
@@ -52,7 +52,7 @@ SWAPPED = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Session:
+class TurntableSession:
     """A reference on a turntable, fitted, against which any number of targets are calibrated one by one."""
 
     batch: TurntableResult
@@ -120,7 +120,7 @@ def open_session(
     read: ReadOptions | None = None,
     operator: str = "",
     station: str = "",
-) -> Session:
+) -> TurntableSession:
     """Reads and fits the reference; arguments are those of `turntable`, `read` is for the reference alone.
 
     Raises `TumbleError` where the reference is unfit.
@@ -237,7 +237,7 @@ def open_session(
     provenance = Provenance(
         date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
     )
-    return Session(batch, provenance, unit, procedure, reference)
+    return TurntableSession(batch, provenance, unit, procedure, reference)
 
 
 def turntable(
@@ -421,7 +421,7 @@ def _fitted_reference(
     match: PoseMatch,
     settings: _core.TurntableSettings,
     truth: TruthSource,
-    uncertainty: ReferenceUncertainty,
+    uncertainty: KnownUncertainty,
 ) -> _core.Reference:
     if truth != "reference" and not match.known:
         raise ProcedureError(

@@ -29,7 +29,7 @@ from tumble.logs.options import ReadOptions
 from tumble.poses.pose_list import PoseList
 from tumble.procedures.turntable.batch import CALIBRATION_ENDING, PAGE_ENDING, Batch
 from tumble.procedures.turntable.procedure import (
-    Session,
+    TurntableSession,
     UnitRead,
     refuse_if_all_failed,
     serial_of,
@@ -40,7 +40,7 @@ from tumble.procedures.turntable.report.pages import render_batch, render_target
 from tumble.procedures.turntable.report.records import record_of
 from tumble.procedures.turntable.result import GOOD, TargetResult, TurntableResult
 from tumble.procedures.turntable.summary import write_summary
-from tumble.procedures.turntable.targets import Target
+from tumble.procedures.turntable.targets import TargetLog
 
 Pages = Literal["all", "failed", "none"]
 Item = TypeVar("Item")
@@ -60,7 +60,7 @@ FEWEST_FOR_PROCESSES = 60
 class Production:
     """Inputs and options that all targets of a run share."""
 
-    session: Session
+    session: TurntableSession
     batch: Batch
     pages: Pages
     options: Callable[[str], ReadOptions | None]
@@ -72,7 +72,7 @@ class Production:
     serials: dict[str, str] = field(default_factory=dict)
     """Targets of this run by serial."""
 
-    def run(self, targets: Sequence[Target]) -> Iterator[Made]:
+    def run(self, targets: Sequence[TargetLog]) -> Iterator[Made]:
         """Calibrates and writes one target after the other, in their order.
 
         Raises `TumbleError` where nothing can be done, or one of the first targets must be the reference, and
@@ -85,7 +85,7 @@ class Production:
             for printed in ahead(printers, print_target, map(self._order, calibrated), AHEAD * workers):
                 yield keep(self.batch, printed)
 
-    def _read(self, target: Target) -> ReadTarget:
+    def _read(self, target: TargetLog) -> ReadTarget:
         read = self.options(target.source)
         try:
             key = self._key(target, read)
@@ -95,7 +95,7 @@ class Production:
             return ReadTarget(target, key, None)
         return ReadTarget(target, key, self.session.acquire(target.source, read))
 
-    def _key(self, target: Target, read: ReadOptions | None) -> str:
+    def _key(self, target: TargetLog, read: ReadOptions | None) -> str:
         imu = parse_spec(target.source).imu
         return digest_of(
             [self.key, log_digest(parse_spec(target.source).path), imu, target.name, target.serial, read]
@@ -120,7 +120,7 @@ class Production:
         known = unit if isinstance(unit, TumbleError) else self._identified(target, unit)
         return Calibrated(found, self.session.calibrate(target.name, known, provenance))
 
-    def _identified(self, target: Target, unit: UnitRead) -> UnitRead:
+    def _identified(self, target: TargetLog, unit: UnitRead) -> UnitRead:
         """Returns a unit its serial; an error where that of another target is the same.
 
         Raises `ProcedureError` where the folder holds another unit of that name.
@@ -148,10 +148,10 @@ class Production:
             refuse_if_all_failed([each.result for each in failed if each.result])
         yield from results
 
-    def _order(self, each: Calibrated) -> PrintOrder | Printed:
+    def _order(self, each: Calibrated) -> PrintOrder | PrintedPages:
         target, result = each.read.target, each.result
         if result is None:
-            return Printed(self.batch.record(target.name), fresh=False)
+            return PrintedPages(self.batch.record(target.name), fresh=False)
         wanted = self.pages == "all" or (self.pages == "failed" and result.verdict not in GOOD)
         return PrintOrder(self.session.batch, result, each.read.key, wanted, target.columns)
 
@@ -160,7 +160,7 @@ class Production:
 class ReadTarget:
     """A target with what was read of it: None if it is done already, the error if it could not be read."""
 
-    target: Target
+    target: TargetLog
     key: str
     unit: UnitRead | None
 
@@ -186,7 +186,7 @@ class PrintOrder:
 
 
 @dataclass(frozen=True, slots=True)
-class Printed:
+class PrintedPages:
     """The files of a target as text, empty where it has none, and its record."""
 
     record: TargetRecord
@@ -219,7 +219,7 @@ def refuse_namesake(batch: Batch, name: str, serial: str) -> None:
         )
 
 
-def keep(batch: Batch, printed: Printed) -> Made:
+def keep(batch: Batch, printed: PrintedPages) -> Made:
     """Writes the files of a target into the folder of the batch, and then its record."""
     record = printed.record
     if not printed.fresh:
@@ -270,7 +270,7 @@ def write_views(shared: TurntableResult, batch: Batch) -> dict[str, Path]:
 
 
 def key_of_run(
-    session: Session, poses: PoseList | None, read: ReadOptions | None, latitude: float | None
+    session: TurntableSession, poses: PoseList | None, read: ReadOptions | None, latitude: float | None
 ) -> str:
     """Returns one digest of all that every result of a run follows from, besides the target's own log."""
     batch, certificate = session.batch, session.batch.reference.certificate
@@ -327,9 +327,9 @@ def _printers(workers: int) -> Executor:
     return _Here() if workers == 1 else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
 
 
-def print_target(order: PrintOrder | Printed) -> Printed:
+def print_target(order: PrintOrder | PrintedPages) -> PrintedPages:
     """Prints the files of a target, and what is to be recorded of it, unless that is done already."""
-    if isinstance(order, Printed):
+    if isinstance(order, PrintedPages):
         return order
     batch, target = order.batch, order.target
     calibration = None if target.failure else batch.calibration_of(target)
@@ -344,4 +344,4 @@ def print_target(order: PrintOrder | Printed) -> Printed:
         page=order.page,
         columns=order.columns,
     )
-    return Printed(record, True, text, calibration.content() if calibration else None, page)
+    return PrintedPages(record, True, text, calibration.content() if calibration else None, page)

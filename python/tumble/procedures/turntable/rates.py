@@ -6,21 +6,21 @@ import math
 from collections.abc import Iterator, Sequence
 
 from tumble import _core
-from tumble.procedures.turntable.result import AxisResponse, RateLevel
+from tumble.procedures.turntable.result import RateLevelResult, ResponseResult
 
 PARTS_PER_MILLION = 1e6
 
 
-def axis_responses(figures: Sequence[_core.ResponseFigures]) -> tuple[AxisResponse, ...]:
+def axis_responses(figures: Sequence[_core.ResponseFigures]) -> tuple[ResponseResult, ...]:
     """Returns the response of each axis that turned at constant rates, in deg/s and ppm."""
     return tuple(_response(each) for each in figures)
 
 
-def _response(figures: _core.ResponseFigures) -> AxisResponse:
+def _response(figures: _core.ResponseFigures) -> ResponseResult:
     asymmetry = figures["asymmetry"]
     scale, scale_sigma = figures["scale"]
     linearity, linearity_sigma = (PARTS_PER_MILLION * each for each in figures["linearity"])
-    return AxisResponse(
+    return ResponseResult(
         axis="xyz"[figures["axis"]],
         full_scale=math.degrees(figures["full_scale"]),
         scale=scale,
@@ -33,9 +33,9 @@ def _response(figures: _core.ResponseFigures) -> AxisResponse:
     )
 
 
-def _levels(figures: _core.ResponseFigures) -> Iterator[RateLevel]:
+def _levels(figures: _core.ResponseFigures) -> Iterator[RateLevelResult]:
     for rate, turns, scale, scale_sigma, deviation, deviation_sigma in figures["levels"]:
-        yield RateLevel(
+        yield RateLevelResult(
             rate=math.degrees(rate),
             turns=turns,
             scale=scale,

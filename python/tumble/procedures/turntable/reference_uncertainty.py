@@ -12,7 +12,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.calibration.budget import Distribution
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.calibration.reference_certificate import CertifiedTriad, Influence, ReferenceCertificate
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
@@ -38,7 +38,7 @@ class StatedError:
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceUncertainty:
+class KnownUncertainty:
     """Covariance (12, 12) of [E row by row, e] of each triad, None where nobody states it, and who does."""
 
     accelerometer: FloatArray | None
@@ -55,7 +55,7 @@ def reference_uncertainty(
     day: str = "",
     temperature: Temperature = None,
     walks: Mapping[str, float] | None = None,
-) -> ReferenceUncertainty:
+) -> KnownUncertainty:
     """Returns the uncertainty of each triad from certificate or calibration, or else from the grade.
 
     `applied` is the calibration of the certificate, where there is one; `day` that of the session, and
@@ -82,7 +82,7 @@ def reference_uncertainty(
             sources[name] = NOT_STATED
         errors[name] = found
     accelerometer, gyroscope = (_sum(errors[name]) for name in TRIADS)
-    return ReferenceUncertainty(accelerometer, gyroscope, UncertaintySources(**sources), errors)
+    return KnownUncertainty(accelerometer, gyroscope, UncertaintySources(**sources), errors)
 
 
 def refuse_unknown_grade(of: str, grade: str | None) -> None:
@@ -96,7 +96,7 @@ def _sum(errors: Sequence[StatedError]) -> FloatArray | None:
 
 
 def _of_calibration(applied: Calibration | None, name: TriadName) -> FloatArray | None:
-    triad: Triad | None = None if applied is None else getattr(applied, name)
+    triad: TriadCalibration | None = None if applied is None else getattr(applied, name)
     stated = None if triad is None else triad.total_covariance
     if triad is None or stated is None or not np.isfinite(stated).all():
         return None

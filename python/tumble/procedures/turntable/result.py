@@ -121,7 +121,7 @@ class OffDiagonal:
 
 
 @dataclass(frozen=True, slots=True)
-class RateLevel:
+class RateLevelResult:
     """A sensing axis at one constant rate."""
 
     rate: float
@@ -137,7 +137,7 @@ class RateLevel:
 
 
 @dataclass(frozen=True, slots=True)
-class AxisResponse:
+class ResponseResult:
     """A sensing axis of a gyroscope at constant rates, as IEEE Std 952 and 1431 define its figures."""
 
     axis: str
@@ -152,7 +152,7 @@ class AxisResponse:
     asymmetry: float | None
     """ppm: slope at positive less slope at negative rates over the slope; None where not observable."""
     asymmetry_sigma: float | None
-    levels: tuple[RateLevel, ...]
+    levels: tuple[RateLevelResult, ...]
     """The rates, from the most negative up."""
 
     def figures(self) -> Iterator[tuple[str, float, float]]:
@@ -185,7 +185,7 @@ class TargetResult(Tabular):
     provenance: Provenance = UNKNOWN
     off_diagonals: tuple[OffDiagonal, ...] = ()
     """Effect of mounting on M of the accelerometer; empty where the mounting angle was not estimated."""
-    responses: tuple[AxisResponse, ...] = ()
+    responses: tuple[ResponseResult, ...] = ()
     """The gyroscope at constant rates; empty where there were none."""
     checks: tuple[LimitCheck, ...] = ()
     budgets: Mapping[TriadName, tuple[Budget, ...]] = field(default_factory=dict)

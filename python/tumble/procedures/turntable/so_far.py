@@ -15,12 +15,12 @@ from tumble.foundation.goal import Goal, GoalProgress
 from tumble.foundation.recording import FloatArray, Recording
 from tumble.foundation.results import LARGEST_WIDENING
 from tumble.poses.pose_list import PoseList
-from tumble.procedures.turntable.procedure import Session
+from tumble.procedures.turntable.procedure import TurntableSession
 from tumble.procedures.turntable.result import TargetResult
 from tumble.procedures.turntable.slips import OTHER_AXES, Exchange, Slip, exchanges, slips, visits_of
 from tumble.tools.record.objections import Objection, faults
 
-OpenSession: TypeAlias = Callable[[Recording], Session]
+OpenSession: TypeAlias = Callable[[Recording], TurntableSession]
 """Fits the reference, as `open_session` does; poses need not be known."""
 
 
@@ -122,7 +122,7 @@ def _is_met(target: TargetResult) -> bool:
 
 
 def _failures(
-    session: Session, targets: Mapping[str, Imu], found: tuple[TargetResult, ...], known: set[str]
+    session: TurntableSession, targets: Mapping[str, Imu], found: tuple[TargetResult, ...], known: set[str]
 ) -> Iterator[Objection]:
     """Describes why targets cannot be calibrated, or not well, where nothing more exact is known."""
     for each in found:

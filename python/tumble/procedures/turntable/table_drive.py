@@ -37,7 +37,7 @@ class Position:
 
 
 Stop: TypeAlias = Position | RateRun
-Motion: TypeAlias = Literal["none", "to angles", "to a rate", "to rest"]
+TableMotion: TypeAlias = Literal["none", "to angles", "to a rate", "to rest"]
 
 
 class TableDrive:
@@ -51,7 +51,7 @@ class TableDrive:
         self._passes = 1
         self._stops = self._stops_of(plan.route)
         self._stop = -1
-        self._motion: Motion = "none"
+        self._motion: TableMotion = "none"
         self._is_at_rate = False
         self._whole_turns = np.zeros(len(table.axes))
         """rad that runs left on axes without limits."""

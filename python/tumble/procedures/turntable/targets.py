@@ -31,7 +31,7 @@ _OWN_COLUMNS = ("file", "name", "serial", "operator", "station")
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class TargetLog:
     """A recording of one target, and what is known of it besides."""
 
     source: str
@@ -50,7 +50,7 @@ class Target:
 class TargetsFound:
     """Targets in the order in which they are calibrated, none named twice."""
 
-    targets: tuple[Target, ...]
+    targets: tuple[TargetLog, ...]
     remarks: tuple[str, ...] = ()
     """Remarks on what was left out."""
 
@@ -77,11 +77,11 @@ def find_targets(
     unit = parse_spec(reference).path
     unit_folders = unit.is_dir() and find_format(unit) == FOLDER
     files = {pose.casefold() for pose in poses}
-    found: list[Target] = []
+    found: list[TargetLog] = []
     for text in _counted(typed):
         found += _expanded(text, lambda folder: unit_folders or _has_poses(folder, files), output)
     remarks: list[str] = []
-    others: dict[tuple[Path, str | None], Target] = {}
+    others: dict[tuple[Path, str | None], TargetLog] = {}
     for target in found:
         if _place(target.source) == _place(reference):
             remarks.append(f"{target.source} is the reference, and left out of the targets")
@@ -109,17 +109,17 @@ def _counted(typed: Sequence[str]) -> list[str]:
     return sorted(typed, key=natural) if list(typed) == sorted(typed) else list(typed)
 
 
-def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) -> Iterator[Target]:
+def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) -> Iterator[TargetLog]:
     path = Path(text)
     if path.is_dir() and find_format(path) == FOLDER and not is_one(path):
-        yield from map(Target, _logs_below(path, output))
+        yield from map(TargetLog, _logs_below(path, output))
     elif path.is_file() and path.suffix.lower() == ".csv" and (columns := _manifest_columns(path)):
         yield from _listed(path, columns)
     elif not path.exists() and _WILD.search(text):
-        yield from map(Target, _matching(text))
+        yield from map(TargetLog, _matching(text))
     else:
         parse_spec(text)
-        yield Target(text)
+        yield TargetLog(text)
 
 
 def _has_poses(folder: Path, poses: set[str]) -> bool:
@@ -180,7 +180,7 @@ def _delimiter(line: bytes) -> str:
     return max(",;\t", key=lambda mark: line.count(mark.encode()))
 
 
-def _listed(path: Path, columns: Sequence[str]) -> Iterator[Target]:
+def _listed(path: Path, columns: Sequence[str]) -> Iterator[TargetLog]:
     note_input(path)
     names = [name.casefold() if name.casefold() in _OWN_COLUMNS else name for name in columns]
     try:
@@ -202,7 +202,7 @@ def _mark(path: Path) -> str:
         return _delimiter(file.readline(_MANIFEST_HEAD))
 
 
-def _listed_target(path: Path, line: int, cells: dict[str, str]) -> Target:
+def _listed_target(path: Path, line: int, cells: dict[str, str]) -> TargetLog:
     place = f"{path}: line {line}"
     if not cells.get("file"):
         raise LogError(f"{place}: names no file; fill in the column 'file', or remove the line")
@@ -211,7 +211,7 @@ def _listed_target(path: Path, line: int, cells: dict[str, str]) -> Target:
         parse_spec(source)
     except LogError as error:
         raise LogError(f"{place}: {error}") from error
-    return Target(
+    return TargetLog(
         source,
         **{name: cells.get(name, "") for name in _OWN_COLUMNS if name != "file"},
         columns={name: cell for name, cell in cells.items() if name not in _OWN_COLUMNS and name},
@@ -225,8 +225,8 @@ def _place(source: str) -> tuple[Path, str | None]:
     return spec.path.resolve(), spec.imu
 
 
-def _refuse_doubled_serials(targets: Sequence[Target]) -> None:
-    first: dict[str, Target] = {}
+def _refuse_doubled_serials(targets: Sequence[TargetLog]) -> None:
+    first: dict[str, TargetLog] = {}
     for target in targets:
         if target.serial and target.serial in first:
             raise ProcedureError(
@@ -236,12 +236,12 @@ def _refuse_doubled_serials(targets: Sequence[Target]) -> None:
         first.setdefault(target.serial, target)
 
 
-def _named(targets: Sequence[Target], name_by: str, read: ReadOptionsOf) -> list[Target]:
+def _named(targets: Sequence[TargetLog], name_by: str, read: ReadOptionsOf) -> list[TargetLog]:
     if name_by == "file":
         return _numbered([replace(target, name=target.name or _file_name(target)) for target in targets])
     name_of = _naming(name_by, read)
     named = [replace(target, name=target.name or name_of(target)) for target in targets]
-    first: dict[str, Target] = {}
+    first: dict[str, TargetLog] = {}
     for target in named:
         if target.name in first:
             what = "have serial" if name_by == "serial" else "would both be named"
@@ -253,7 +253,7 @@ def _named(targets: Sequence[Target], name_by: str, read: ReadOptionsOf) -> list
     return named
 
 
-def _numbered(targets: Sequence[Target]) -> list[Target]:
+def _numbered(targets: Sequence[TargetLog]) -> list[TargetLog]:
     """Distinguishes targets of one name by a number."""
     counts = Counter(target.name for target in targets)
     seen: Counter[str] = Counter()
@@ -265,7 +265,7 @@ def _numbered(targets: Sequence[Target]) -> list[Target]:
     return numbered
 
 
-def _file_name(target: Target) -> str:
+def _file_name(target: TargetLog) -> str:
     spec = parse_spec(target.source)
     stem = stem_of(spec.path) if spec.path.is_file() else spec.path.name
     imu = (spec.imu or "").strip("/").replace("/", "_")
@@ -274,7 +274,7 @@ def _file_name(target: Target) -> str:
     return f"{stem}-{imu}" if imu else stem
 
 
-def _naming(name_by: str, read: ReadOptionsOf) -> Callable[[Target], str]:
+def _naming(name_by: str, read: ReadOptionsOf) -> Callable[[TargetLog], str]:
     if name_by == "folder":
         return lambda target: parse_spec(target.source).path.resolve().parent.name
     if name_by == "serial":

@@ -19,7 +19,7 @@ from tumble.foundation.words import count_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LiveOptions(Options):
+class ApplyLiveOptions(Options):
     """Options of samples that are corrected while they come."""
 
     live: Annotated[
@@ -50,7 +50,7 @@ def apply_command(
     ] = False,
     as_json: JsonOption = False,
     *,
-    live: LiveOptions,
+    live: ApplyLiveOptions,
     reading: ReadingOptions,
 ) -> None:
     """Correct a log with a calibration.
@@ -93,7 +93,7 @@ def apply_command(
     print(f"{count_of('sample', applied.samples)} corrected: {applied.path}")
 
 
-def _live_output(live: LiveOptions, output: Path | None, format_name: str | None) -> str:
+def _live_output(live: ApplyLiveOptions, output: Path | None, format_name: str | None) -> str:
     """Return where live samples go; raises `ProcedureError` where logs and live samples are mixed up."""
     if not live.live:
         raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.error_decomposition import PAIRS, factor_jacobian, propagated
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
@@ -93,17 +93,17 @@ def jacobian(function: Callable[[FloatArray], FloatArray], at: FloatArray) -> Fl
     return found
 
 
-def _is_calibrated(section: Triad) -> bool:
+def _is_calibrated(section: TriadCalibration) -> bool:
     """Returns whether it is more than a placeholder for noise or temperature drift, as `noise` writes."""
     ideal = np.array_equal(section.M, np.eye(3)) and not section.b.any()
     return not (ideal and _is_stated(section))
 
 
-def _is_stated(section: Triad) -> bool:
+def _is_stated(section: TriadCalibration) -> bool:
     return section.covariance is None and section.sigma is None
 
 
-def _covariance(section: Triad) -> FloatArray:
+def _covariance(section: TriadCalibration) -> FloatArray:
     """(12, 12) of [M row by row, b]; from sigmas alone where the file has no more."""
     if section.covariance is not None:
         return section.covariance

@@ -11,7 +11,7 @@ from tumble.cli.screen import print_document, result_console
 from tumble.cli.shared_options import JsonOption
 
 if TYPE_CHECKING:
-    from tumble.tools.doctor.result import Diagnosis, Finding
+    from tumble.tools.doctor.result import Diagnosed, Diagnosis
 
 DIAGNOSIS: Final = "tumble-diagnosis/1"
 
@@ -49,10 +49,10 @@ def _show(diagnosis: Diagnosis) -> None:
     console.print("Tumble works." if diagnosis.works else "Tumble does not work: see what is broken above.")
 
 
-def _line(finding: Finding) -> str:
+def _line(finding: Diagnosed) -> str:
     remedy = f"; {finding.remedy}" if finding.remedy else ""
     return f"{finding.part}: {finding.state.value}: {finding.what}{remedy}"
 
 
-def _style(finding: Finding) -> str:
+def _style(finding: Diagnosed) -> str:
     return {"works": "green", "missing": "", "refused": "yellow", "broken": "red"}[finding.state.value]

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
-from tumble.tools.doctor.result import Finding, State
+from tumble.tools.doctor.result import Diagnosed, State
 
 SERIAL_NAMES = ("ttyUSB*", "ttyACM*", "ttyAMA*", "cu.usb*")
 """Names of ports in `/dev`, where pyserial is not installed to list them."""
 
 
-def serial_ports(root: Path) -> Iterator[Finding]:
+def serial_ports(root: Path) -> Iterator[Diagnosed]:
     """Inspects each serial port; `root` is the folder that holds `dev`."""
     from tumble.live.transport import GET_PERMISSION
 
@@ -21,11 +21,11 @@ def serial_ports(root: Path) -> Iterator[Finding]:
     for port in ports:
         # Windows gives no rights to ports.
         if os.name == "nt" or os.access(port, os.R_OK | os.W_OK):
-            yield Finding(port, State.WORKS, "may be read and written")
+            yield Diagnosed(port, State.WORKS, "may be read and written")
         else:
-            yield Finding(port, State.REFUSED, "no permission to read and write it", GET_PERMISSION)
+            yield Diagnosed(port, State.REFUSED, "no permission to read and write it", GET_PERMISSION)
     if not ports:
-        yield Finding("serial ports", State.MISSING, "none plugged in")
+        yield Diagnosed("serial ports", State.MISSING, "none plugged in")
 
 
 def _listed() -> list[str]:
@@ -41,7 +41,7 @@ def _seen(root: Path) -> list[str]:
     return sorted(str(path) for name in SERIAL_NAMES for path in (root / "dev").glob(name))
 
 
-def iio_devices(root: Path) -> Iterator[Finding]:
+def iio_devices(root: Path) -> Iterator[Diagnosed]:
     """Inspects each sensor that Linux drives itself; `root` is the folder that holds `sys` and `dev`."""
     from tumble.live.iio_device import GET_PERMISSION, device_folders
 
@@ -50,10 +50,10 @@ def iio_devices(root: Path) -> Iterator[Finding]:
         node = root / "dev" / folder.name
         switches = sorted(folder.glob("buffer*/enable"))
         if not switches:
-            yield Finding(folder.name, State.BROKEN, "its driver has no buffer, so that it cannot be read")
+            yield Diagnosed(folder.name, State.BROKEN, "its driver has no buffer, so that it cannot be read")
         elif os.access(node, os.R_OK) and all(os.access(each, os.W_OK) for each in switches):
-            yield Finding(folder.name, State.WORKS, "may be captured from")
+            yield Diagnosed(folder.name, State.WORKS, "may be captured from")
         else:
-            yield Finding(folder.name, State.REFUSED, f"no permission to use {node}", GET_PERMISSION)
+            yield Diagnosed(folder.name, State.REFUSED, f"no permission to use {node}", GET_PERMISSION)
     if not folders:
-        yield Finding("IIO devices", State.MISSING, "none; only Linux has them, where a driver is loaded")
+        yield Diagnosed("IIO devices", State.MISSING, "none; only Linux has them, where a driver is loaded")

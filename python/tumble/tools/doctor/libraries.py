@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module, metadata
 
-from tumble.tools.doctor.result import Finding, State
+from tumble.tools.doctor.result import Diagnosed, State
 
 PACKAGE = "tumble-imu"
 _REQUIREMENT = re.compile(
@@ -55,19 +55,19 @@ def _applies(line: str) -> bool:
     return earlier is None or sys.version_info[:2] < _numbers(earlier["version"])
 
 
-def library(requirement: Requirement, remedy: str) -> Finding:
+def library(requirement: Requirement, remedy: str) -> Diagnosed:
     """Checks a library: installed, of a suitable version, and importable."""
     name = requirement.name
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
-        return Finding(name, State.MISSING, "not installed", remedy)
+        return Diagnosed(name, State.MISSING, "not installed", remedy)
     if not requirement.holds(version):
-        return Finding(name, State.BROKEN, f"{version}; needed is {requirement.versions}", remedy)
+        return Diagnosed(name, State.BROKEN, f"{version}; needed is {requirement.versions}", remedy)
     for module in _modules().get(_normal(name), ()):
         if why := why_not_imported(module):
-            return Finding(name, State.BROKEN, f"{version}; {why}", remedy)
-    return Finding(name, State.WORKS, version)
+            return Diagnosed(name, State.BROKEN, f"{version}; {why}", remedy)
+    return Diagnosed(name, State.WORKS, version)
 
 
 def why_not_imported(module: str) -> str:

@@ -12,7 +12,7 @@ from tumble.logs.optional import EXTRAS, install_command
 from tumble.tools.doctor.devices import iio_devices, serial_ports
 from tumble.tools.doctor.libraries import PACKAGE, Requirement, library, requirements
 from tumble.tools.doctor.project import project
-from tumble.tools.doctor.result import Diagnosis, Finding, Section, State
+from tumble.tools.doctor.result import Diagnosed, Diagnosis, DiagnosisSection, State
 from tumble.tools.doctor.terminal import terminal
 
 INSTALL_AGAIN = f"python -m pip install --force-reinstall {PACKAGE}"
@@ -39,31 +39,33 @@ def diagnose(root: Path = Path("/"), home: Path | None = None) -> Diagnosis:
     )
 
 
-def _section(name: str, look: Callable[[], Iterable[Finding]], *, is_needed: bool = False) -> Section:
-    found: list[Finding] = []
+def _section(
+    name: str, look: Callable[[], Iterable[Diagnosed]], *, is_needed: bool = False
+) -> DiagnosisSection:
+    found: list[Diagnosed] = []
     try:
         found.extend(look())
     except Exception as error:
         what = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        found.append(Finding(name, State.BROKEN, what, INSTALL_AGAIN))
-    return Section(name, tuple(found), is_needed)
+        found.append(Diagnosed(name, State.BROKEN, what, INSTALL_AGAIN))
+    return DiagnosisSection(name, tuple(found), is_needed)
 
 
-def _tumble() -> Iterator[Finding]:
+def _tumble() -> Iterator[Diagnosed]:
     """Inspects the package and its native module, which is to be of the same version."""
     wanted = metadata.version(PACKAGE)
-    yield Finding("tumble", State.WORKS, wanted)
+    yield Diagnosed("tumble", State.WORKS, wanted)
     system = f"{platform.system()} {platform.machine()}"
-    yield Finding("Python", State.WORKS, f"{platform.python_version()} on {system}")
+    yield Diagnosed("Python", State.WORKS, f"{platform.python_version()} on {system}")
     core = import_module("tumble._core")
     if core.__version__ == wanted:
-        yield Finding("native module", State.WORKS, f"{wanted}, {core.__file__}")
+        yield Diagnosed("native module", State.WORKS, f"{wanted}, {core.__file__}")
     else:
         what = f"{core.__version__}, while the package is {wanted}"
-        yield Finding("native module", State.BROKEN, what, INSTALL_AGAIN)
+        yield Diagnosed("native module", State.BROKEN, what, INSTALL_AGAIN)
 
 
-def _libraries(extra: str, remedy: str) -> Iterator[Finding]:
+def _libraries(extra: str, remedy: str) -> Iterator[Diagnosed]:
     for requirement in requirements():
         if requirement.extra == extra:
             yield library(requirement, remedy)

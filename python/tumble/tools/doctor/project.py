@@ -8,25 +8,25 @@ from pathlib import Path
 
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.project_file import KEYS, NAME, project_settings, user_file
-from tumble.tools.doctor.result import Finding, State
+from tumble.tools.doctor.result import Diagnosed, State
 
 _CREDENTIALS = re.compile(r"(?<=://).*@")
 _QUERY = re.compile(r"(?<=://).*\?.*")
 
 
-def project(home: Path | None = None) -> Iterator[Finding]:
+def project(home: Path | None = None) -> Iterator[Diagnosed]:
     """Look at what applies in the working folder."""
     try:
         found = project_settings(home=home)
     except TumbleError as error:
-        yield Finding(NAME, State.BROKEN, str(error))
+        yield Diagnosed(NAME, State.BROKEN, str(error))
         return
     for name in KEYS:
         if name in found:
             setting = found[name]
-            yield Finding(name, State.WORKS, f"{without_password(setting.value)}, from {setting.source}")
+            yield Diagnosed(name, State.WORKS, f"{without_password(setting.value)}, from {setting.source}")
     if not found:
-        yield Finding(NAME, State.MISSING, f"none in this folder or above, nor {user_file(home)}")
+        yield Diagnosed(NAME, State.MISSING, f"none in this folder or above, nor {user_file(home)}")
 
 
 def without_password(value: str) -> str:

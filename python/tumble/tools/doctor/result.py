@@ -21,7 +21,7 @@ class State(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Diagnosed:
     """One part."""
 
     part: str
@@ -33,11 +33,11 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class DiagnosisSection:
     """Parts that belong together."""
 
     name: str
-    findings: tuple[Finding, ...]
+    findings: tuple[Diagnosed, ...]
     is_needed: bool = False
     """Indicates whether nothing works without each of its parts."""
 
@@ -46,7 +46,7 @@ class Section:
 class Diagnosis:
     """All that was found."""
 
-    sections: tuple[Section, ...]
+    sections: tuple[DiagnosisSection, ...]
 
     @property
     def works(self) -> bool:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from tumble.foundation.printed import Printed
 from tumble.tools.doctor.command import DIAGNOSIS
-from tumble.tools.doctor.result import Finding
+from tumble.tools.doctor.result import Diagnosed
 
 
 class DiagnosisDocument(Printed):
@@ -17,4 +17,4 @@ class DiagnosisDocument(Printed):
     schema_: Literal["tumble-diagnosis/1"] = Field(DIAGNOSIS, alias="schema")
     verdict: Literal["works", "does not work"]
     works: bool
-    sections: dict[str, list[Finding]]
+    sections: dict[str, list[Diagnosed]]

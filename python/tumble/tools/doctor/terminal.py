@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from tumble.tools.doctor.result import Finding, State
+from tumble.tools.doctor.result import Diagnosed, State
 
 COMPLETIONS = {
     "bash": ".bash_completions/tumble.sh",
@@ -20,14 +20,14 @@ SHOWN = "±°²"
 """Signs that tables of results hold."""
 
 
-def terminal(home: Path) -> Iterator[Finding]:
+def terminal(home: Path) -> Iterator[Diagnosed]:
     """Inspects the screen, the command and, with the files in `home`, its completion."""
     yield _screen()
     yield _command()
     yield _completion(home)
 
 
-def _screen() -> Finding:
+def _screen() -> Diagnosed:
     """Describes the width of the terminal, and whether it can show the signs of results."""
     encoding = getattr(sys.stdout, "encoding", None) or "ascii"
     width = shutil.get_terminal_size().columns
@@ -36,25 +36,27 @@ def _screen() -> Finding:
         SHOWN.encode(encoding)
     except UnicodeEncodeError:
         remedy = "set PYTHONUTF8=1, or a locale with UTF-8"
-        return Finding("screen", State.BROKEN, f"{kind}; {encoding} cannot show {SHOWN!a}", remedy)
-    return Finding("screen", State.WORKS, f"{kind}, {encoding}")
+        return Diagnosed("screen", State.BROKEN, f"{kind}; {encoding} cannot show {SHOWN!a}", remedy)
+    return Diagnosed("screen", State.WORKS, f"{kind}, {encoding}")
 
 
-def _command() -> Finding:
+def _command() -> Diagnosed:
     """Returns the `tumble` that a shell would start."""
     found = shutil.which("tumble")
     if found is None:
         remedy = f"add {Path(sys.executable).parent} to it"
-        return Finding("command", State.MISSING, "tumble is not on the PATH", remedy)
-    return Finding("command", State.WORKS, found)
+        return Diagnosed("command", State.MISSING, "tumble is not on the PATH", remedy)
+    return Diagnosed("command", State.WORKS, found)
 
 
-def _completion(home: Path) -> Finding:
+def _completion(home: Path) -> Diagnosed:
     """Returns whether the shell of this user completes commands and options."""
     shell = Path(os.environ.get("SHELL", "")).name
     if shell not in COMPLETIONS:
         known = ", ".join(COMPLETIONS)
-        return Finding("completion", State.MISSING, f"shell {shell or 'not known'}; there is one for {known}")
+        return Diagnosed(
+            "completion", State.MISSING, f"shell {shell or 'not known'}; there is one for {known}"
+        )
     if (home / COMPLETIONS[shell]).exists():
-        return Finding("completion", State.WORKS, f"installed for {shell}")
-    return Finding("completion", State.MISSING, f"not installed for {shell}", "tumble --install-completion")
+        return Diagnosed("completion", State.WORKS, f"installed for {shell}")
+    return Diagnosed("completion", State.MISSING, f"not installed for {shell}", "tumble --install-completion")

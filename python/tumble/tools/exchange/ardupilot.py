@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.body_axes import FRD
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
@@ -55,7 +55,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     return Written("\n".join(lines) + "\n", remarks=remarks if has_gyroscope else ())
 
 
-def _accelerometer(calibration: Calibration, section: Triad, number: int) -> Iterator[str]:
+def _accelerometer(calibration: Calibration, section: TriadCalibration, number: int) -> Iterator[str]:
     scale = 1.0 / sensing_axes(section.M).scale
     low, high = SCALE_LIMITS
     if np.abs(section.b).max() > OFFSET_LIMIT:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tumble.calibration.contributions import NOISE, NOISE_FOR_FILTERS
-from tumble.calibration.document import Calibration, GyroscopeCalibration, Triad
+from tumble.calibration.document import Calibration, GyroscopeCalibration, TriadCalibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.body_axes import in_words, rotation
 from tumble.foundation.recording import FloatArray
@@ -34,14 +34,14 @@ _OF_ONE_AXES = (
     "budget",
 )
 """Keys of a triad that no program takes, and that hold in the axes of the log alone."""
-_AnyTriad = TypeVar("_AnyTriad", bound=Triad)
+_AnyTriad = TypeVar("_AnyTriad", bound=TriadCalibration)
 
 
 def turned(calibration: Calibration, to: str) -> Calibration:
     """Returns a calibration of known axes in axes `to`, as far as programs take it."""
     assert calibration.axes is not None, "axes are known"
     matrix = np.array(rotation(to, calibration.axes), dtype=np.float64)
-    sections: dict[str, Triad] = {
+    sections: dict[str, TriadCalibration] = {
         triad: _turned(section, matrix)
         for triad in TRIADS
         if (section := getattr(calibration, triad)) is not None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
@@ -43,7 +43,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     return Written("\n".join(lines) + "\n", remarks=remarks if drifts else ())
 
 
-def _error_model(triad: str, section: Triad | None) -> list[str]:
+def _error_model(triad: str, section: TriadCalibration | None) -> list[str]:
     matrix, bias = (np.eye(3), np.zeros(3)) if section is None else (section.M, section.b)
     return [
         f"    .{triad} = {{",

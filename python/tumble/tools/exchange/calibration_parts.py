@@ -12,7 +12,7 @@ from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, GyroscopeCalibration, Triad
+from tumble.calibration.document import Calibration, GyroscopeCalibration, TriadCalibration
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.error_decomposition import factors
 from tumble.foundation.errors import CalibrationFileError
@@ -117,7 +117,7 @@ def _beside_identity(triad: TriadName, matrix: FloatArray) -> float:
     return TYPICAL[triad] * float(np.linalg.norm(matrix - np.eye(3), 2))
 
 
-def _costs(triad: TriadName, section: Triad) -> list[tuple[Part, float, str]]:
+def _costs(triad: TriadName, section: TriadCalibration) -> list[tuple[Part, float, str]]:
     """Returns the largest error that leaving each part out would make."""
     axes, words = sensing_axes(section.M), _TYPICAL_WORDS[triad]
     costs: list[tuple[Part, float, str]] = [

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.files import FileKind
@@ -84,7 +84,7 @@ def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterato
             raise ProcedureError(f"{calibration.name}: {triad}: {error}") from None
 
 
-def _record(identity: int, triad: TriadName, section: Triad) -> dict[str, Any]:
+def _record(identity: int, triad: TriadName, section: TriadCalibration) -> dict[str, Any]:
     stated = section.total_covariance
     sigma = np.full(12, np.nan) if stated is None else np.sqrt(np.diag(stated))
     known = np.where(np.isfinite(sigma), sigma, np.inf)

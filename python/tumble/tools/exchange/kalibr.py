@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.calibration.document import Calibration
-from tumble.calibration.document import Triad as AnyTriad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
 from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
@@ -89,7 +88,7 @@ def noise_figures(calibration: Calibration, triad: Triad, settings: Settings) ->
     ]
 
 
-def _for_filters(section: AnyTriad) -> tuple[FloatArray | None, FloatArray | None]:
+def _for_filters(section: TriadCalibration) -> tuple[FloatArray | None, FloatArray | None]:
     density, walk = section.noise_density_for_filters, section.random_walk_for_filters
     return (
         section.noise_density if density is None else density,

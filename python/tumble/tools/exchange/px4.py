@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, Triad
+from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.body_axes import FRD
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
@@ -58,7 +58,7 @@ def _device(settings: Settings, name: str, unit: int, units: int) -> int:
 
 
 def _parameters(
-    calibration: Calibration, triad: TriadName, section: Triad, instance: int, device: int
+    calibration: Calibration, triad: TriadName, section: TriadCalibration, instance: int, device: int
 ) -> Iterator[str]:
     names = prefix(triad, instance)
     scale = 1.0 / sensing_axes(section.M).scale
@@ -90,7 +90,7 @@ def _parameters(
         yield _line(f"{thermal}{name}", float(degrees), FLOAT)
 
 
-def _ignored(calibration: Calibration, triad: TriadName, section: Triad) -> Iterator[Loss]:
+def _ignored(calibration: Calibration, triad: TriadName, section: TriadCalibration) -> Iterator[Loss]:
     """Reports values so small that the firmware keeps its defaults in their place."""
     offset = float(np.linalg.norm(section.b))
     if section.temperature_drift is None and 0.0 < offset <= IGNORED:

@@ -34,7 +34,7 @@ class ExportDocument(Printed):
     warnings: list[str]
 
 
-class PrintedTarget(Printed):
+class PrintedFormat(Printed):
     """A format of another program."""
 
     title: str
@@ -54,7 +54,7 @@ class TargetsDocument(Printed):
 
     schema_: Literal["tumble-export-formats/1"] = Field(TARGET_LIST, alias="schema")
     verdict: Literal["listed"]
-    formats: dict[str, PrintedTarget]
+    formats: dict[str, PrintedFormat]
 
 
 class Imported(Printed):

@@ -11,11 +11,11 @@ from tumble.acquisition.repetitions import FROZEN, frozen_stretches
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.tools.record.frozen import FROZEN_AFTER
 
-Span: TypeAlias = tuple[float, float]
+TimeSpan: TypeAlias = tuple[float, float]
 """First and last time, s."""
 
 
-def seconds_shown(time: FloatArray, span: Span, without: Iterable[Span] = ()) -> float:
+def seconds_shown(time: FloatArray, span: TimeSpan, without: Iterable[TimeSpan] = ()) -> float:
     """Returns s of a span that samples at these times, (n,) s in order, cover.
 
     Two samples cover the time between them unless it is longer than `FROZEN`, or shares time with a span of
@@ -29,7 +29,7 @@ def seconds_shown(time: FloatArray, span: Span, without: Iterable[Span] = ()) ->
     return float(steps[counted].sum())
 
 
-def frozen_while_others_moved(samples: Chunk, rests: Sequence[Span]) -> Iterator[Span]:
+def frozen_while_others_moved(samples: Chunk, rests: Sequence[TimeSpan]) -> Iterator[TimeSpan]:
     """Yields spans in which a unit repeats one reading and the table, at rest in `rests`, moves meanwhile.
 
     A coarse sensor may repeat a reading for a whole rest, but not from one rest into the next.

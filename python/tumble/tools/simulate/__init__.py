@@ -42,7 +42,7 @@ from tumble.tools.simulate.multipose.procedure import SimulatedMultipose, simula
 from tumble.tools.simulate.scenario import ScenarioError
 from tumble.tools.simulate.spin.files import write_spin
 from tumble.tools.simulate.spin.procedure import SimulatedSpin, simulate_spin
-from tumble.tools.simulate.spin.scenario import Disturbance, SpinScenario, Step, parse_plan
+from tumble.tools.simulate.spin.scenario import SimulatedDisturbance, SpinScenario, Step, parse_plan
 from tumble.tools.simulate.static.files import write_static
 from tumble.tools.simulate.static.procedure import SimulatedStatic, simulate_static
 from tumble.tools.simulate.static.scenario import StaticScenario
@@ -60,7 +60,6 @@ __all__ = [
     "USUAL_UNITS",
     "VIBRATIONS",
     "ClockTruth",
-    "Disturbance",
     "Fault",
     "FaultKind",
     "FlightPath",
@@ -72,6 +71,7 @@ __all__ = [
     "LiveScenario",
     "LiveSimulation",
     "ScenarioError",
+    "SimulatedDisturbance",
     "SimulatedFlight",
     "SimulatedFlightUnit",
     "SimulatedMultipose",

@@ -10,7 +10,7 @@ import typer
 
 from tumble.cli.options import Options
 from tumble.cli.screen import print_document
-from tumble.cli.shared_options import JsonOption, LogFormat, format_option
+from tumble.cli.shared_options import JsonOption, LogFormatWord, format_option
 from tumble.foundation.errors import TumbleError
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class SimulationOptions(Options):
     """Options of all simulated recordings."""
 
     seed: SeedOption = 1
-    format_name: Annotated[LogFormat, format_option("csv|parquet|mcap", "csv")] = LogFormat.CSV
+    format_name: Annotated[LogFormatWord, format_option("csv|parquet|mcap", "csv")] = LogFormatWord.CSV
     as_json: JsonOption = False
 
 

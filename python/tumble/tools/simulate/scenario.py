@@ -8,7 +8,7 @@ from typing import ClassVar, TypeAlias
 from tumble.foundation.errors import TumbleError
 from tumble.tools.simulate.grade import Grade, grade_names
 
-Vector: TypeAlias = tuple[float, float, float]
+Triple: TypeAlias = tuple[float, float, float]
 
 SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 1.0, 10_000.0
 STEEPEST_DEG = 60.0

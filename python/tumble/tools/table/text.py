@@ -24,7 +24,7 @@ MOST_STALE = 4
 UNTRIED = "this profile is untested on hardware: begin slowly, a hand on the emergency stop"
 
 
-def open_text(address: TableAddress) -> TextTable:
+def open_text(address: TableAddress) -> TextRateTable:
     """Opens `text:TCPIP::HOST::PORT::SOCKET?profile=NAME` or `text:ASRL/dev/ttyUSB0::INSTR?...`.
 
     `profile` is the name of one that comes with Tumble, or a file.
@@ -38,10 +38,10 @@ def open_text(address: TableAddress) -> TextTable:
             f"{address.text}: say where and in which words: text:TCPIP::HOST::PORT::SOCKET?profile=NAME, or "
             "text:ASRL/dev/ttyUSB0::INSTR?profile=NAME; see tumble table list"
         )
-    return TextTable(address, load_profile(name))
+    return TextRateTable(address, load_profile(name))
 
 
-class TextTable:
+class TextRateTable:
     """Speaks the words of a profile through PyVISA; a `RateTable`."""
 
     def __init__(self, address: TableAddress, profile: TableProfile) -> None:
@@ -56,7 +56,7 @@ class TextTable:
         self._at_speed = 0.0
         """s of `time.monotonic` when a rate is reached, where the table cannot be asked."""
 
-    def __enter__(self) -> TextTable:
+    def __enter__(self) -> TextRateTable:
         pyvisa = imported("pyvisa", self._address.text, "live")
         imported("pyvisa_py", self._address.text, "live")
         try:

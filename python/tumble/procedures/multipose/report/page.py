@@ -28,7 +28,7 @@ from tumble.report.rests import RestRow, rest_rows
 
 
 @dataclass(frozen=True, slots=True)
-class TriadSection:
+class MultiposeSection:
     """Everything printed of one triad."""
 
     name: str
@@ -53,7 +53,7 @@ class MultiposePage:
     norm: Picture
     turns: Picture | None
     no_gyroscope: str
-    triads: tuple[TriadSection, ...]
+    triads: tuple[MultiposeSection, ...]
     ferraris: tuple[ComparedRow, ...]
     recording: Picture
     rests: tuple[RestRow, ...]
@@ -88,7 +88,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         turns=_turns(result),
         no_gyroscope=result.gyroscope_reason,
         triads=tuple(
-            TriadSection(
+            MultiposeSection(
                 triad.triad,
                 f"Chi-square {triad.chi_square:.4g} for {triad.degrees_of_freedom} degrees of freedom.",
                 parameter_groups(triad, ()),

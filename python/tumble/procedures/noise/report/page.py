@@ -26,7 +26,7 @@ class NoiseTable:
 
 
 @dataclass(frozen=True, slots=True)
-class TriadSection:
+class NoiseSection:
     """Everything shown of one triad."""
 
     name: Triad
@@ -43,7 +43,7 @@ class NoisePage:
     headline: str
     unidentified: tuple[str, ...]
     warnings: tuple[str, ...]
-    triads: tuple[TriadSection, ...]
+    triads: tuple[NoiseSection, ...]
     kalibr: tuple[NoiseKey, ...]
     vins: tuple[NoiseKey, ...]
     method: tuple[tuple[str, str], ...]
@@ -64,7 +64,7 @@ def noise_page(result: NoiseResult) -> NoisePage:
     )
 
 
-def _section(result: NoiseResult, triad: Triad) -> TriadSection:
+def _section(result: NoiseResult, triad: Triad) -> NoiseSection:
     channels = [channel for channel in result.channels if channel.triad == triad]
     words = [term.name for term in channels[0].terms]
     rows = tuple((word, tuple(printed_terms([channel.term(word) for channel in channels]))) for word in words)
@@ -72,7 +72,7 @@ def _section(result: NoiseResult, triad: Triad) -> TriadSection:
         "Points with bars: Allan deviation and its 95 % interval. Lines: the sum of the terms. "
         "Dashed: each term that the record shows."
     )
-    return TriadSection(
+    return NoiseSection(
         name=triad,
         picture=Picture(deviation_figure(channels, f"allan-{triad}"), caption),
         terms=NoiseTable(("x", "y", "z"), rows),

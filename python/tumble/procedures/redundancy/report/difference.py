@@ -17,7 +17,7 @@ QUANTITIES: dict[Sensor, str] = {"accelerometer": "specific force", "gyroscope":
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class DifferenceTrace:
     """|secondary - primary| over windows, on axes that both have; NaN where either has no usable reading."""
 
     time: FloatArray
@@ -43,19 +43,19 @@ class Agreement:
     after: float
 
 
-def difference(result: RedundancyResult, unit: str, sensor: Sensor) -> Difference:
+def difference(result: RedundancyResult, unit: str, sensor: Sensor) -> DifferenceTrace:
     """Compares a secondary with the primary, window by window."""
     primary, secondary = (_trace(result, name) for name in (result.primary, unit))
     if primary is None or secondary is None:
         nothing = np.empty(0)
-        return Difference(nothing, nothing, nothing)
+        return DifferenceTrace(nothing, nothing, nothing)
     values = zip(_values(primary, sensor), _values(secondary, sensor), strict=True)
     apart = [theirs - ours for ours, theirs in values]
     # An axis that one of them lacks has no number in any window.
     both = ~np.isnan(apart[0]).all(axis=0)
     both = both if both.any() else np.ones(3, dtype=np.bool_)
     before, after = (_lengths(np.where(both, vectors, 0.0)) for vectors in apart)
-    return Difference(result.window_time, before, after, int(both.sum()))
+    return DifferenceTrace(result.window_time, before, after, int(both.sum()))
 
 
 def agreements(result: RedundancyResult) -> tuple[Agreement, ...]:

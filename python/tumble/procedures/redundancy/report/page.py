@@ -30,7 +30,7 @@ _ALARMS = (
 
 
 @dataclass(frozen=True, slots=True)
-class UnitState:
+class UnitEndState:
     """State of a unit at the end."""
 
     unit: str
@@ -103,7 +103,7 @@ class RedundancyPage:
     name: str
     state: EndState
     summary: tuple[str, ...]
-    states: tuple[UnitState, ...]
+    states: tuple[UnitEndState, ...]
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
     time_line: Picture
@@ -151,9 +151,9 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
     )
 
 
-def _state(result: RedundancyResult, unit: str) -> UnitState:
+def _state(result: RedundancyResult, unit: str) -> UnitEndState:
     word, details = text.unit_state(result, unit)
-    return UnitState(unit, word, text.STATE_SIGNS[word], details)
+    return UnitEndState(unit, word, text.STATE_SIGNS[word], details)
 
 
 def event_table(events: Sequence[RedundancyEvent]) -> EventTable:

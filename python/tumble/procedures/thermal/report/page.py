@@ -22,7 +22,7 @@ from tumble.report.page import Picture, ResultPage
 
 
 @dataclass(frozen=True, slots=True)
-class TriadSection:
+class ThermalSection:
     """Everything shown of one triad."""
 
     name: Triad
@@ -44,7 +44,7 @@ class ThermalPage:
     warnings: tuple[str, ...]
     columns: tuple[str, ...]
     rows: tuple[tuple[str, tuple[str, ...]], ...]
-    triads: tuple[TriadSection, ...]
+    triads: tuple[ThermalSection, ...]
     method: tuple[tuple[str, str], ...]
 
 
@@ -64,7 +64,7 @@ def thermal_page(result: ThermalResult) -> ThermalPage:
     )
 
 
-def _section(result: ThermalResult, triad: Triad) -> TriadSection:
+def _section(result: ThermalResult, triad: Triad) -> ThermalSection:
     caption = (
         "Above: means over stretches at rest, minus the reading in the same pose at the reference. Filled: "
         "while warming; hollow: while cooling. Lines: the curve that is stored and its 95 % interval, with "
@@ -72,7 +72,7 @@ def _section(result: ThermalResult, triad: Triad) -> TriadSection:
     )
     axes = result.of_triad(triad)
     scale = score_scale(axes)
-    return TriadSection(
+    return ThermalSection(
         name=triad,
         picture=Picture(drift_figure(axes, result.blocks, f"drift-{triad}"), caption),
         parameters=parameter_rows(result, triad),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from tumble.procedures.turntable.result import AxisResponse
+from tumble.procedures.turntable.result import ResponseResult
 from tumble.report.canvas import Figure
 from tumble.report.figures import FULL_WIDTH, box
 from tumble.report.numbers import measurement, significant
@@ -48,7 +48,7 @@ class ResponseSection:
     levels: tuple[LevelRow, ...]
 
 
-def response_section(responses: Sequence[AxisResponse]) -> ResponseSection | None:
+def response_section(responses: Sequence[ResponseResult]) -> ResponseSection | None:
     """Prints the responses; None where there are none."""
     if not responses:
         return None
@@ -60,7 +60,7 @@ def response_section(responses: Sequence[AxisResponse]) -> ResponseSection | Non
     )
 
 
-def deviation_figure(responses: Sequence[AxisResponse], prefix: str) -> Markup:
+def deviation_figure(responses: Sequence[ResponseResult], prefix: str) -> Markup:
     """Draws the deviation of each rate from the straight line, ppm of full scale, over the rate."""
     figure = Figure(FULL_WIDTH, 2.7)
     axes = figure.add_axes(box(FULL_WIDTH, bottom=0.45, height=1.95))
@@ -86,7 +86,7 @@ def deviation_figure(responses: Sequence[AxisResponse], prefix: str) -> Markup:
     )
 
 
-def _axis_row(response: AxisResponse) -> ResponseRow:
+def _axis_row(response: ResponseResult) -> ResponseRow:
     asymmetry = (
         "not observable"
         if response.asymmetry is None or response.asymmetry_sigma is None
@@ -101,7 +101,7 @@ def _axis_row(response: AxisResponse) -> ResponseRow:
     )
 
 
-def _level_rows(responses: Sequence[AxisResponse]) -> list[LevelRow]:
+def _level_rows(responses: Sequence[ResponseResult]) -> list[LevelRow]:
     return [
         LevelRow(
             axis=each.axis,

@@ -33,7 +33,7 @@ Rows = tuple[tuple[str, tuple[str, ...]], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ComparedTable:
     """Rows under columns."""
 
     title: str
@@ -54,7 +54,7 @@ class PairSection:
     sentences: tuple[str, ...]
     hidden: tuple[str, ...]
     notes: tuple[str, ...]
-    tables: tuple[Table, ...]
+    tables: tuple[ComparedTable, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class ComparePage:
     pairs: tuple[PairSection, ...]
     drift: str
     pictures: tuple[Picture, ...]
-    history: Table | None
+    history: ComparedTable | None
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
     method: tuple[tuple[str, str], ...]
@@ -81,7 +81,7 @@ def compare_page(result: CompareResult) -> ComparePage:
         pairs=tuple(_section(pair, number) for number, pair in enumerate(result.pairs, start=1)),
         drift=drift_sentence(result),
         pictures=tuple(_pictures(result)),
-        history=Table("parameter", HISTORY_COLUMNS, rows) if rows else None,
+        history=ComparedTable("parameter", HISTORY_COLUMNS, rows) if rows else None,
         warnings=result.warnings,
         notes=result.notes,
         method=method_lines(result),
@@ -100,13 +100,13 @@ def _section(pair: Pair, number: int) -> PairSection:
         hidden=tuple(hidden(pair)),
         notes=pair.notes,
         tables=(
-            Table("as an error", MOTION_COLUMNS, motion_rows(pair)),
-            Table(
+            ComparedTable("as an error", MOTION_COLUMNS, motion_rows(pair)),
+            ComparedTable(
                 "tested together",
                 TEST_COLUMNS,
                 tuple((each.name, test_cells(each)) for each in tests_of(pair)),
             ),
-            Table(
+            ComparedTable(
                 "parameter",
                 (pair.first, pair.second, *PARAMETER_COLUMNS[2:]),
                 tuple(parameter_rows(pair)),

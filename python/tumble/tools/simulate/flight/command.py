@@ -50,7 +50,7 @@ class Carrier(str, Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MotionOptions(Options):
+class FlightMotionOptions(Options):
     """Carrier of the units, and its motion."""
 
     motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR
@@ -100,7 +100,7 @@ class VibrationOptions(Options):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlaceOptions(Options):
+class FlightPlaceOptions(Options):
     """Where it flies or drives, and how the primary sits in it."""
 
     ground_tilt: Annotated[float, typer.Option(help="Tilt of the ground, deg.")] = 1.0
@@ -132,7 +132,7 @@ class PlaceOptions(Options):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnitOptions(Options):
+class FlightUnitOptions(Options):
     """Units on board, and their faults."""
 
     unit: Annotated[
@@ -187,10 +187,10 @@ class VelocityOptions(Options):
 def flight_command(
     output: OutputFolder = None,
     *,
-    moved: MotionOptions,
+    moved: FlightMotionOptions,
     shaken: VibrationOptions,
-    place: PlaceOptions,
-    units: UnitOptions,
+    place: FlightPlaceOptions,
+    units: FlightUnitOptions,
     receiver: VelocityOptions,
     shared: SimulationOptions,
 ) -> None:

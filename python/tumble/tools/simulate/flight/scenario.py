@@ -14,11 +14,11 @@ from tumble.tools.simulate.scenario import (
     SLOWEST_RATE_HZ,
     STEEPEST_DEG,
     ScenarioError,
-    Vector,
+    Triple,
     is_finite,
 )
 
-Motion: TypeAlias = Literal["quadrotor", "vehicle"]
+FlightMotion: TypeAlias = Literal["quadrotor", "vehicle"]
 
 PRIMARY = "primary"
 """Name of the first unit; the others are `secondary_1`, `secondary_2` ..."""
@@ -47,7 +47,7 @@ class Vibration:
     """Vibration that each place but the primary's has to itself, as a share of the common one."""
 
 
-VIBRATIONS: dict[Motion, Vibration] = {
+VIBRATIONS: dict[FlightMotion, Vibration] = {
     "quadrotor": Vibration(
         specific_force=4.0, angular_rate=0.05, tones_hz=(87.0, 131.0, 174.0), band_hz=(60.0, 140.0)
     ),
@@ -61,18 +61,18 @@ class FlightUnit:
     """One unit on board."""
 
     grade: str | Grade = "consumer"
-    lever_arm_m: Vector = (0.0, 0.0, 0.0)
+    lever_arm_m: Triple = (0.0, 0.0, 0.0)
     """Its place from the primary, in the primary's case frame."""
-    mounting_deg: Vector = (0.0, 0.0, 0.0)
+    mounting_deg: Triple = (0.0, 0.0, 0.0)
     """Nominal mounting: rotation vector from the primary's case to its own; (180, 0, 0) is the board's other
     side. The error is drawn from the grade."""
     perfect: bool = False
     """Indicates whether it has bias and noise only: scale, non-orthogonality and alignment are exact."""
     ageing: float = 1.0
     """Change of biases since the factory: 1 sigma of each axis over the grade's turn-on bias."""
-    accelerometer_ageing: Vector | None = None
+    accelerometer_ageing: Triple | None = None
     """m/s^2, by which the bias moved, in place of what is drawn."""
-    gyroscope_ageing: Vector | None = None
+    gyroscope_ageing: Triple | None = None
     """rad/s."""
     rate_hz: float = 200.0
     """Samples a second."""
@@ -114,7 +114,7 @@ class FlightScenario:
     seed: int = 1
     """All that is random follows from it, on every machine alike."""
 
-    motion: Motion = "quadrotor"
+    motion: FlightMotion = "quadrotor"
     units: Sequence[FlightUnit] = USUAL_UNITS
     """The primary first."""
 
@@ -129,7 +129,7 @@ class FlightScenario:
     stop_seconds: float = 5.0
     intensity: float = 0.6
     """0 for just so much that it gets going, to 1."""
-    sway: Vector = (1.0, 1.0, 1.0)
+    sway: Triple = (1.0, 1.0, 1.0)
     """Share, 0 to 1, of the usual motion forward, left and up.
 
     For a vehicle: changes of speed and slopes; banks and rolling over bumps; heaving over bumps.
@@ -179,8 +179,8 @@ class FlightScenario:
     def _objections(self) -> Iterator[str]:
         if not 0 <= self.seed < 2**64:
             yield f"the seed is {self.seed}; give one between 0 and 2^64 - 1"
-        if self.motion not in get_args(Motion):
-            yield f"unknown motion {self.motion!r}; known are {', '.join(get_args(Motion))}"
+        if self.motion not in get_args(FlightMotion):
+            yield f"unknown motion {self.motion!r}; known are {', '.join(get_args(FlightMotion))}"
         if not self.units:
             yield "there is no unit; give a primary at least"
         for each in fields(self):

@@ -34,7 +34,7 @@ class MotionName(str, Enum):
     FLIGHT = "flight"
 
 
-class Transport(str, Enum):
+class TransportWord(str, Enum):
     """Transport of the samples."""
 
     UDP = "udp"
@@ -97,7 +97,7 @@ class MotionOptions(Options):
 class ServiceOptions(Options):
     """Addresses of units and table."""
 
-    transport: Annotated[Transport, typer.Option(help="How the units are heard.")] = Transport.UDP
+    transport: Annotated[TransportWord, typer.Option(help="How the units are heard.")] = TransportWord.UDP
     host: Annotated[str, typer.Option(help="Where datagrams go to, and where TCP is served.")] = "127.0.0.1"
     port: Annotated[
         int, typer.Option(help="Port of the first unit, the next one's is one more; 0 for free ones.")

@@ -33,7 +33,7 @@ LAST_REST = 5.0
 """s for which a robot stands still after its turns."""
 
 
-class RecordedUnit:
+class PlayedUnit:
     """A recording that is given out as its time comes; a `Feed`."""
 
     def __init__(self, samples: Chunk, clock: ClockTruth) -> None:
@@ -52,7 +52,7 @@ class RecordedUnit:
 class Playback:
     """Units with their recordings, and what is true of them."""
 
-    feeds: Mapping[str, RecordedUnit]
+    feeds: Mapping[str, PlayedUnit]
     truth: Mapping[str, Any]
     duration: float
     """s."""
@@ -104,7 +104,7 @@ def _six_faces(scenario: LiveScenario, slips: dict[str, list[Fault]]) -> Playbac
         clock_skew_ppm=scenario.clock_skew_ppm,
         gravity=scenario.gravity,
     )
-    feeds = {unit.name: RecordedUnit(unit.samples, unit.clock) for unit in session.units}
+    feeds = {unit.name: PlayedUnit(unit.samples, unit.clock) for unit in session.units}
     return Playback(feeds, truth_content(session), session.duration)
 
 
@@ -122,7 +122,7 @@ def _spin(scenario: LiveScenario, slips: dict[str, list[Fault]]) -> Playback:
         gravity=scenario.gravity,
         faults=slips.get(ROBOT, []),
     )
-    feed = RecordedUnit(spin.samples, ClockTruth(0.0, 0.0, 0.0))
+    feed = PlayedUnit(spin.samples, ClockTruth(0.0, 0.0, 0.0))
     return Playback({ROBOT: feed}, spin_truth(spin), float(spin.samples.time[-1]))
 
 
@@ -148,5 +148,5 @@ def _flight(scenario: LiveScenario, slips: dict[str, list[Fault]]) -> Playback:
     flight = simulate_flight(
         seed=scenario.seed, units=units, rest_seconds=scenario.rest_seconds, gravity=scenario.gravity
     )
-    feeds = {unit.name: RecordedUnit(unit.samples, unit.clock) for unit in flight.units}
+    feeds = {unit.name: PlayedUnit(unit.samples, unit.clock) for unit in flight.units}
     return Playback(feeds, flight_truth(flight), flight.duration)

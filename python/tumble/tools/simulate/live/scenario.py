@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias, get_args
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.tools.simulate.grade import Grade, grade_names
 from tumble.tools.simulate.live.fault import LiveFault
-from tumble.tools.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, Vector, is_finite
+from tumble.tools.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, Triple, is_finite
 
 Motion: TypeAlias = Literal["table", "six-faces", "hand", "spin", "flight"]
 TransportName: TypeAlias = Literal["udp", "pty", "tcp", "mavlink"]
@@ -39,7 +39,7 @@ class LiveScenario:
     rest_seconds: float = 10.0
     """Duration of the first rest, and of that at every face or orientation; a table rests until it has a
     command."""
-    lever_arm_m: Mapping[str, Vector] = field(default_factory=dict)
+    lever_arm_m: Mapping[str, Triple] = field(default_factory=dict)
     """Places of units on a table against the turning centre, m, case frame; at the centre if not given."""
     table_profile: str = "scpi"
     """Words that the table understands, and what its axes may do."""

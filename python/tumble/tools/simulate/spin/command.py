@@ -25,13 +25,13 @@ from tumble.tools.simulate.options import (
 )
 
 if TYPE_CHECKING:
-    from tumble.tools.simulate import Disturbance, Fault, SimulatedSpin, Step
+    from tumble.tools.simulate import Fault, SimulatedDisturbance, SimulatedSpin, Step
 
 DISTURBANCES = ("picked-up", "sill", "lifted")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TurnOptions(Options):
+class SimulatedTurnOptions(Options):
     """Motion of the robot."""
 
     plan: Annotated[
@@ -82,7 +82,7 @@ class TurnOptions(Options):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlaceOptions(Options):
+class SpinPlaceOptions(Options):
     """Where it turns, and how the IMU sits in it."""
 
     floor_tilt: Annotated[float, typer.Option(help="Tilt of the floor, deg.")] = 1.0
@@ -117,7 +117,7 @@ class PlaceOptions(Options):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UnitOptions(Options):
+class SpinUnitOptions(Options):
     """The IMU, and its faults."""
 
     grade: GradeOption = "consumer"
@@ -177,9 +177,9 @@ class UnitOptions(Options):
 def spin_command(
     output: OutputFolder = None,
     *,
-    turn: TurnOptions,
-    place: PlaceOptions,
-    unit: UnitOptions,
+    turn: SimulatedTurnOptions,
+    place: SpinPlaceOptions,
+    unit: SpinUnitOptions,
     shared: SimulationOptions,
 ) -> None:
     """Simulate a wheeled robot that stands still, then turns on the spot.
@@ -195,7 +195,7 @@ def spin_command(
     _show(spin, {name: str(path) for name, path in paths.items()}, shared.as_json)
 
 
-def _steps(asked: TurnOptions) -> tuple[Step, ...]:
+def _steps(asked: SimulatedTurnOptions) -> tuple[Step, ...]:
     from tumble.tools.simulate import Step
 
     between = [Step("rest", asked.pause)] if asked.pause else []
@@ -210,13 +210,16 @@ def _vector(option: str, text: str | None) -> tuple[float, float, float] | None:
     return x, y, z
 
 
-def _disturbance(text: str) -> Disturbance:
-    from tumble.tools.simulate import Disturbance
+def _disturbance(text: str) -> SimulatedDisturbance:
+    from tumble.tools.simulate import SimulatedDisturbance
 
     kind, _, when = text.partition("@")
-    makers = dict(
-        zip(DISTURBANCES, (Disturbance.picked_up, Disturbance.over_a_sill, Disturbance.lifted), strict=True)
+    kinds = (
+        SimulatedDisturbance.picked_up,
+        SimulatedDisturbance.over_a_sill,
+        SimulatedDisturbance.lifted,
     )
+    makers = dict(zip(DISTURBANCES, kinds, strict=True))
     try:
         return makers[kind](float(when))
     except (KeyError, ValueError):

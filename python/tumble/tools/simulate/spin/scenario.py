@@ -16,7 +16,7 @@ from tumble.tools.simulate.scenario import (
     SLOWEST_RATE_HZ,
     STEEPEST_DEG,
     ScenarioError,
-    Vector,
+    Triple,
     is_finite,
 )
 
@@ -66,7 +66,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Disturbance:
+class SimulatedDisturbance:
     """Something that lifts and tilts the robot for a while, and sets it down as it was."""
 
     start: float
@@ -78,17 +78,17 @@ class Disturbance:
     """Largest height."""
 
     @classmethod
-    def picked_up(cls, start: float) -> Disturbance:
+    def picked_up(cls, start: float) -> SimulatedDisturbance:
         """Lifts it by a hand's breadth, tilted, for two seconds."""
         return cls(start, 2.0, tilt_deg=12.0, lift_m=0.3)
 
     @classmethod
-    def over_a_sill(cls, start: float) -> Disturbance:
+    def over_a_sill(cls, start: float) -> SimulatedDisturbance:
         """Pushes it over a sill of 2 cm."""
         return cls(start, 0.6, tilt_deg=4.0, lift_m=0.02)
 
     @classmethod
-    def lifted(cls, start: float) -> Disturbance:
+    def lifted(cls, start: float) -> SimulatedDisturbance:
         """Lifts it straight up by half a metre within two seconds."""
         return cls(start, 2.0, lift_m=0.5)
 
@@ -120,7 +120,7 @@ class SpinScenario:
     """rad/s that the robot turns with while it seems to stand still before the first turn."""
     vibration: float = 0.0
     """m/s^2 while the motors run."""
-    disturbances: Sequence[Disturbance] = ()
+    disturbances: Sequence[SimulatedDisturbance] = ()
 
     floor_tilt_deg: float = 1.0
     uphill_deg: float = 40.0
@@ -129,7 +129,7 @@ class SpinScenario:
     pitch_deg: float = -2.0
     yaw_deg: float = 0.0
     """Mounting of the IMU in the robot: floor_from_case = R_z(yaw) R_y(pitch) R_x(roll)."""
-    lever_arm_m: Vector = (0.10, -0.06, 0.0)
+    lever_arm_m: Triple = (0.10, -0.06, 0.0)
     """The IMU from the turning axis: forward, left, up."""
 
     grade: str | Grade = "consumer"
@@ -137,9 +137,9 @@ class SpinScenario:
     """Noise of one sample, m/s^2; that of the grade if not given."""
     gyroscope_noise: float | None = None
     """Noise of one sample, rad/s."""
-    accelerometer_bias: Vector | None = None
+    accelerometer_bias: Triple | None = None
     """m/s^2; drawn from the grade if not given."""
-    gyroscope_bias: Vector | None = None
+    gyroscope_bias: Triple | None = None
     """rad/s."""
     matrix_errors: float = 0.0
     """Share of the grade's scale, non-orthogonality and alignment errors: 0 is a unit calibrated before."""

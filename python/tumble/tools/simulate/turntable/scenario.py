@@ -10,7 +10,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.poses.pose_list import SIX_FACES, PoseList
 from tumble.tools.simulate.fault import Fault
 from tumble.tools.simulate.grade import Grade, grade_names
-from tumble.tools.simulate.scenario import ScenarioError, Vector, is_finite
+from tumble.tools.simulate.scenario import ScenarioError, Triple, is_finite
 
 USUAL_RATE = 200.0
 """Hz, of a unit that a mapping leaves out."""
@@ -19,7 +19,7 @@ USUAL_MOUNTING = 1.0
 REFERENCE = "reference"
 """Name of the reference among the units."""
 
-RotationDeg: TypeAlias = float | Vector
+RotationDeg: TypeAlias = float | Triple
 """A rotation vector in deg, or an angle in deg about an axis drawn uniformly over the sphere."""
 Value = TypeVar("Value")
 PerUnit: TypeAlias = Value | Mapping[str, Value]
@@ -43,7 +43,7 @@ class TurntableScenario:
     """Samples a second."""
     target_mounting_deg: PerUnit[RotationDeg] = USUAL_MOUNTING
     """Package of a target against the case of the reference."""
-    lever_arm_m: Mapping[str, Vector] = field(default_factory=dict)
+    lever_arm_m: Mapping[str, Triple] = field(default_factory=dict)
     """Place of a unit against the turning centre, m, case frame; at the centre if not given."""
     bias_instability: bool = True
     """Indicates whether noise has bias instability beside its white part."""
