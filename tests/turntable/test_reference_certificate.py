@@ -283,6 +283,24 @@ def test_the_command_refuses_in_one_line_and_writes_nothing(files, changes, opti
     assert not (files / "results").exists()
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [({"due": certified.day(-1)}, "out of date"), ({}, "is of model")],
+    ids=["old", "model"],
+)
+def test_a_live_session_is_refused_before_it_records(files, changes, said):
+    certified.written(files / "reference.yaml", **changes)
+    sources = "reference=udp://127.0.0.1:9", "target_1=udp://127.0.0.1:9"
+    options = (
+        "--reference-certificate",
+        files / "reference.yaml",
+        "--reference-model",
+        "R-10" if not changes else "R-9",
+    )
+    assert said in refusal("--live", *sources, *options, "-o", files / "live")
+    assert not (files / "live").exists()
+
+
 def test_limits_of_the_project_file_apply(files, monkeypatch):
     (files / "tumble.toml").write_text('limits = "limits.yaml"\n')
     monkeypatch.chdir(files)

@@ -80,6 +80,7 @@ def turntable_command(
 
     certified = known.certified()
     if live.live and certified is not None:
+        certified.refuse_other_model(known.reference_model)
         certified.refuse_unless_it_holds_today()
     opened = partial(
         open_session,
