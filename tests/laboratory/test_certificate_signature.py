@@ -8,6 +8,7 @@ import stat
 
 import pikepdf
 import pytest
+from cryptography.hazmat.primitives import serialization
 
 from made_up_certificates import certificate
 from repetitions import repetitions
@@ -136,6 +137,26 @@ def test_a_file_that_is_no_key_is_one_line(tmp_path, content):
         with pytest.raises(TumbleError, match=r"laboratory\.pem") as caught:
             read(path)
         assert "\n" not in str(caught.value)
+
+
+def test_a_key_may_be_encrypted_by_a_password(tmp_path, monkeypatch):
+    path = tmp_path / "laboratory.pem"
+    key = load_key(make_key(path, NAME).with_suffix(".pem"))
+    encrypted = key.private.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.BestAvailableEncryption(b"secret"),
+    )
+    path.write_bytes(encrypted + path.with_suffix(".crt").read_bytes())
+    with pytest.raises(TumbleError, match="TUMBLE_SIGNING_PASSWORD") as caught:
+        load_key(path)
+    assert "\n" not in str(caught.value)
+    monkeypatch.setenv("TUMBLE_SIGNING_PASSWORD", "secret")
+    assert load_key(path).certificate == key.certificate
+    monkeypatch.setenv("TUMBLE_SIGNING_PASSWORD", "another")
+    with pytest.raises(TumbleError) as caught:
+        load_key(path)
+    assert "another" not in str(caught.value)
 
 
 def test_a_key_of_another_certificate_is_refused(tmp_path):

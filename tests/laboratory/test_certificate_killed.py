@@ -1,0 +1,62 @@
+"""Stations that issue certificates at once and are killed at any moment: no number twice, none missing."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+from made_up_calibrations import made_up, save
+from repetitions import SOAK
+from tumble.laboratory.certificate import record
+from tumble.laboratory.registry import Registry
+
+ISSUER = """
+import random, sys, time
+from tumble.foundation.errors import TumbleError
+from tumble.laboratory.certificate import record
+from tumble.laboratory.certificate.numbering import parse_pattern
+from tumble.laboratory.registry import Registry
+
+def make(number):
+    time.sleep(random.uniform(0.0, 0.05))
+    return record.Rendered(number, f"%PDF- {number}".encode(), f"<xml>{number}</xml>".encode())
+
+address, *results = sys.argv[1:]
+registry, pattern = Registry(address, patience=120.0), parse_pattern("{n}")
+for result in results:
+    try:
+        record.issue(registry, pattern, "2026-11-26", [result], make)
+    except TumbleError as error:
+        assert "is on certificate" in str(error), error
+"""
+
+
+def start(address, results):
+    return subprocess.Popen([sys.executable, "-c", ISSUER, address, *results])
+
+
+def test_stations_killed_at_random_leave_no_gap_of_numbers(registry, tmp_path):
+    seed, stations, kills, units = 12, *((6, 60, 120) if SOAK else (3, 4, 12))
+    print("seed", seed)
+    drawn = random.Random(seed)
+    made = [made_up(serial=str(n), log=str(n)) for n in range(units)]
+    results = [each.identity for each in registry.add(save(tmp_path / "results", *made))]
+    place = registry.address.url or registry.address.path
+    text = str(place) if registry.address.path else place.render_as_string(hide_password=False)
+    address = text.replace("+psycopg", "")
+    running = [start(address, drawn.sample(results, units)) for _ in range(stations)]
+    for _ in range(kills):
+        time.sleep(drawn.uniform(0.2, 1.5))
+        victim = running.pop(drawn.randrange(len(running)))
+        victim.send_signal(signal.SIGKILL)
+        victim.wait()
+        running.append(start(address, drawn.sample(results, units)))
+    assert [each.wait(timeout=600) for each in running] == [0] * stations
+    opened = Registry(address)
+    assert sorted(int(row["number"]) for row in record.listed(opened)) == list(range(1, units + 1))
+    assert sorted(record.holding(opened, results)) == sorted(results)
+    found = opened.verify()
+    assert found.intact, found.faults
