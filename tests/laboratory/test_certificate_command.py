@@ -11,6 +11,7 @@ import pytest
 from dcc_schemas import rule_errors, schema_errors
 from made_up_calibrations import made_up, save
 from made_up_certificates import SETTINGS, options, project_file, with_covariance
+from pdf_text import text_of
 from tumble.calibration.document import Calibration
 from tumble.calibration.limits import Limits
 from tumble.laboratory.certificate.dcc_reader import read_dcc
@@ -66,6 +67,17 @@ def test_the_certificate_says_the_numbers_of_the_result(tmp_path):
     (model,) = read_dcc(xml).calibrated[0].models
     assert (model.M == calibration.M).all()
     assert (model.covariance == calibration.total_covariance).all()
+
+
+def test_pdf_and_xml_of_a_result_show_the_same_numbers(tmp_path):
+    certified("results/result_0.yaml", "-o", "certificates")
+    path = tmp_path / "certificates" / "IMU-2026-0001.xml"
+    shown = text_of(path.with_suffix(".pdf").read_bytes())
+    quantities = read_dcc(path.read_bytes()).calibrated[0].quantities
+    assert len(quantities) == 12
+    for each in quantities:
+        name = each.parameter.partition(" ")[2]
+        assert f"{name} {each.value} {each.uncertainty} {each.coverage_factor}" in shown
 
 
 def test_budget_and_decision_of_the_result_are_shown(tmp_path):

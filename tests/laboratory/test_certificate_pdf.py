@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-import shutil
-import subprocess
 
 import pikepdf
 import pytest
 
 from made_up_certificates import HOSTILE, certificate
+from pdf_text import text_of
 from tumble.foundation.errors import TumbleError
 from tumble.laboratory.certificate import pdf
 from tumble.laboratory.certificate.dcc import dcc_of
@@ -26,14 +25,6 @@ def made(found):
 
 def opened(content):
     return pikepdf.open(io.BytesIO(content))
-
-
-def text_of(content):
-    """Text of a PDF as poppler reads it, lines joined; skips, and prints why, where poppler is absent."""
-    if shutil.which("pdftotext") is None:
-        pytest.skip("pdftotext (poppler) is not installed")
-    done = subprocess.run(["pdftotext", "-layout", "-", "-"], input=content, capture_output=True, check=True)
-    return " ".join(done.stdout.decode().replace("\N{MINUS SIGN}", "-").split())
 
 
 def test_the_file_states_what_makes_it_pdf_a_3():
