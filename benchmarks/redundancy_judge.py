@@ -89,7 +89,8 @@ def _judge_adoptions(flown: Flown, verdict: Verdict) -> None:
             verdict.counts[kind] += 1
             verdict.findings.append(
                 f"{kind}: unit {number} {name} at {at:.1f} s, {figures['fit_model']}: "
-                f"{before:.4g} -> {after:.4g}; residual {figures['residual_before']:.4g} -> {figures['residual']:.4g}"
+                f"{before:.4g} -> {after:.4g};"
+                f" residual {figures['residual_before']:.4g} -> {figures['residual']:.4g}"
             )
 
 

@@ -11,12 +11,12 @@ from tumble.laboratory.certificate.model import (
     CalibratedItem,
     Certificate,
     CertifiedDecision,
+    CertifiedQuantity,
     Environment,
     Equipment,
     Item,
     Laboratory,
     Party,
-    CertifiedQuantity,
     SensorModel,
 )
 from tumble.laboratory.certificate.si_units import D_SI
