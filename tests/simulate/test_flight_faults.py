@@ -81,7 +81,7 @@ def test_a_bias_drifts_evenly_and_stays():
     clean, faulty = pair(Fault("bias-drift", axis="x", start=START, end=END, size=0.5), quantisation=False)
     moved = (faulty.specific_force - clean.specific_force)[:, 0]
     expected = np.interp(clean.time, [START, END], [0.0, 0.5])
-    assert moved == pytest.approx(expected, abs=1e-9)
+    np.testing.assert_allclose(moved, expected, rtol=0.0, atol=1e-9)
 
 
 def test_noise_grows_and_stays():

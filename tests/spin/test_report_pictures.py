@@ -87,7 +87,7 @@ def test_heading_figure_has_a_point_a_block_and_folds_the_heading():
 def test_a_level_floor_leaves_the_lever_arm_only():
     spin = spins.spin()
     level = level_floor_fit(spin, spins.GRAVITY)
-    assert level == pytest.approx(-np.outer(spin.blocks.rate**2, spins.ARM[:2]), abs=1e-9)
+    np.testing.assert_allclose(level, -np.outer(spin.blocks.rate**2, spins.ARM[:2]), rtol=0.0, atol=1e-9)
     assert level_floor_fit(spins.short_spin(), spins.GRAVITY) is None
 
 

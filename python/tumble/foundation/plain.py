@@ -26,11 +26,14 @@ def plain(value: object) -> object:
 
 def finite(value: object) -> object:
     """Turns it plain, with None for what is not a finite number, which JSON does not have."""
-    value = plain(value)
+    return _without_infinities(plain(value))
+
+
+def _without_infinities(value: object) -> object:
     if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
+        return {key: _without_infinities(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [finite(item) for item in value]
+        return [_without_infinities(item) for item in value]
     return finite_or_none(value) if isinstance(value, float) else value
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from itertools import takewhile
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from tumble.procedures.redundancy.spans import Span, disagreements, of_unit, unhealthy_spans
 
 if TYPE_CHECKING:
@@ -95,15 +97,19 @@ def _wrong_source(
 ) -> Iterator[KnownFault]:
     """Returns where the source was known to be wrong and nothing took its place."""
     sources = {span.unit for span in result.selected}
-    own = {unit: of_unit(result.events, unit) for unit in sources}
+    shown = {unit: _shows(of_unit(result.events, unit), kind) for unit in sources}
     wrongs = {unit: tuple(wrong_spans(result, unit)) for unit in sources}
+    edges = {
+        unit: np.array([(each.start, each.end) for each in wrongs[unit]]).reshape(-1, 2) for unit in wrongs
+    }
     for place, span in enumerate(result.selected):
         is_last = place == len(result.selected) - 1
-        for wrong in wrongs[span.unit]:
-            start, end = max(wrong.start, span.start), min(wrong.end, span.end)
-            replaced = not is_last and wrong.end >= span.end
-            if start < end and not replaced:
-                yield KnownFault(kind, start, end, (span.unit,), _cause(own[span.unit], kind, wrong))
+        starts = np.maximum(edges[span.unit][:, 0], span.start)
+        ends = np.minimum(edges[span.unit][:, 1], span.end)
+        replaced = (edges[span.unit][:, 1] >= span.end) & (not is_last)
+        for each in np.flatnonzero((starts < ends) & ~replaced):
+            cause = _cause(shown[span.unit], wrongs[span.unit][each])
+            yield KnownFault(kind, float(starts[each]), float(ends[each]), (span.unit,), cause)
 
 
 def _unhealthy(result: RedundancyResult, unit: str) -> Iterable[Span]:
@@ -134,27 +140,32 @@ def _exceeds_the_norm(event: RedundancyEvent) -> bool | None:
     return bool(event.figures.get("exceeded"))
 
 
-def _cause(own: Sequence[RedundancyEvent], kind: KnownFaultKind, wrong: Span) -> RedundancyEvent | None:
-    """Returns the last event that reports it within its time."""
-    inside = (event for event in reversed(own) if wrong.start <= event.time <= wrong.end)
+def _shows(own: Sequence[RedundancyEvent], kind: KnownFaultKind) -> list[RedundancyEvent]:
+    """Returns the events that report a fault of this kind."""
     if kind == "source unhealthy":
-        return next((event for event in inside if event.event == "unhealthy"), None)
-    shown = (event for event in inside if event.figures.get("sensor") == wrong.kind)
-    return next((event for event in shown if _exceeds_the_norm(event)), None)
+        return [event for event in own if event.event == "unhealthy"]
+    return [event for event in own if _exceeds_the_norm(event)]
+
+
+def _cause(shown: Sequence[RedundancyEvent], wrong: Span) -> RedundancyEvent | None:
+    """Returns the last that reported it within its time, of its sensor where it is one sensor's."""
+    inside = (event for event in reversed(shown) if wrong.start <= event.time <= wrong.end)
+    return next((event for event in inside if wrong.kind in ("", event.figures.get("sensor"))), None)
 
 
 def _uncalibrated_source(result: RedundancyResult) -> Iterator[KnownFault]:
     """Returns where a secondary was the source that was never calibrated nor found to need none."""
+    own = {unit: of_unit(result.events, unit) for unit in result.secondaries}
     for span in result.selected:
-        if span.unit not in result.secondaries:
+        if span.unit not in own:
             continue
-        before = [event for event in of_unit(result.events, span.unit) if event.time <= span.start]
         stored = [error for error in result.errors if error.unit == span.unit]
         for sensor in ("accelerometer", "gyroscope"):
             has_error = any(
                 error.sensor == sensor and (error.adopted is None or error.adopted <= span.start)
                 for error in stored
             )
+            before = [] if has_error else [event for event in own[span.unit] if event.time <= span.start]
             if not has_error and not _agrees(before, sensor):
                 yield KnownFault("source not calibrated", span.start, span.end, (span.unit,))
                 break

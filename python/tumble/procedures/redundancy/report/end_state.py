@@ -22,19 +22,19 @@ class EndState:
 def end_state(result: RedundancyResult) -> EndState:
     """Returns the state at the end of a replay, or of what was watched so far."""
     source = result.selected[-1].unit if result.selected else ""
-    words = []
+    words, verdict = [], result.verdict
     if source != result.primary:
         failed = unit_state(result, result.primary)[0] == "unhealthy"
         words.append(f"{result.primary} {'failed' if failed else 'not in use'}")
     words.append(f"{source or 'no unit'} in use")
-    if result.verdict == "not calibrated":
+    if verdict == "not calibrated":
         words.append("not all calibrated")
-    elif result.verdict == "fail" and source:
+    elif verdict == "fail" and source:
         words.append("output in doubt")
-    if result.verdict == "fail" or not source:
+    if verdict == "fail" or not source:
         return EndState(", ".join(words), "fail", "✕")
     if source != result.primary:
         return EndState(", ".join(words), "fail", "≠")
-    if result.verdict == "not calibrated":
+    if verdict == "not calibrated":
         return EndState(", ".join(words), "not-calibrated", "○")
     return EndState(", ".join(words), "pass", "✓")

@@ -254,9 +254,11 @@ def _when(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
 def output_sentences(result: RedundancyResult) -> list[str]:
     """Describes failures of the source and takeovers; and the share of degraded output."""
     told = []
+    faults = [event for event in reversed(result.events) if event.event == "unhealthy"]
     for before, after in pairwise(result.selected):
         if before.unit and after.unit and after.reason in ("primary failed", "source failed"):
-            cause = _last_fault(result, before.unit, after.start)
+            own = (each for each in faults if each.unit == before.unit and each.time <= after.start)
+            cause = next(own, None)
             how = f"{event_details(cause)}, since {cause.time:.2f} s" if cause else "unhealthy"
             told.append(f"{before.unit}: {how}; {after.unit} took over at {after.start:.2f} s.")
     left = len(told) - _MOST_REASONS
@@ -278,11 +280,6 @@ def _unhealthy_at_the_end(result: RedundancyResult) -> Iterator[str]:
         word, details = unit_state(result, unit)
         if word == "unhealthy" and unit not in told:
             yield f"{unit} does not count at the end: {details}."
-
-
-def _last_fault(result: RedundancyResult, unit: str, time: float) -> RedundancyEvent | None:
-    own = (event for event in reversed(result.events) if event.unit == unit and event.time <= time)
-    return next((event for event in own if event.event == "unhealthy"), None)
 
 
 def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
