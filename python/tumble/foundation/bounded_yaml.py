@@ -2,6 +2,9 @@
 
 PyYAML leaves three doors open: nesting that exhausts the stack, aliases of aliases that unfold without end,
 and constructors that raise whatever they like. JSON is read as the YAML that it is.
+
+A subclass of `CSafeLoader` cannot close the first: 100 000 brackets end the process. `SafeLoader` raises, but
+takes three times as long as this loader; both accept a key twice and read `1e-3` as text, a date as a date.
 """
 
 from __future__ import annotations
