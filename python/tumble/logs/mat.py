@@ -3,8 +3,8 @@
 Format: MathWorks, MAT-File Format. No size in them is trusted beyond the bytes that are there; files of
 version 7.3 are HDF5.
 
-`scipy.io.loadmat` was tried: it holds all of a file (157 MiB where this reader takes 76), raises four kinds of
-errors on damaged ones, and nothing else here needs scipy.
+`scipy.io.loadmat` was tried: it holds all of a file (157 MiB where this reader takes 76), raises four kinds
+of errors on damaged ones, and nothing else here needs scipy.
 """
 
 from __future__ import annotations
