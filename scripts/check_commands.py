@@ -16,7 +16,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -129,13 +129,17 @@ def run(snippet: Snippet, folder: Path) -> Outcome:
 
 
 def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]:
-    """Runs the snippets of a page one after the other, and holds what it shows against what they print."""
-    printed = ""
+    """Runs the snippets of a page one after the other, and holds what it shows against what they print.
+
+    Python blocks without a command between them are one program, as a reader types them.
+    """
+    printed, program = "", ""
     for snippet in found:
         if snippet.language == "text":
             yield snippet, not_printed(snippet.text, printed)
             continue
-        outcome = run(snippet, folder)
+        program = f"{program}{snippet.text}" if snippet.language == "python" else ""
+        outcome = run(replace(snippet, text=program or snippet.text), folder)
         printed = outcome.printed
         yield snippet, outcome.wrong
 
