@@ -21,7 +21,7 @@ use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{RedundancySettings, FitModel};
+use tumble_core::redundancy::settings::{FitModel, RedundancySettings};
 use tumble_core::sample::Sample;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;

@@ -44,7 +44,7 @@ class PageFigure(Figure):
 
     def _repr_png_(self) -> bytes:
         picture = BytesIO()
-        FigureCanvasAgg(self).print_png(picture)
+        FigureCanvasAgg(self).print_png(picture)  # type: ignore[no-untyped-call]
         return picture.getvalue()
 
 
