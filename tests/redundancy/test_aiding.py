@@ -6,6 +6,8 @@ import re
 
 import numpy as np
 import pytest
+from benchmarks.redundancy_draw import draw
+from benchmarks.redundancy_replay import flown
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -209,3 +211,17 @@ def _attitudes(moved, times):
             found.append(attitude.as_quat())
         attitude = attitude * turn
     return Rotation.from_quat(found)
+
+
+@pytest.mark.parametrize("seed", [1191, 1726])
+def test_rest_overrules_aiding_that_blamed_a_healthy_unit(seed):
+    """A slow ramp of the primary of two: aiding names the secondary, physics at rest the primary."""
+    mission = draw(seed)
+    assert (mission.units, mission.faulty) == (2, 0)
+    _, _, replayed = flown(mission, with_aiding=True)
+    named = [
+        (unit, figures.get("ground")) for _, unit, what, figures in replayed.events if what == "unhealthy"
+    ]
+    assert named == [(1, "aiding"), (0, None)]
+    sources = [unit for _, unit, what, _ in replayed.events if what == "selected"]
+    assert sources[-1] == 1

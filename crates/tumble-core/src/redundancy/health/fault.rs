@@ -284,6 +284,19 @@ impl<T: Real> HealthFault<T> {
         )
     }
 
+    /// Returns whether physics at rest overrules the fault: it rests on evidence from the unit alone, or on an
+    /// aiding measurement.
+    pub fn yields_to_physics(&self) -> bool {
+        self.is_likelihood()
+            || matches!(
+                self,
+                Self::Blamed {
+                    ground: Ground::Aiding,
+                    ..
+                }
+            )
+    }
+
     /// Returns whether a unit with the fault may follow its primary without bound.
     pub fn frees(&self) -> bool {
         self.is_judged() && !self.is_likelihood() && !matches!(self, Self::Clock { .. })

@@ -339,8 +339,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                     .get(number)
                     .is_some_and(|stored| sensor.of(stored).calibrated);
                 let fault = self.health.get(number).map(Health::fault);
-                // Physics overrules a fault that rests on evidence from the unit alone.
-                let healthy = fault.is_some_and(|fault| fault.is_none_or(|fault| fault.is_likelihood()));
+                // Physics overrules aiding measurements and evidence from the unit alone.
+                let healthy = fault.is_some_and(|fault| fault.is_none_or(|fault| fault.yields_to_physics()));
                 let off = self
                     .at_rest(platform, number)
                     .map(|at_rest| sensor.of(&at_rest).abs());
