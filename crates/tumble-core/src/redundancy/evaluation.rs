@@ -7,10 +7,9 @@ use crate::products::{
 };
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::{difference, scaled, sum};
-use crate::redundancy::judgement::SLOW_OFFSET;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
-use crate::redundancy::sensor::{Axes, Sensor};
+use crate::redundancy::sensor::{Axes, SLOW_OFFSET, Sensor};
 use crate::redundancy::settings::thresholds::KnownErrors;
 use crate::redundancy::settings::{Data, EvaluationSettings};
 

@@ -22,7 +22,6 @@ mod unit;
 mod warmth;
 
 pub use pair::Disagreement;
-pub(crate) use unit::SLOW_OFFSET;
 
 use nalgebra::Vector3;
 

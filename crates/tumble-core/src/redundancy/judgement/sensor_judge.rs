@@ -13,10 +13,10 @@ use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::judgement::scales::{LatestShares, SCALES, SECONDS};
 use crate::redundancy::judgement::turn::Turned;
-use crate::redundancy::judgement::unit::{SLOW_OFFSET, SensorDeviation};
+use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::warmth::Temperatures;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
 /// Uncertainties of the lever arm, m, and of the matrix, if unknown and if known for both units

@@ -7,13 +7,11 @@ use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, sum};
 use crate::redundancy::judgement::scales::{LatestShares, SCALES, filled};
 use crate::redundancy::judgement::shaking::Shaking;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 
-/// Largest rate of change of a slow offset, m/s^2 and rad/s per second, and its largest magnitude, m/s^2 and
-/// rad/s. Consumer units warm up no faster (docs/theory/judgement.md, table 1); any deviation beyond counts as
-/// a fault.
+/// Largest rate of change of a slow offset, m/s^2 and rad/s per second. Consumer units warm up no faster
+/// (docs/theory/judgement.md, table 1).
 const SLEW: [f32; 2] = [2e-4, 7e-5];
-pub(crate) const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
 
 /// Deviation of one sensor of a unit from the set.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,8 @@
 //! remaining checks.
 
 use crate::real::{Real, SECOND, tabulated, whole_spans};
-use crate::redundancy::judgement::SLOW_OFFSET;
 use crate::redundancy::leaky::LONGEST;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, RedundancySettings};
 
