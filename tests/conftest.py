@@ -21,6 +21,8 @@ settings.load_profile("tumble")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 DEVICE = Path(__file__).parent.name + "/device/"
+LONG = (DEVICE, "/test_live", "/test_examples")
+"""Parts of the names of files whose tests take long, those that take longest first."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -36,6 +38,16 @@ def pytest_xdist_auto_num_workers(config):
     return max(2, 3 * (os.cpu_count() or 1) // 2)
 
 
+def pytest_collection_modifyitems(items):
+    """Long files begin first, lest one process ends with them alone."""
+
+    def order(item):
+        file = item.nodeid.partition("::")[0]
+        return next((place for place, part in enumerate(LONG) if part in file), len(LONG))
+
+    items.sort(key=order)
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Keeps tests of a file together, as they share what they simulate, and all that builds for the device.
@@ -49,4 +61,6 @@ def pytest_xdist_make_scheduler(config, log):
         def _split_scope(self, nodeid: str) -> str:
             return DEVICE if nodeid.startswith(DEVICE) else super()._split_scope(nodeid)
 
+    # By default files of many tests come first, not those that take long.
+    config.option.loadscopereorder = False
     return Scheduling(config, log)
