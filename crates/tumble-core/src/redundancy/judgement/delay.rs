@@ -14,9 +14,9 @@ const OVER: f64 = 20.0;
 /// Least mean squared angular acceleration that shows a delay, (rad/s^2)^2.
 const SHOWS: f64 = 0.02;
 
-/// Growth of the delay that excludes a unit, s, and the largest share of it in all others.
-const GROWN: f64 = 4e-3;
-const OF_OTHERS: f64 = 0.5;
+/// Growth of the delay that excludes a unit, s, and the largest share of it in all others. Vibration and low rates make an estimate wander by up to 6 ms.
+const GROWN: f64 = 12e-3;
+const OF_OTHERS: f64 = 0.25;
 
 /// Fewest units among which a drifting clock is isolated: of two, either might drift.
 const FEWEST: usize = 3;
@@ -112,7 +112,7 @@ impl<T: Real, const UNITS: usize> Delays<T, UNITS> {
         first.filter(|most| clear && most.by.abs() > most.limit)
     }
 
-    /// Units whose delay has grown by half of the limit or more.
+    /// Units whose delay has grown by that share of the limit or more.
     pub fn late(&self, length: T) -> UnitSet {
         let is_late = |by: T| by.abs() > real(GROWN * OF_OTHERS);
         UnitSet::of::<UNITS>(|unit| self.grown(unit, length).is_some_and(is_late))
@@ -167,9 +167,9 @@ mod tests {
     fn a_delay_that_grows_either_way_is_found() {
         for rate in [1e-4, -1e-4] {
             let delay = |unit: usize, t: f64| if unit == 1 { rate * t } else { 2e-4 };
-            let found = flown::<3>(120.0, delay);
+            let found = flown::<3>(300.0, delay);
             assert!(
-                matches!(found, Some((t, 1, by)) if t < 90.0 && by.abs() < 5e-3 && by * rate > 0.0),
+                matches!(found, Some((t, 1, by)) if t < 200.0 && by.abs() < 13e-3 && by * rate > 0.0),
                 "{found:?}"
             );
         }
