@@ -89,6 +89,29 @@ def summary(samples: dict[str, Sample]) -> Content:
     }
 
 
+def brief(figures: Content) -> Content:
+    """Summary of one cell: its parameters that are furthest from the bound, and the coverage of its groups.
+
+    The figures of each parameter are on screen while a cell is measured; its seed gives them again.
+    """
+    single = [
+        {"triad": triad, "parameter": name, **of}
+        for triad in TRIADS
+        for name, of in figures[triad]["parameters"].items()
+    ]
+    drawn = max(single, key=lambda of: float(of["ratio"]))
+    return {
+        "parameters": len(single),
+        "above": sum(of["ratio"] > LARGEST_RATIO for of in single),
+        "largest": {key: drawn[key] for key in ("triad", "parameter", "ratio", "ratio_error")},
+        "largest_without_luck": max(of["ratio_without_luck"] for of in single),
+        "coverage": {
+            triad: {group: of["coverage"] for group, of in figures[triad]["groups"].items()}
+            for triad in TRIADS
+        },
+    }
+
+
 def _batch(cell: Cell, sessions: range) -> dict[str, Sample]:
     outcomes = [run(cell, session) for session in sessions]
     return {triad: Sample.of([outcome[triad] for outcome in outcomes]) for triad in TRIADS}
@@ -176,7 +199,7 @@ def main(arguments: Sequence[str] | None = None) -> Content:
     for cell, samples in measure(chosen, options.sessions, console):
         figures = summary(samples)
         pools[cell.bias_instability].append(samples)
-        rows.append({"cell": cell.number, "name": cell.name, "seed": cell.seed(0), "figures": figures})
+        rows.append({"cell": cell.number, "name": cell.name, "seed": cell.seed(0), **brief(figures)})
         console.print(table(figures, cell.name))
     pooled = {
         "bias instability" if unstable else "white": summary(joined(parts))

@@ -92,8 +92,7 @@ def all_goals(results: Mapping[str, Content]) -> list[Goal]:
 
 
 def _accuracy(content: Content) -> Iterator[Goal]:
-    figures = [cell["figures"][triad] for cell in content["cells"] for triad in TRIADS]
-    ratios = [of["ratio_without_luck"] for some in figures for of in some["parameters"].values()]
+    ratios = [cell["largest_without_luck"] for cell in content["cells"]]
     yield Goal(
         "turntable: error of any parameter in any cell over the Cramér-Rao bound, corrected for "
         "sampling error",
@@ -101,7 +100,7 @@ def _accuracy(content: Content) -> Iterator[Goal]:
         f"{max(ratios):.3f}",
         max(ratios) <= LARGEST_RATIO,
     )
-    covered = [of["coverage"] for some in figures for of in some["groups"].values()]
+    covered = [each for cell in content["cells"] for of in cell["coverage"].values() for each in of.values()]
     yield _coverage("turntable: share of 95 % intervals that hold the truth, in any cell", covered, COVERAGE)
 
 

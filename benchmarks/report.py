@@ -66,20 +66,17 @@ def _accuracy_cells(figures: Content, triad: str, group: str) -> list[str]:
 
 
 def _accuracy_words(content: Content) -> str:
-    everything = [
-        cell["figures"][triad]["parameters"].values() for cell in content["cells"] for triad in TRIADS
-    ]
-    single = [figures for some in everything for figures in some]
-    largest = max(figures["ratio_without_luck"] for figures in single)
-    drawn = max(single, key=lambda figures: float(figures["ratio"]))
-    above = sum(figures["ratio"] > LARGEST_RATIO for figures in single)
-    groups = [cell["figures"][triad]["groups"].values() for cell in content["cells"] for triad in TRIADS]
-    covered = [figures["coverage"] for some in groups for figures in some]
+    cells = content["cells"]
+    largest = max(cell["largest_without_luck"] for cell in cells)
+    drawn = max((cell["largest"] for cell in cells), key=lambda of: float(of["ratio"]))
+    above = sum(cell["above"] for cell in cells)
+    parameters = sum(cell["parameters"] for cell in cells)
+    covered = [each for cell in cells for of in cell["coverage"].values() for each in of.values()]
     return (
-        f"{len(content['cells'])} cells of {content['sessions']} simulated sessions: mounting 0, 1 and "
+        f"{len(cells)} cells of {content['sessions']} simulated sessions: mounting 0, 1 and "
         "3 deg, table error 0, 0.05 and 0.2 deg, clocks shared and apart. In single cells the ratio of any "
         f"parameter is at most {largest:.3f}, corrected for sampling error; without that, {above} of "
-        f"{len(single)} are above {LARGEST_RATIO:g}, the largest {drawn['ratio']:.3f} ± "
+        f"{parameters} are above {LARGEST_RATIO:g}, the largest {drawn['ratio']:.3f} ± "
         f"{drawn['ratio_error']:.3f}. Intervals of a group hold {100 * min(covered):.1f} to "
         f"{100 * max(covered):.1f} %."
     )
