@@ -11,7 +11,7 @@ from drifting_results import LIMITS, drifting
 from made_up_calibrations import BIAS_SIGMA, COMMON_SIGMA, made_up, save
 from tumble.calibration.limits import Limits
 from tumble.foundation.errors import TumbleError
-from tumble.laboratory.history import date_of, years_of
+from tumble.laboratory.parameter_history import date_of, years_of
 from tumble.laboratory.registry import Registry, UnitFacts
 from tumble.laboratory.report.page import HISTORY_REPORT
 from turntable_sessions import typed

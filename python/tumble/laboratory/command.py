@@ -19,7 +19,7 @@ from tumble.foundation.errors import CommandError
 
 if TYPE_CHECKING:
     from tumble.calibration.limits import Limits
-    from tumble.laboratory.history import Fleet
+    from tumble.laboratory.parameter_history import Fleet
     from tumble.laboratory.registry import Registry
 
 registry_app = typer.Typer(

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, INTERVAL
-from tumble.laboratory.history import ParameterHistory, date_of, years_of
+from tumble.laboratory.parameter_history import ParameterHistory, date_of, years_of
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import HALF_WIDTH, box, largest, value_axis_in
 from tumble.report.groups import group_of
