@@ -47,8 +47,8 @@ PARTS = {"tumble", *(f"tumble.{room}" for room in ROOMS)}
 PROCEDURES = TOOLS | {procedure.word for procedure in procedures.PROCEDURES}
 """Folders of one procedure or tool each; layers of files: `result`, `procedure`, `page`, `command`."""
 
-LABORATORY = "laboratory"
-"""Room of the registry, whose command is a layer of its own."""
+LABORATORY, FLEET = "laboratory", "fleet"
+"""Rooms whose commands are layers of their own."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
@@ -170,6 +170,7 @@ LAYERS: dict[str, set[str]] = {
     "page": DATA | {"result", "report", "poses"},
     "laboratory": DATA | {"calibration", "report", "_core"},
     "cli": DATA | {"logs"},
+    "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "_core"},
     "__main__": {"cli"},
     "command": DATA
     | {
@@ -183,6 +184,7 @@ LAYERS: dict[str, set[str]] = {
         "report",
         "page",
         "laboratory",
+        "fleet",
         "cli",
     },
 }
@@ -306,7 +308,7 @@ def _type_named(node: ast.stmt) -> str:
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
-    if parts[0] == LABORATORY and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
+    if parts[0] in (LABORATORY, FLEET) and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
         return "command"
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room

@@ -91,6 +91,11 @@ COMMANDS = {
         "certificate_app",
         "Issue certificates of results (tumble certificate RESULT...): PDF/A-3 with an XML inside.",
     ),
+    "fleet": CommandEntry(
+        "tumble.fleet.command",
+        "fleet_app",
+        "Run a procedure over any number of recordings, here or on a cluster, and sum up the units.",
+    ),
     "doctor": CommandEntry(
         "tumble.tools.doctor.command",
         "doctor_command",

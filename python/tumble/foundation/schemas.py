@@ -48,12 +48,13 @@ STORED_ERROR = DocumentSchema(
 )
 TABLE_PROFILE = DocumentSchema("table-profile", "table profile", "tumble.tools.table.profile", "TableProfile")
 SESSION = DocumentSchema("session", "recorded session", "tumble.logs.session", "Session", is_stated=True)
+FLEET_JOB = DocumentSchema("fleet-job", "fleet job", "tumble.fleet.job", "FleetJob")
 
 SCHEMAS = {
     schema.name: schema
     for schema in (
         *(CALIBRATION, POSES, LIMITS, REFERENCE_CERTIFICATE),
-        *(REDUNDANCY, STORED_ERROR, TABLE_PROFILE, SESSION),
+        *(REDUNDANCY, STORED_ERROR, TABLE_PROFILE, SESSION, FLEET_JOB),
     )
 }
 
@@ -92,6 +93,20 @@ _CERTIFICATES = DocumentSchema(
     "what tumble certificate --json prints",
     "tumble.laboratory.certificate.summary_document",
     "CertificatesDocument",
+)
+_FLEET = (
+    DocumentSchema(
+        "fleet-result",
+        "what tumble fleet run and show print with --json",
+        "tumble.fleet.summary_document",
+        "FleetResultDocument",
+    ),
+    DocumentSchema(
+        "fleet-status",
+        "what tumble fleet status --json prints",
+        "tumble.fleet.summary_document",
+        "FleetStatusDocument",
+    ),
 )
 _EVENTS = tuple(
     DocumentSchema(
@@ -136,6 +151,7 @@ PRINTED = {
         _printed("table-position", "table", "PositionDocument", "where tumble table --json says a table is"),
         *_REGISTRY,
         _CERTIFICATES,
+        *_FLEET,
         _SETTINGS,
         _ERROR,
     )

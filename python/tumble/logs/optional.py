@@ -12,6 +12,7 @@ EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
     "laboratory": "registry of calibrations, in a file or on a server, and certificates",
+    "fleet": "clusters of Ray, and recordings and results on S3",
     "plot": "figures of results in Python",
 }
 """Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -31,6 +33,17 @@ class Picture:
 
 
 Result = TypeVar("Result")
+_wanted: ContextVar[bool] = ContextVar("wanted", default=True)
+
+
+@contextmanager
+def without_pages() -> Iterator[None]:
+    """Leaves pages unwritten while the block runs: nobody reads those of a million results."""
+    token = _wanted.set(False)
+    try:
+        yield
+    finally:
+        _wanted.reset(token)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +72,11 @@ class ResultPage(Generic[Result]):
     def write(self, result: Result, path: Path) -> None:
         """Writes the page; the file takes its name only once it is whole.
 
-        Raises `OutputError` where it cannot be written; what stood there before is untouched.
+        Raises `OutputError` where it cannot be written; what stood there before is untouched. Nothing is
+        written within `without_pages`.
         """
-        write_text(path, self.render(result), PAGE)
+        if _wanted.get():
+            write_text(path, self.render(result), PAGE)
 
 
 def plot(page: object, figure: str | None, owner: str) -> Figure:

@@ -1,0 +1,172 @@
+"""Runs a job: gives inputs to an engine in batches, retries what was lost, isolates what kills its worker."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+
+from tumble import _core
+from tumble.fleet import ledger
+from tumble.fleet.engine import Engine, Finished, WorkerLostError
+from tumble.fleet.inputs import FleetInput, InputList
+from tumble.fleet.job import FleetJob
+from tumble.fleet.ledger import JobStatus
+from tumble.fleet.parts import keys_done, write_parts
+from tumble.fleet.places import FileStore
+from tumble.fleet.task import TRIES, BatchDone, InputBatch, lost_outcome
+from tumble.foundation.errors import TumbleError
+
+FIRST_BATCH = 4
+"""Inputs of a batch before it is known how long one takes."""
+LARGEST_BATCH = 512
+_LOOK = 0.5
+"""s between two looks at whether the job is to end."""
+_STATUS_EVERY = 2.0
+"""s between two times that the status is written."""
+
+ShowProgress = Callable[[JobStatus], None]
+
+
+@dataclass
+class FleetRun:
+    """A run of a job: exhaust it with `run`.
+
+    Raises `TumbleError` where results of another job stand there, inputs are wrong, or results cannot be
+    written.
+    """
+
+    job: FleetJob
+    engine: Engine
+    engine_name: str
+    resume: bool = False
+    show: ShowProgress = lambda _: None
+    _again: deque[InputBatch] = field(default_factory=deque)
+    """Batches that were lost with their worker."""
+    _tries: dict[str, int] = field(default_factory=dict)
+    """Workers that each input took along, by its place."""
+    _under_way: int = 0
+    _inputs: int = 0
+    _earlier: int = 0
+    _done: int = 0
+    _failed: int = 0
+    _not_well: int = 0
+    _retried: int = 0
+    _seconds_an_input: float = 0.0
+
+    def run(self) -> JobStatus:
+        """Computes all inputs that have no result yet; returns how it ended."""
+        self._results = FileStore(self.job.results)
+        self._begun = self._written = time.monotonic()
+        date = ledger.begin(self._results, self.job, resume=self.resume)
+        ledger.forget_cancelling(self._results)
+        work = self.job.work
+        done = keys_done(self._results) if self.resume else set()
+        inputs = InputList(self.job)
+        self._inputs = len(inputs)
+        self._earlier = sum(each.key(work) in done for each in inputs) if done else 0
+        self._open = (each for each in inputs if not done or each.key(work) not in done)
+        self._date = date
+        state, reason = "failed", ""
+        try:
+            state = self._worked()
+        except TumbleError as error:
+            reason = str(error)
+            raise
+        except KeyboardInterrupt:
+            state = "cancelled"
+            raise
+        finally:
+            self.engine.close()
+            inputs.close()
+            status = self._status(state, reason)
+            ledger.write_status(self._results, status)
+            self.show(status)
+        return status
+
+    def _worked(self) -> str:
+        cancelled = False
+        while True:
+            if not cancelled:
+                self._give_work()
+            if not self._under_way:
+                return "cancelled" if cancelled else "done"
+            for finished in self.engine.finished(_LOOK):
+                self._under_way -= 1
+                self._take(finished)
+            cancelled = cancelled or self._looked()
+
+    def _looked(self) -> bool:
+        """Shows progress now and then; returns whether the job is to end."""
+        status = self._status("running")
+        self.show(status)
+        if time.monotonic() - self._written < _STATUS_EVERY:
+            return False
+        ledger.write_status(self._results, status)
+        self._written = time.monotonic()
+        return ledger.is_cancelled(self._results)
+
+    def _give_work(self) -> None:
+        while self._under_way < self.engine.slots and (batch := self._next_batch()) is not None:
+            self.engine.submit(batch)
+            self._under_way += 1
+
+    def _next_batch(self) -> InputBatch | None:
+        if self._again:
+            return self._again.popleft()
+        inputs = tuple(islice(self._open, self._batch_size()))
+        return InputBatch(self.job, inputs, self._date, _core.__version__) if inputs else None
+
+    def _batch_size(self) -> int:
+        """Returns the number of inputs that take as long as a batch should."""
+        if self._seconds_an_input <= 0.0:
+            return FIRST_BATCH
+        return max(1, min(LARGEST_BATCH, round(self.job.batch_seconds / self._seconds_an_input)))
+
+    def _take(self, finished: Finished) -> None:
+        outcome = finished.outcome
+        if isinstance(outcome, BatchDone):
+            self._done += outcome.done
+            self._failed += outcome.failed
+            self._not_well += outcome.not_well
+            self._seconds_an_input = outcome.seconds / max(1, outcome.done)
+        elif isinstance(outcome, WorkerLostError):
+            self._retried += 1
+            self._again.extend(self._after_a_loss(finished.batch, str(outcome)))
+        else:
+            raise outcome
+
+    def _after_a_loss(self, batch: InputBatch, how: str) -> Iterator[InputBatch]:
+        """Yields what to try again: halves, so that an input that kills its worker is soon alone."""
+        if len(batch.inputs) > 1:
+            yield from batch.halves()
+            return
+        [given] = batch.inputs
+        self._tries[given.place] = self._tries.get(given.place, 0) + 1
+        if self._tries[given.place] < TRIES:
+            yield batch
+        else:
+            self._tell_poisoned(given, how)
+
+    def _tell_poisoned(self, given: FleetInput, how: str) -> None:
+        failure = f"its worker was lost {TRIES} times: {how}"
+        write_parts(self._results, [lost_outcome(self.job, given, failure)])
+        self._done += 1
+        self._failed += 1
+
+    def _status(self, state: str, reason: str = "") -> JobStatus:
+        seconds = time.monotonic() - self._begun
+        return JobStatus(
+            state=state,
+            inputs=self._inputs,
+            done=self._earlier + self._done,
+            failed=self._failed,
+            not_well=self._not_well,
+            retried=self._retried,
+            rate=self._done / seconds if seconds > 0.0 else 0.0,
+            seconds=seconds,
+            engine=self.engine_name,
+            reason=reason,
+        )

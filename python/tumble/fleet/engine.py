@@ -1,0 +1,59 @@
+"""Interface of what computes batches: this machine, or a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from tumble.fleet.task import BatchDone, InputBatch
+from tumble.foundation.errors import CommandError, TumbleError
+
+LOCAL, RAY = "local", "ray"
+
+
+class WorkerLostError(TumbleError):
+    """A worker ended before its batch did: it was killed, or its node was."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """A batch that ended."""
+
+    number: int
+    batch: InputBatch
+    outcome: BatchDone | TumbleError
+    """Its figures, or the reason why it has none."""
+
+
+class Engine(Protocol):
+    """Computes batches, several at a time, in any order."""
+
+    slots: int
+    """Batches that are worth being under way at a time."""
+
+    def submit(self, batch: InputBatch) -> int:
+        """Begins a batch; returns its number."""
+
+    def finished(self, seconds: float) -> Iterator[Finished]:
+        """Yields what ended; waits at most so many s for the first."""
+
+    def close(self) -> None:
+        """Ends all work; what is under way is lost."""
+
+
+def engine_of(text: str, jobs: int) -> Engine:
+    """Starts an engine: `local`, or `ray` or `ray:ADDRESS`.
+
+    Raises `CommandError` where it is unknown, `TumbleError` where a cluster cannot be reached.
+    """
+    kind, _, address = text.partition(":")
+    if kind == LOCAL and not address:
+        from tumble.fleet.local_engine import LocalEngine
+
+        return LocalEngine(jobs)
+    if kind == RAY:
+        from tumble.fleet.ray_engine import RayEngine
+
+        return RayEngine(address, jobs)
+    raise CommandError(f"--engine {text}: is unknown; give local, ray or ray:ADDRESS")

@@ -1,0 +1,215 @@
+"""Inputs of a fleet: which recordings, of which unit, in which version of their content."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import PurePosixPath
+from tempfile import TemporaryFile
+from typing import Any
+
+from tumble.fleet.job import FleetJob
+from tumble.fleet.places import matching, shown, version_at
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.words import quoted
+
+COLUMNS = ("unit", "serial", "model", "lot", "operator", "station", "day")
+"""Facts about a recording that a manifest or its path may state; `day` is its date, YYYY-MM-DD."""
+_READERS = 32
+"""Files of a manifest that are looked up at a time."""
+_ROWS = 4096
+"""Rows of a manifest that are read at a time."""
+_NAME = re.compile(r"\{(\w+)\}")
+
+
+class InputsError(TumbleError):
+    """A manifest or pattern that gives no usable inputs."""
+
+
+@dataclass(frozen=True, slots=True)
+class FleetInput:
+    """One recording, or a folder of those that belong together."""
+
+    place: str
+    """Path or URL; a seed of what is simulated."""
+    version: str = ""
+    """Changes with the content."""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    """Keys are those of `COLUMNS`."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Options of the command for this input, on top of those of the job."""
+
+    def key(self, work: str) -> bytes:
+        """Returns 16 bytes that are the same wherever the same is computed of the same content."""
+        content = json.dumps(
+            [work, self.place, self.version, dict(self.facts), dict(self.options)], sort_keys=True
+        )
+        return hashlib.sha256(content.encode("utf-8", "surrogateescape")).digest()[:16]
+
+
+class InputList:
+    """The inputs of a job, looked up once and kept in a temporary file: memory does not grow with them."""
+
+    def __init__(self, job: FleetJob) -> None:
+        self._file = TemporaryFile("w+", encoding="utf-8", errors="surrogateescape")  # noqa: SIM115 - `close`
+        self._count = 0
+        for each in inputs_of(job):
+            self._file.write(
+                json.dumps([each.place, each.version, dict(each.facts), dict(each.options)]) + "\n"
+            )
+            self._count += 1
+        self._file.flush()
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[FleetInput]:
+        """Yields all inputs; one pass at a time."""
+        self._file.seek(0)
+        for line in self._file:
+            yield FleetInput(*json.loads(line))
+
+    def close(self) -> None:
+        """Removes the file."""
+        self._file.close()
+
+
+def inputs_of(job: FleetJob) -> Iterator[FleetInput]:
+    """Yields the inputs of a job in an order that stays the same.
+
+    Raises `InputsError` where a pattern fits nothing, a manifest lacks its columns, or an input is missing or
+    given twice; `StoreError` where a store cannot be reached.
+    """
+    if job.simulate is not None:
+        first = job.simulate.seed
+        yield from (FleetInput(str(seed)) for seed in range(first, first + job.simulate.count))
+        return
+    if job.seeds is not None:
+        yield from (FleetInput(str(seed)) for seed in range(*job.seeds))
+        return
+    yield from _each_once(
+        each
+        for pattern in job.patterns
+        for each in (_listed(pattern) if pattern.endswith(".parquet") else _found(pattern))
+    )
+
+
+def _each_once(inputs: Iterable[FleetInput]) -> Iterator[FleetInput]:
+    """Refuses an input that is given twice; 16 bytes are kept of each."""
+    known: set[bytes] = set()
+    for each in inputs:
+        mark = hashlib.sha256(json.dumps([each.place, dict(each.options)]).encode()).digest()[:16]
+        if mark in known:
+            raise InputsError(
+                f"{shown(each.place)}: is given twice; remove one, or give them different options"
+            )
+        known.add(mark)
+        yield each
+
+
+def _found(pattern: str) -> Iterator[FleetInput]:
+    wildcards = _NAME.sub("*", pattern)
+    facts_in = _matcher(pattern)
+    found = False
+    for place, version in matching(wildcards):
+        found = True
+        facts = facts_in(place)
+        yield FleetInput(place, version, {"unit": _unit(place), **facts})
+    if not found:
+        raise InputsError(f"{shown(pattern)}: fits no file; check the pattern")
+
+
+def _matcher(pattern: str) -> Any:  # noqa: ANN401 - a function
+    """Returns a function that finds the named parts of a path, such as `{lot}`."""
+    names = _NAME.findall(pattern)
+    for name in names:
+        if name not in COLUMNS:
+            raise InputsError(f"{shown(pattern)}: {{{name}}} is unknown; use {', '.join(COLUMNS)}, or *")
+    parts = re.split(r"(\{\w+\}|\*\*/?|\*|\?)", pattern.partition("://")[2] or pattern)
+    regex = "".join(_part(part) for part in parts)
+    fits = re.compile(f"(?:^|.*/){regex}$" if names else ".*")
+
+    def facts(place: str) -> dict[str, str]:
+        match = fits.match(place)
+        return dict(match.groupdict()) if match else {}
+
+    return facts
+
+
+def _part(part: str) -> str:
+    if name := _NAME.fullmatch(part):
+        return f"(?P<{name[1]}>[^/]+)"
+    return {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}.get(part, re.escape(part))
+
+
+def _unit(place: str) -> str:
+    return PurePosixPath(place.replace("\\", "/")).name.partition(".")[0]
+
+
+def _listed(manifest: str) -> Iterator[FleetInput]:
+    rows = _manifest_rows(manifest)
+    with ThreadPoolExecutor(_READERS) as readers:
+        while some := list(islice(rows, _ROWS)):
+            versions = readers.map(version_at, (row["place"] for _, row in some))
+            for (number, row), version in zip(some, versions, strict=True):
+                if version is None:
+                    raise InputsError(
+                        f"{shown(manifest)}: row {number}: {shown(row['place'])} does not exist; correct it"
+                    )
+                facts = {name: str(row[name]) for name in COLUMNS if row.get(name)}
+                yield FleetInput(
+                    row["place"],
+                    version,
+                    {"unit": _unit(row["place"]), **facts},
+                    _options(manifest, number, row),
+                )
+
+
+def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    import pyarrow as pa  # type: ignore[import-untyped]
+    import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+    from tumble.fleet.places import FileStore, store_error
+
+    place = FileStore(manifest)
+    number = 0
+    try:
+        with place.files.open(place.root, "rb") as file:
+            table = pq.ParquetFile(file)
+            if "place" not in table.schema_arrow.names:
+                raise InputsError(
+                    f"{shown(manifest)}: has no column place; give each input's path or URL in it"
+                )
+            for batch in table.iter_batches(_ROWS):
+                for row in batch.to_pylist():
+                    number += 1
+                    if not isinstance(row["place"], str) or not row["place"]:
+                        raise InputsError(
+                            f"{shown(manifest)}: row {number}: place is empty; give a path or URL"
+                        )
+                    yield number, row
+    except (OSError, pa.ArrowException) as error:
+        raise store_error(manifest, error) from error
+    if not number:
+        raise InputsError(f"{shown(manifest)}: lists no inputs; give a row for each")
+
+
+def _options(manifest: str, number: int, row: Mapping[str, Any]) -> dict[str, Any]:
+    text = row.get("options")
+    if not text:
+        return {}
+    try:
+        options = json.loads(text)
+    except (TypeError, ValueError):
+        options = None
+    if not isinstance(options, dict):
+        raise InputsError(
+            f"{shown(manifest)}: row {number}: options {quoted(str(text))} are no JSON object; give one such "
+            'as {"still": "5s"}'
+        )
+    return options

@@ -1,0 +1,146 @@
+"""State of a job beside its results: what it computes, how far it is, whether it is to end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import datetime, timezone
+from typing import Any
+
+from tumble import _core
+from tumble.fleet.job import FleetJob
+from tumble.fleet.places import FileStore
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.provenance import date_now
+
+JOB_FILE = "job.json"
+STATUS_FILE = "status.json"
+CANCEL_FILE = "cancel"
+
+
+class JobChangedError(TumbleError):
+    """Results of another job stand where those of this one are to go."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobStatus:
+    """Progress of a job."""
+
+    state: str
+    """`running`, `done`, `cancelled` or `failed`."""
+    inputs: int
+    done: int
+    """Inputs that have a row, those of earlier runs among them."""
+    failed: int
+    """Inputs of this run that have no result."""
+    not_well: int
+    """Results of this run that are not all well."""
+    retried: int
+    """Batches that were lost with their worker and given again."""
+    rate: float
+    """Inputs a second in this run."""
+    seconds: float
+    """Duration of this run."""
+    engine: str
+    reason: str = ""
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Time that the rest takes at this rate, s; None before it is known."""
+        return (self.inputs - self.done) / self.rate if self.rate > 0.0 else None
+
+    def content(self) -> dict[str, Any]:
+        """Returns it as it stands in the file."""
+        return asdict(self)
+
+
+def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str | None:
+    """Returns the date that results of before state, s since 1970; None where there are none.
+
+    Raises `JobChangedError` where results of another job or version stand there, or of this one without
+    `resume`.
+    """
+    content = results.read(JOB_FILE)
+    if content is None:
+        return None
+    known = _parsed(results, content)
+    if known.get("work") != job.work:
+        raise JobChangedError(
+            f"{results}: holds results of a job with another procedure or other options; give another "
+            "folder, or the options of before"
+        )
+    if known.get("software") != _core.__version__:
+        raise JobChangedError(
+            f"{results}: holds results of tumble {known.get('software')}, and this is {_core.__version__}; "
+            "give another folder, or install that version"
+        )
+    if not resume:
+        raise JobChangedError(
+            f"{results}: holds results of this job; go on with --resume, or give another folder"
+        )
+    return str(known["date"])
+
+
+def begin(results: FileStore, job: FleetJob, *, resume: bool) -> str:
+    """Registers the job at its results; returns the date that its results state, s since 1970.
+
+    Raises `JobChangedError` as `refuse_other_job` does.
+    """
+    date = refuse_other_job(results, job, resume=resume)
+    if date is not None:
+        return date
+    date = _seconds(date_now())
+    stated = {"work": job.work, "software": _core.__version__, "date": date}
+    results.write(JOB_FILE, (json.dumps(stated, indent=1) + "\n").encode())
+    return date
+
+
+def write_status(results: FileStore, status: JobStatus) -> None:
+    """Writes how far the job is."""
+    results.write(STATUS_FILE, (json.dumps(status.content(), indent=1) + "\n").encode())
+
+
+def read_status(results: FileStore) -> JobStatus:
+    """Reads how far a job is; raises `TumbleError` where none was begun there."""
+    content = results.read(STATUS_FILE)
+    if content is None:
+        raise TumbleError(
+            f"{results}: no job was begun there; check the job file, or begin with tumble fleet run"
+        )
+    try:
+        return JobStatus(**_parsed(results, content))
+    except TypeError:
+        raise TumbleError(
+            f"{results}: {STATUS_FILE} is of another version of Tumble; go on with that"
+        ) from None
+
+
+def ask_to_cancel(results: FileStore) -> None:
+    """Has whoever runs the job end it after the batches that are under way."""
+    results.write(CANCEL_FILE, b"")
+
+
+def is_cancelled(results: FileStore) -> bool:
+    """Returns whether that was asked for."""
+    return results.read(CANCEL_FILE) is not None
+
+
+def forget_cancelling(results: FileStore) -> None:
+    """Lets the job go on."""
+    results.remove(CANCEL_FILE)
+
+
+def _parsed(results: FileStore, content: bytes) -> Mapping[str, Any]:
+    try:
+        found = json.loads(content)
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise TumbleError(f"{results}: {JOB_FILE} or {STATUS_FILE} is damaged; give another folder")
+    return found
+
+
+def _seconds(date: str) -> str:
+    moment = datetime.strptime(date, "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=timezone.utc)
+    return str(int(moment.timestamp()))

@@ -1,0 +1,124 @@
+"""Work on this machine: a process each, so that one that is killed takes nothing but its own batch along."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import pickle
+from collections.abc import Iterator
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+
+from tumble.fleet.engine import Finished, WorkerLostError
+from tumble.fleet.task import BatchDone, InputBatch, run_batch
+from tumble.foundation.errors import TumbleError
+
+_CAN_FORK = "forkserver" in multiprocessing.get_all_start_methods()
+_CONTEXT = multiprocessing.get_context("forkserver") if _CAN_FORK else multiprocessing.get_context("spawn")
+_PRELOADED = ["tumble.fleet.task"]
+"""Modules that a server of new processes imports once, so that a worker that was lost is soon replaced."""
+_GONE_AFTER = 5.0
+"""s that a worker gets to end by itself."""
+
+
+class LocalEngine:
+    """So many worker processes of this machine, each with one batch at a time."""
+
+    def __init__(self, workers: int) -> None:
+        self.slots = workers
+        _CONTEXT.set_forkserver_preload(_PRELOADED)
+        self._idle: list[_Worker] = []
+        self._busy: dict[int, tuple[_Worker, InputBatch]] = {}
+        self._next = 0
+
+    def submit(self, batch: InputBatch) -> int:
+        """Gives a batch to an idle worker; returns its number."""
+        worker = self._idle.pop() if self._idle else _Worker()
+        self._next += 1
+        self._busy[self._next] = worker, batch
+        worker.begin(batch)
+        return self._next
+
+    def finished(self, seconds: float) -> Iterator[Finished]:
+        """Yields what ended; waits at most so many s for the first."""
+        by_pipe = {worker.pipe: number for number, (worker, _) in self._busy.items()}
+        for pipe in wait(list(by_pipe), seconds):
+            assert isinstance(pipe, Connection)
+            number = by_pipe[pipe]
+            worker, batch = self._busy.pop(number)
+            yield Finished(number, batch, self._outcome(worker))
+
+    def _outcome(self, worker: _Worker) -> BatchDone | TumbleError:
+        try:
+            found = worker.result()
+        except (EOFError, OSError):
+            return WorkerLostError(worker.how_it_ended())
+        self._idle.append(worker)
+        return found
+
+    def close(self) -> None:
+        """Ends all workers; what they work at is lost."""
+        for worker, _ in self._busy.values():
+            worker.kill()
+        for worker in self._idle:
+            worker.end()
+        self._busy.clear()
+        self._idle.clear()
+
+
+class _Worker:
+    """A process that computes batches which come through a pipe."""
+
+    def __init__(self) -> None:
+        self.pipe, other = _CONTEXT.Pipe()
+        self._process: BaseProcess = _CONTEXT.Process(target=_work, args=(other,), daemon=True)
+        self._process.start()
+        # The worker's end closes with the worker, so that its death ends the pipe.
+        other.close()
+
+    def begin(self, batch: InputBatch) -> None:
+        """Sends a batch; that the process has died meanwhile shows in `result`."""
+        with contextlib.suppress(OSError):
+            self.pipe.send(batch)
+
+    def result(self) -> BatchDone | TumbleError:
+        """Receives the outcome; raises `EOFError` or `OSError` where the process has died."""
+        found: BatchDone | TumbleError = self.pipe.recv()
+        return found
+
+    def how_it_ended(self) -> str:
+        """Returns in words how the process ended."""
+        self._process.join(_GONE_AFTER)
+        code = self._process.exitcode
+        return (
+            f"killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
+        )
+
+    def kill(self) -> None:
+        """Ends the process at once."""
+        self._process.kill()
+        self._process.join()
+
+    def end(self) -> None:
+        """Lets the process end."""
+        self.pipe.close()
+        self._process.join(_GONE_AFTER)
+        if self._process.is_alive():
+            self.kill()
+
+
+def _work(pipe: Connection) -> None:
+    """Computes batches until the other end is closed, by will or because the driver was killed."""
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+        while True:
+            pipe.send(_outcome_of(pipe.recv()))
+
+
+def _outcome_of(batch: InputBatch) -> BatchDone | TumbleError:
+    try:
+        return run_batch(batch)
+    except TumbleError as error:
+        with contextlib.suppress(Exception):
+            pickle.loads(pickle.dumps(error))
+            return error
+        return TumbleError(str(error))

@@ -1,0 +1,151 @@
+"""Results of a fleet as Parquet parts: a row an input, each part written whole, named by its content."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+from tumble.fleet.places import FileStore, store_error
+from tumble.foundation.words import plain
+
+FOLDER = "parts"
+ENDING = ".parquet"
+UNKNOWN_DAY = "unknown"
+"""Day of recordings of which no date is stated."""
+
+_PARAMETER = pa.struct(
+    [
+        ("name", pa.string()),
+        ("unit", pa.string()),
+        ("value", pa.float64()),
+        ("u", pa.float64()),
+        ("common", pa.float64()),
+    ]
+)
+_DOCUMENT = pa.struct([("name", pa.string()), ("sha256", pa.string()), ("text", pa.string())])
+SCHEMA = pa.schema(
+    [
+        pa.field("key", pa.binary(16), nullable=False),
+        pa.field("place", pa.string(), nullable=False),
+        *(pa.field(name, pa.string()) for name in ("unit", "serial", "model", "lot", "operator", "station")),
+        pa.field("day", pa.string()),
+        pa.field("exit_code", pa.int32(), nullable=False),
+        pa.field("verdict", pa.string()),
+        pa.field("failure", pa.string()),
+        pa.field("transient", pa.bool_(), nullable=False),
+        pa.field("messages", pa.string()),
+        pa.field("summary", pa.string()),
+        pa.field("parameters", pa.list_(_PARAMETER)),
+        pa.field("documents", pa.list_(_DOCUMENT)),
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Result of one input, a row of a part."""
+
+    key: bytes
+    place: str
+    unit: str = ""
+    serial: str = ""
+    model: str = ""
+    lot: str = ""
+    operator: str = ""
+    station: str = ""
+    day: str = UNKNOWN_DAY
+    """Date of the recording, YYYY-MM-DD, as its input states it."""
+    exit_code: int = 0
+    """Exit code of the command: 0, 2 where nothing could be done, 3 where not all is well."""
+    verdict: str = ""
+    failure: str = ""
+    """Reason why there is no result."""
+    messages: str = ""
+    """Lines of its standard error."""
+    summary: str = ""
+    """JSON that the command prints."""
+    parameters: tuple[dict[str, object], ...] = ()
+    """Name, unit, value and combined standard uncertainty `u` of each parameter."""
+    documents: tuple[dict[str, str], ...] = ()
+    """Name, sha256 and text of each file that it wrote."""
+    transient: bool = False
+    """Indicates whether the failure is that of a place or worker, so that another run may succeed."""
+
+
+def write_parts(results: FileStore, outcomes: Sequence[Outcome]) -> list[str]:
+    """Writes outcomes, a part for each day; returns the names of the parts.
+
+    The same outcomes have the same names, so that what is done twice is there once.
+    """
+    days = sorted({each.day for each in outcomes})
+    return [_write(results, day, [each for each in outcomes if each.day == day]) for day in days]
+
+
+def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
+    some = sorted(outcomes, key=lambda each: each.key)
+    digest = hashlib.sha256(b"".join(each.key for each in some)).hexdigest()[:32]
+    name = f"{FOLDER}/day={plain(day)}/{digest}{ENDING}"
+    content = io.BytesIO()
+    pq.write_table(pa.Table.from_pylist([asdict(each) for each in some], SCHEMA), content, compression="zstd")
+    results.write(name, content.getvalue())
+    return name
+
+
+def keys_done(results: FileStore) -> set[bytes]:
+    """Returns the keys of all inputs with a result, or a failure that another run would have as well."""
+    return {
+        key
+        for table in _parts(results, ["key", "transient"])
+        for key, transient in zip(
+            *(table.column(name).to_pylist() for name in ("key", "transient")), strict=True
+        )
+        if not transient
+    }
+
+
+def tables(results: FileStore, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+    """Yields one part after another, each input once: its result, where a transient failure was mended.
+
+    Raises `StoreError` where a part cannot be read.
+    """
+    settled = keys_done(results)
+    known: set[bytes] = set()
+    wanted = None if columns is None else list(dict.fromkeys(["key", "transient", *columns]))
+    for table in _parts(results, wanted):
+        keys = table.column("key").to_pylist()
+        mended = (
+            key in settled and old
+            for key, old in zip(keys, table.column("transient").to_pylist(), strict=True)
+        )
+        fresh = [key not in known and not is_mended for key, is_mended in zip(keys, mended, strict=True)]
+        known.update(key for key, is_fresh in zip(keys, fresh, strict=True) if is_fresh)
+        yield table if all(fresh) else table.filter(pa.array(fresh, pa.bool_()))
+
+
+def _parts(results: FileStore, columns: Sequence[str] | None) -> Iterator[pa.Table]:
+    for path in results.names(FOLDER, ENDING):
+        try:
+            with results.files.open(path, "rb") as file:
+                table = pq.ParquetFile(file).read(columns)
+        except (OSError, pa.ArrowException) as error:
+            raise store_error(path, error) from error
+        yield table
+
+
+def rows(results: FileStore, columns: Iterable[str]) -> Iterator[dict[str, object]]:
+    """Yields results, a mapping for each input."""
+    for table in tables(results, list(columns)):
+        yield from table.to_pylist()
+
+
+def whole_table(results: FileStore) -> pa.Table:
+    """Returns all results in the order of their keys: the same for any engine, order and size of batches."""
+    table = pa.concat_tables([SCHEMA.empty_table(), *tables(results)])
+    keys = np.array(table.column("key").to_pylist(), dtype="S16")
+    return table.take(pa.array(np.argsort(keys, kind="stable")))

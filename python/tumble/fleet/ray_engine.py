@@ -1,0 +1,100 @@
+"""Work on a cluster of Ray."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import Any
+
+from tumble.fleet.engine import Finished, WorkerLostError
+from tumble.fleet.places import shown
+from tumble.fleet.task import BatchDone, InputBatch, run_batch
+from tumble.foundation.errors import CommandError, TumbleError
+from tumble.logs.optional import install_command
+
+AHEAD = 2
+"""Batches a processor that are under way or wait on their node, so that none is idle between two."""
+
+
+class RayEngine:
+    """A cluster of Ray: at an address, that of `RAY_ADDRESS`, or one of this machine while the job runs.
+
+    Raises `CommandError` where Ray is not installed, `TumbleError` where the cluster cannot be reached.
+    """
+
+    def __init__(self, address: str, jobs: int) -> None:
+        self._ray = _imported()
+        self._is_ours = not self._ray.is_initialized()
+        if self._is_ours:
+            self._begin(address, jobs)
+        self._task = self._ray.remote(max_retries=0, num_cpus=1)(run_batch)
+        self._busy: dict[Any, tuple[int, InputBatch]] = {}
+        self._next = 0
+        self.slots = self._slots()
+
+    def _begin(self, address: str, jobs: int) -> None:
+        options: dict[str, Any] = {"address": address} if address else {}
+        if not address and not _address_is_set():
+            options = {"num_cpus": jobs, "include_dashboard": False}
+        try:
+            self._ray.init(**options, logging_level=logging.ERROR, log_to_driver=False)
+        except Exception as error:
+            place = shown(address) or "this machine"
+            raise TumbleError(
+                f"ray at {place} cannot be reached: {shown(' '.join(str(error).split()))}; check the "
+                "address, or leave it out to work on this machine"
+            ) from error
+
+    def _slots(self) -> int:
+        return max(1, int(AHEAD * self._ray.cluster_resources().get("CPU", 1)))
+
+    def submit(self, batch: InputBatch) -> int:
+        """Begins a batch on any node."""
+        self._next += 1
+        self._busy[self._task.remote(batch)] = self._next, batch
+        return self._next
+
+    def finished(self, seconds: float) -> Iterator[Finished]:
+        """Yields what ended."""
+        ended, _ = self._ray.wait(list(self._busy), num_returns=1, timeout=seconds)
+        # Nodes come and go while the work goes on.
+        self.slots = self._slots()
+        for reference in ended:
+            number, batch = self._busy.pop(reference)
+            yield Finished(number, batch, self._outcome(reference))
+
+    def _outcome(self, reference: Any) -> BatchDone | TumbleError:  # noqa: ANN401
+        exceptions = self._ray.exceptions
+        try:
+            found: BatchDone = self._ray.get(reference)
+        except exceptions.RayTaskError as error:
+            cause = error.cause
+            return cause if isinstance(cause, TumbleError) else TumbleError(shown(str(cause)))
+        except exceptions.RayError as error:
+            return WorkerLostError(shown(" ".join(str(error).split()))[:200])
+        return found
+
+    def close(self) -> None:
+        """Cancels what is under way; ends the cluster if it began here."""
+        for reference in self._busy:
+            self._ray.cancel(reference, force=True)
+        self._busy.clear()
+        if self._is_ours:
+            self._ray.shutdown()
+
+
+def _imported() -> Any:  # noqa: ANN401 - a module has no type of its own
+    try:
+        import ray
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            "--engine ray needs the Python package ray, which is not installed; type: "
+            f"{install_command('fleet')}"
+        ) from error
+    return ray
+
+
+def _address_is_set() -> bool:
+    import os
+
+    return bool(os.environ.get("RAY_ADDRESS"))

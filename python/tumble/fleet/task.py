@@ -1,0 +1,273 @@
+"""Work of a fleet where it is done: reads inputs, runs the command on each, writes a part of the results."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from tumble import _core
+from tumble.calibration.document import KIND
+from tumble.cli.commands import command_line_for, run_command_line
+from tumble.cli.exit_code import ExitCode
+from tumble.fleet.inputs import FleetInput
+from tumble.fleet.job import FleetJob, option_words
+from tumble.fleet.parts import Outcome, write_parts
+from tumble.fleet.places import FileStore, fetched, shown
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.files import files_of_command
+from tumble.foundation.plain import finite
+from tumble.report.page import without_pages
+
+TRIES = 3
+"""Tries of an input whose place is at fault."""
+_PAUSE = 0.3
+"""s before another try; twice as long before each further one."""
+_LONGEST_MESSAGE = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class InputBatch:
+    """Inputs that one worker computes one after another."""
+
+    job: FleetJob
+    inputs: tuple[FleetInput, ...]
+    date: str
+    """Seconds since 1970 that results state, as `SOURCE_DATE_EPOCH`."""
+    software: str
+
+    def halves(self) -> tuple[InputBatch, InputBatch]:
+        """Splits it in two."""
+        middle = len(self.inputs) // 2
+        return replace(self, inputs=self.inputs[:middle]), replace(self, inputs=self.inputs[middle:])
+
+
+@dataclass(frozen=True, slots=True)
+class BatchDone:
+    """Figures of a finished batch; its results went to their place."""
+
+    done: int
+    failed: int
+    not_well: int
+    """Those whose exit code is neither 0 nor that of a failure."""
+    seconds: float
+
+
+class OtherVersionError(TumbleError):
+    """A worker has another version of Tumble than whoever gave it the work."""
+
+
+def run_batch(batch: InputBatch) -> BatchDone:
+    """Computes a batch and writes its results.
+
+    Raises `OtherVersionError` where the versions differ, `StoreError` where results cannot be written.
+    """
+    if batch.software != _core.__version__:
+        raise OtherVersionError(
+            f"this worker has tumble {_core.__version__}, and the job was given by {batch.software}; "
+            "install the same version on all nodes"
+        )
+    begun = time.perf_counter()
+    work = batch.job.work
+    with _dated(batch.date):
+        outcomes = [_tried(batch.job, each, each.key(work)) for each in batch.inputs]
+    write_parts(FileStore(batch.job.results), outcomes)
+    failed = sum(bool(each.failure) for each in outcomes)
+    well = sum(each.exit_code == ExitCode.DONE for each in outcomes)
+    return BatchDone(len(outcomes), failed, len(outcomes) - failed - well, time.perf_counter() - begun)
+
+
+def lost_outcome(job: FleetJob, given: FleetInput, failure: str) -> Outcome:
+    """Returns the row of an input whose worker was lost each time."""
+    return _failure(_row(given, given.key(job.work)), failure, transient=True)
+
+
+def _tried(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
+    pause = _PAUSE
+    for _ in range(TRIES - 1):
+        outcome = _computed(job, given, key)
+        if not outcome.transient:
+            return outcome
+        time.sleep(pause)
+        pause *= 2.0
+    return _computed(job, given, key)
+
+
+def _computed(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
+    row = _row(given, key)
+    with TemporaryDirectory(prefix="tumble-fleet-") as folder:
+        try:
+            if job.is_function:
+                return _of_function(job, given, row)
+            place = _simulated(job, given, Path(folder)) if job.simulate else _fetched(given, Path(folder))
+        except TumbleError as error:
+            return _failure(row, str(error))
+        except Exception as error:  # libraries of stores raise errors of their own
+            text = shown(" ".join(str(error).split())) or type(error).__name__
+            missing = isinstance(error, FileNotFoundError)
+            return _failure(row, f"cannot be read: {text}", transient=not missing)
+        words = [*job.words(str(place)), *option_words(given.options)]
+        return _of_command(words, Path(folder) / "results", row)
+
+
+def _row(given: FleetInput, key: bytes) -> Outcome:
+    """Returns the row of an input, with what is known before it is computed."""
+    stated: dict[str, Any] = dict(given.facts)
+    return Outcome(key, shown(given.place), **stated)
+
+
+def _fetched(given: FleetInput, folder: Path) -> Path:
+    copies = folder / "inputs"
+    copies.mkdir()
+    return fetched(given.place, copies)
+
+
+def _simulated(job: FleetJob, given: FleetInput, folder: Path) -> Path:
+    assert job.simulate is not None
+    place = folder / "inputs"
+    words = ["simulate", job.simulate.scenario, "-o", str(place), "--seed", given.place]
+    run = _run([*words, *option_words(job.simulate.options)])
+    if run.failure:
+        raise TumbleError(run.failure)
+    return place
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Outcome of a command that ran in this process."""
+
+    code: int
+    output: str
+    messages: str
+    failure: str
+
+
+def _run(words: Sequence[str]) -> _Run:
+    output, messages = io.StringIO(), io.StringIO()
+    failure, code = "", ExitCode.USER_ERROR
+    with (
+        contextlib.redirect_stdout(output),
+        contextlib.redirect_stderr(messages),
+        files_of_command() as files,
+    ):
+        try:
+            code = run_command_line(_command_line(words[0], words), words)
+        except TumbleError as error:
+            failure = str(error)
+        finally:
+            files.release()
+    return _Run(code, output.getvalue(), messages.getvalue()[:_LONGEST_MESSAGE], failure)
+
+
+_made: dict[str, Any] = {}
+
+
+def _command_line(command: str, words: Sequence[str]) -> Any:  # noqa: ANN401 - typer keeps its type to itself
+    """Returns the command line, which takes longer to build than many inputs take to compute."""
+    if command not in _made:
+        _made[command] = command_line_for(words)
+    return _made[command]
+
+
+def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
+    try:
+        with without_pages():
+            run = _run([*words, "--json", "-o", str(folder)])
+    except Exception as error:  # a mistake of ours in one of a million inputs must not end the others
+        return _failure(row, f"internal error, please report it: {type(error).__name__}: {error}")
+    messages = _without_paths(run.messages, folder.parent)
+    if run.failure:
+        return replace(_failure(row, _without_paths(run.failure, folder.parent)), messages=messages)
+    summary = json.loads(run.output)
+    summary.pop("files", None)
+    documents = tuple(_documents(folder))
+    calibrations = [
+        _registered(folder / each["name"]) for each in documents if each["name"].endswith(".yaml")
+    ]
+    found = [each for each in calibrations if each is not None]
+    return replace(
+        row,
+        exit_code=run.code,
+        verdict=str(summary.get("verdict", "")),
+        messages=messages,
+        summary=_without_paths(json.dumps(summary, sort_keys=True, ensure_ascii=False), folder.parent),
+        parameters=tuple(each for result in found for each in _parameters(result)),
+        documents=documents,
+        serial=row.serial or next((each.calibration.serial for each in found if each.calibration.serial), ""),
+    )
+
+
+def _documents(folder: Path) -> Iterator[dict[str, str]]:
+    for path in sorted(folder.rglob("*")) if folder.is_dir() else ():
+        if path.is_file() and path.suffix in (".yaml", ".csv", ".jsonl", ".json"):
+            content = path.read_bytes()
+            yield {
+                "name": path.relative_to(folder).as_posix(),
+                "sha256": hashlib.sha256(content).hexdigest(),
+                "text": content.decode("utf-8", "backslashreplace"),
+            }
+
+
+def _registered(path: Path) -> Any:  # noqa: ANN401 - the laboratory is imported late
+    from tumble.laboratory.results import read_result
+
+    return read_result(path) if KIND.begins(path) else None
+
+
+def _parameters(result: Any) -> Iterator[dict[str, object]]:  # noqa: ANN401
+    for each in result.parameters:
+        yield {name: getattr(each, name) for name in ("name", "unit", "value", "u", "common")}
+
+
+def _of_function(job: FleetJob, given: FleetInput, row: Outcome) -> Outcome:
+    function = function_of(job.procedure)
+    try:
+        found = function(int(given.place), **job.options)
+    except TumbleError as error:
+        return _failure(row, str(error))
+    except Exception as error:
+        return _failure(row, f"{job.procedure} failed: {type(error).__name__}: {error}")
+    summary = json.dumps(finite(found), sort_keys=True, ensure_ascii=False)
+    return replace(row, summary=summary, verdict=str(found.get("verdict", "computed")))
+
+
+def function_of(name: str) -> Callable[..., Mapping[str, Any]]:
+    """Imports `MODULE:FUNCTION`; raises `TumbleError` where there is none."""
+    module, _, attribute = name.partition(":")
+    try:
+        found: Callable[..., Mapping[str, Any]] = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise TumbleError(f"{name}: cannot be imported: {error}; check its name and PYTHONPATH") from error
+    return found
+
+
+def _failure(row: Outcome, failure: str, *, transient: bool = False) -> Outcome:
+    return replace(row, exit_code=ExitCode.USER_ERROR, failure=failure, transient=transient)
+
+
+def _without_paths(text: str, folder: Path) -> str:
+    """Returns text in which the temporary folder is left out: each run has another."""
+    return text.replace(f"{folder}/inputs/", "").replace(f"{folder}/", "").replace(str(folder), "")
+
+
+@contextlib.contextmanager
+def _dated(date: str) -> Iterator[None]:
+    """States the date of the job as that of its results."""
+    before = os.environ.get("SOURCE_DATE_EPOCH")
+    os.environ["SOURCE_DATE_EPOCH"] = date
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["SOURCE_DATE_EPOCH"]
+        else:
+            os.environ["SOURCE_DATE_EPOCH"] = before

@@ -1,0 +1,92 @@
+"""Wrong jobs, inputs and stores end in one line, and results of before stay as they are."""
+
+import json
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from fleet_jobs import LosingEngine, function_job, run_job
+from tumble.fleet.inputs import FleetInput, InputList, InputsError
+from tumble.fleet.job import FleetJob
+from tumble.fleet.task import InputBatch, OtherVersionError, run_batch
+from turntable_sessions import one_line, typed
+
+
+def refused(job, tmp_path, *more):
+    """Returns the line with which a job is refused."""
+    path = tmp_path / "job.yaml"
+    path.write_text(job if isinstance(job, str) else json.dumps(job))
+    done = typed("fleet", "run", path, *more)
+    assert done.code == 2, f"{done.code}: {done.out}{done.err}"
+    return one_line(done.err)
+
+
+@pytest.mark.parametrize(
+    ("content", "cause"),
+    [
+        ({"procedure": "spinn", "inputs": "*.csv", "results": "r"}, "procedure 'spinn' is unknown"),
+        ({"procedure": "spin", "results": "r"}, "needs one of inputs, simulate and seeds"),
+        ({"procedure": "spin", "inputs": "*.csv", "results": ""}, "results is empty"),
+        ({"procedure": "turntable", "inputs": "*", "results": "r"}, "takes several logs; give arguments"),
+        ({"procedure": "spin", "seeds": [0, 3], "results": "r"}, "seeds are for a function"),
+        ({"procedure": "spin", "input": "*.csv", "results": "r"}, "did you mean 'inputs'?"),
+        ({"procedure": "spin", "inputs": "nothing/*.csv", "results": "r"}, "fits no file"),
+        ({"procedure": "spin", "inputs": "nothing/{town}/*", "results": "r"}, "{town} is unknown"),
+        ({"procedure": "spin", "inputs": "ftpx://a/*", "results": "r"}, "give a folder or an s3:// URL"),
+        ("procedure: [", "correct the YAML there"),
+    ],
+)
+def test_wrong_job_is_one_line(tmp_path, monkeypatch, content, cause):
+    monkeypatch.chdir(tmp_path)
+    assert cause in refused(content, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("columns", "cause"),
+    [
+        ({"file": ["a.csv"]}, "has no column place"),
+        ({"place": ["a.csv", None]}, "row 2: place is empty"),
+        ({"place": ["a.csv", "b.csv"]}, "row 2: b.csv does not exist"),
+        ({"place": ["a.csv", "a.csv"]}, "a.csv: is given twice"),
+        ({"place": ["a.csv"], "options": ["still"]}, "row 1: options 'still' are no JSON object"),
+        ({"place": pa.array([], pa.string())}, "lists no inputs"),
+    ],
+)
+def test_wrong_manifest_names_row_and_cause(tmp_path, monkeypatch, columns, cause):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text("")
+    pq.write_table(pa.table(columns), "units.parquet")
+    with pytest.raises(InputsError) as error:
+        InputList(FleetJob(procedure="spin", inputs="units.parquet", results="r"))
+    assert cause in str(error.value)
+
+
+def test_resume_refuses_changed_options_and_keeps_results(tmp_path):
+    job = function_job(tmp_path / "results", seeds=(0, 3))
+    run_job(job, LosingEngine(np.random.default_rng(0)))
+    before = {path: path.read_bytes() for path in (tmp_path / "results").rglob("*") if path.is_file()}
+    other = function_job(tmp_path / "results", seeds=(0, 3), options={"offset": 1}).content()
+    assert "another procedure or other options" in refused(other, tmp_path, "--resume")
+    assert "go on with --resume" in refused(job.content(), tmp_path)
+    assert before == {path: path.read_bytes() for path in before}
+
+
+def test_worker_of_another_version_ends_the_job():
+    job = function_job("results")
+    with pytest.raises(OtherVersionError, match="install the same version on all nodes"):
+        run_batch(InputBatch(job, (FleetInput("0"),), "0", "0.0.1"))
+
+
+def test_unreachable_store_is_one_line_without_credentials(tmp_path, monkeypatch):
+    monkeypatch.setenv("AWS_ACCESS_KEY_ID", "someone")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "hunter2secret")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
+    line = refused(
+        {"procedure": "spin", "inputs": "s3://fleet/*.csv", "results": str(tmp_path / "r")}, tmp_path
+    )
+    assert "cannot be reached" in line
+    assert "hunter2secret" not in line
+    assert "someone" not in line

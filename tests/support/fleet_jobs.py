@@ -1,0 +1,60 @@
+"""Runs jobs of a fleet in tests, also by an engine that loses workers as it is told."""
+
+from tumble.fleet.driver import FleetRun
+from tumble.fleet.engine import Finished, WorkerLostError
+from tumble.fleet.job import FleetJob
+from tumble.fleet.local_engine import LocalEngine
+from tumble.fleet.parts import whole_table
+from tumble.fleet.places import FileStore
+from tumble.fleet.task import run_batch
+
+
+def function_job(results, name="squared", seeds=(0, 20), **more):
+    """Returns a job that calls a function of `fleet_functions`."""
+    return FleetJob(
+        procedure=f"fleet_functions:{name}",
+        seeds=list(seeds),
+        results=str(results),
+        batch_seconds=0.05,
+        **more,
+    )
+
+
+def run_job(job, engine=None, *, resume=False):
+    """Runs a job to its end."""
+    return FleetRun(job, engine or LocalEngine(2), "local", resume).run()
+
+
+def results_of(job):
+    """Returns all results, in the order of their keys."""
+    return whole_table(FileStore(job.results))
+
+
+def values_of(job):
+    """Returns the summaries of all results, as text, sorted."""
+    return sorted(results_of(job).column("summary").to_pylist())
+
+
+class LosingEngine:
+    """Computes in this process; loses a worker before or after its work, as `loses` decides."""
+
+    def __init__(self, loses, slots=3):
+        self.slots = slots
+        self._loses = loses
+        self._waiting = []
+        self._next = 0
+
+    def submit(self, batch):
+        self._next += 1
+        self._waiting.append((self._next, batch))
+        return self._next
+
+    def finished(self, seconds):
+        number, batch = self._waiting.pop(self._loses.choice(len(self._waiting)))
+        before, after = self._loses.random(2) < 0.2
+        outcome = WorkerLostError("killed") if before else run_batch(batch)
+        # A worker may die when its results are written already: they are then written twice.
+        yield Finished(number, batch, WorkerLostError("killed") if after else outcome)
+
+    def close(self):
+        self._waiting.clear()
