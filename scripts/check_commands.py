@@ -37,6 +37,7 @@ HOW_TOS = (
     "registry",
     "certificate",
     "laboratory",
+    "fleet",
 )
 README = ROOT / "README.md"
 GETTING_STARTED = sorted((ROOT / "docs" / "getting-started").glob("*.md"))
