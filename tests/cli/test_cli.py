@@ -113,6 +113,7 @@ def test_the_help_of_every_command_has_an_example(name, run):
         "simulate": ("simulate", "turntable"),
         "table": ("table", "goto"),
         "registry": ("registry", "add"),
+        "fleet": ("fleet", "run"),
     }.get(name, (name,))
     done = run(*words, "--help")
     assert done.code == 0, done.err

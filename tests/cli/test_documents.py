@@ -53,6 +53,8 @@ PRINTS = {
         }.items()
     },
     "certificates": "certificate list --registry {0}/lab.db",
+    "fleet-result": "fleet run {0}/job.yaml --jobs 1",
+    "fleet-status": "fleet status {0}/job.yaml",
     "error": "spin {0}/nothing.csv",
 }
 """A command for each document, in an order in which each finds what it needs."""
@@ -74,6 +76,8 @@ def printed(simulated):
         assert done.code == 0, done.err
         found[f"simulation of {kind}"] = done
     assert typed("registry", "init", folder / "lab.db").code == 0
+    job = {"procedure": "spin", "inputs": f"{folder}/spin/spin.csv", "results": f"{folder}/fleet"}
+    (folder / "job.yaml").write_text(json.dumps(job))
     for name, command in PRINTS.items():
         found[name] = typed(*shlex.split(command.format(folder)), "--json")
     return found

@@ -36,7 +36,7 @@ def test_lost_workers_lose_and_double_nothing(tmp_path):
         told = [text for text in table.column("failure").to_pylist() if text]
         assert table.num_rows == 30, f"seed {seed}"
         assert all("its worker was lost 3 times" in text for text in told), f"seed {seed}"
-        # What an unlucky input of three lost workers lacks, another run computes.
+        # An input that lost three workers by chance is computed by another run.
         assert run_job(job, LosingEngine(np.random.default_rng(seed + 1000)), resume=True).inputs == 30
         assert status.done == 30
 

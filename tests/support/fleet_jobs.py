@@ -1,4 +1,4 @@
-"""Runs jobs of a fleet in tests, also by an engine that loses workers as it is told."""
+"""Runs jobs of a fleet in tests, also by an engine that loses workers at random."""
 
 from tumble.fleet.driver import FleetRun
 from tumble.fleet.engine import Finished, WorkerLostError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -96,7 +97,7 @@ def run_command(
     # Whatever is wrong with the job shows before an engine is started, which may take long.
     refuse_other_job(place, job, resume=resume)
     working = engine_of(engine, jobs or os.cpu_count() or 1)
-    with progress(as_json, quiet) as show:
+    with progress(quiet) as show:
         status = FleetRun(job, working, engine, resume, show).run()
     if status.state == "cancelled":
         raise typer.Exit(ExitCode.INTERRUPTED)
@@ -212,7 +213,8 @@ def _enter(job: FleetJob, place: FileStore) -> None:
     if job.registry:
         from tumble.fleet.registering import enter_results
 
-        print(f"Registry: {enter_results(job.registry, place)} results entered")
+        entered = enter_results(job.registry, place)
+        print(f"tumble: {entered} results added to the registry", file=sys.stderr)
 
 
 def _installed() -> None:

@@ -36,7 +36,7 @@ class ModelDrift:
     model: str
     parameter: str
     unit: str
-    """Of the parameter."""
+    """Unit of the parameter."""
     walk: Walk
 
 
@@ -64,7 +64,7 @@ class Moved:
     sigma: float
     """Standard deviation of that change by measurement and the drift of the model."""
     probability: float
-    """Of as large a change by chance."""
+    """Probability of as large a change by chance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class LotCapability:
 
 @dataclass(frozen=True, slots=True)
 class FleetSummary:
-    """What a fleet's results say together."""
+    """Summary of the results of a fleet."""
 
     inputs: int
     units: int
@@ -255,7 +255,7 @@ def moved_beyond_chance(
 ) -> tuple[tuple[Moved, ...], int]:
     """Returns the biases that changed by more than chance explains, and the number of those tested.
 
-    Of the units that are named a share of `rate` is expected not to have moved. Source: Benjamini and
+    A share of `rate` of the named units is expected not to have moved. Source: Benjamini and
     Hochberg, Controlling the false discovery rate, J. R. Statist. Soc. B 57 (1995), section 3.1.
     """
     tested = sorted(

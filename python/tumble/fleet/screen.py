@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from tumble.cli.screen import message_console, print_event
+from tumble.cli.screen import message_console
 from tumble.fleet.driver import ShowProgress
 from tumble.fleet.ledger import JobStatus
 from tumble.fleet.reduction import FALSE_DISCOVERIES, FleetSummary
@@ -23,11 +23,9 @@ _LINE_EVERY = 10.0
 
 
 @contextmanager
-def progress(as_json: bool, quiet: bool) -> Iterator[ShowProgress]:
-    """Shows progress on standard error while the block runs, or as events with `--json`."""
-    if as_json:
-        yield _Spaced(lambda status: print_event("progress", status.content()))
-    elif quiet:
+def progress(quiet: bool) -> Iterator[ShowProgress]:
+    """Shows progress on standard error while the block runs."""
+    if quiet:
         yield lambda _: None
     elif not sys.stderr.isatty():
         yield _Spaced(lambda status: print(f"tumble: {status_words(status)}", file=sys.stderr, flush=True))

@@ -64,7 +64,7 @@ class PrintedLot(Printed):
 
 
 class FleetStatusDocument(Printed):
-    """How far a job is."""
+    """Progress of a job."""
 
     schema_: Literal["tumble-fleet-status/1"] = Field(STATUS, alias="schema")
     verdict: Literal["running", "done", "cancelled", "failed"]
@@ -80,7 +80,7 @@ class FleetStatusDocument(Printed):
 
 
 class FleetResultDocument(Printed):
-    """What the results of a fleet say together."""
+    """Summary of the results of a fleet."""
 
     schema_: Literal["tumble-fleet-result/1"] = Field(RESULT, alias="schema")
     verdict: Literal["all well", "not all well", "nothing done"]

@@ -12,8 +12,9 @@ EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
     "laboratory": "registry of calibrations, in a file or on a server, and certificates",
-    "fleet": "clusters of Ray, and recordings and results on S3",
     "plot": "figures of results in Python",
+    "bench": "the bench page, and charts of recordings in a browser",
+    "fleet": "clusters of Ray, and recordings and results on S3",
 }
 """Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""
 
