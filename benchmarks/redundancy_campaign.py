@@ -16,18 +16,15 @@ import os
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
-from functools import partial
 from itertools import count, islice
-from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from rich.console import Console
-from rich.progress import track
 
 from benchmarks.redundancy_draw import UNITS, DrawnMission, draw, kinds
 from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show, wide_console
@@ -35,8 +32,14 @@ from benchmarks.redundancy_judgement import judge
 from benchmarks.redundancy_replay import MISLED, Replay, error_of, flown, gathered, source_of
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
 from benchmarks.results import Content, machine, save
+from benchmarks.seeds import computed, digest_of
+from tumble import _core
 
 MISSIONS = 2000
+JUDGED = "benchmarks.redundancy_campaign:judged"
+FLOWN = Path("out") / "campaigns"
+"""Folder of missions that were flown, by the judge and the simulator that they were flown with."""
+SIMULATED_BY = tuple(sorted(Path(__file__).parent.glob("redundancy_*.py")))
 NUMBERS = tuple(str(number) for number in sorted(set(UNITS)))
 """Numbers of units that `--units` accepts."""
 AIDED = 300, ("ramp",)
@@ -136,14 +139,19 @@ def chosen(missions: int, first: int, wanted: Collection[str], units: Collection
 
 
 def campaign(
-    seeds: Sequence[int], jobs: int, console: Console, fly: Callable[[int], dict[str, Any]] = judged
+    seeds: Sequence[int],
+    console: Console,
+    function: str = JUDGED,
+    *,
+    with_aiding: bool = False,
+    engine: str = "local",
+    jobs: int = JOBS,
 ) -> list[dict[str, Any]]:
-    """Flies all missions, in order of their seeds."""
-    if jobs == 1:
-        return [fly(seed) for seed in track(seeds, "missions", console=console)]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        results = pool.map(fly, seeds, chunksize=4)
-        return list(track(results, "missions", total=len(seeds), console=console))
+    """Flies all missions that this judge has not flown yet, and returns all, in order of their seeds."""
+    options = {"with_aiding": True} if with_aiding else {}
+    name = function.partition(":")[0] + (".aided" if with_aiding else "")
+    folder = FLOWN / digest_of(Path(str(_core.__file__)), *SIMULATED_BY) / name
+    return computed(function, seeds, folder, console, options=options, engine=engine, jobs=jobs)
 
 
 def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
@@ -189,6 +197,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--kinds", type=_some_of(kinds()), default=kinds(), help=", ".join(kinds()))
     parser.add_argument("--units", type=_some_of(NUMBERS), default=NUMBERS, help=", ".join(NUMBERS))
     parser.add_argument("--jobs", type=int, default=JOBS)
+    parser.add_argument("--engine", default="local", help="as of tumble fleet run: local, ray or ray:ADDRESS")
     parser.add_argument("--aiding", action="store_true", help="with a velocity of 5 Hz and 0.3 m/s")
     parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
@@ -197,7 +206,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         show_one(options.only, console, with_aiding=options.aiding)
         return 0
     seeds = chosen(options.missions, options.seed, options.kinds, tuple(map(int, options.units)))
-    missions = campaign(seeds, options.jobs, console, partial(judged, with_aiding=options.aiding))
+    missions = campaign(seeds, console, with_aiding=options.aiding, engine=options.engine, jobs=options.jobs)
     figures = summary(missions)
     show(figures, console)
     if options.list:

@@ -29,6 +29,7 @@ from tumble.foundation.results import Precision
 
 TOLERANCE = 0.101
 """s, two windows, by which the times of one decision may differ."""
+COMPARED = "benchmarks.redundancy_precision:compared"
 PRECISIONS: tuple[Precision, Precision] = ("f64", "f32")
 Decision: TypeAlias = tuple[int, str, tuple[tuple[str, object], ...]]
 """Unit, event, and what of it is no measured figure."""
@@ -151,6 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")
     parser.add_argument("--only", type=int, metavar="SEED", help="one mission, with all its differences")
     parser.add_argument("--jobs", type=int, default=JOBS)
+    parser.add_argument("--engine", default="local", help="as of tumble fleet run: local, ray or ray:ADDRESS")
     options = parser.parse_args(arguments)
     console = wide_console()
     if options.only is not None:
@@ -158,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             console.print(said(difference), highlight=False, soft_wrap=True)
         return 0
     seeds = range(options.seed, options.seed + options.missions)
-    missions = campaign(seeds, options.jobs, console, compared)
+    missions = campaign(seeds, console, COMPARED, engine=options.engine, jobs=options.jobs)
     figures = summary(missions)
     show(figures, console)
     if options.missions >= MISSIONS:

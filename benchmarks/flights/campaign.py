@@ -2,29 +2,24 @@
 
 `python -m benchmarks.flights.campaign [--missions 2000] [--seed 0] [--kind "two faults"] [--jobs N]`
 
-Each seed is one mission. Its outcome is added to the record at once, so that an interrupted campaign
-resumes; missions judged by another native module are judged again. `--only SEED` shows one, and
-keeps its logs in `--keep FOLDER`. `benchmarks/README.md` defines the figures.
+Each seed is one mission, and all are a job of a fleet: an interrupted campaign resumes, and a cluster may
+fly it (`--engine ray`). Missions judged by another native module are judged again. `--only SEED` shows one,
+and keeps its logs in `--keep FOLDER`. `benchmarks/README.md` defines the figures.
 """
 
 from __future__ import annotations
 
 import argparse
-import hashlib
-import json
 import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import count, islice
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from benchmarks.flights.missions import CYCLE, draw
@@ -34,6 +29,7 @@ from benchmarks.redundancy_fault import Kind
 from benchmarks.redundancy_figures import of_kind, wide_console
 from benchmarks.redundancy_judgement import OUTCOMES
 from benchmarks.results import Content, machine, save
+from benchmarks.seeds import computed, digest_of
 from tumble import _core
 
 MISSIONS = 2000
@@ -45,7 +41,8 @@ SIMULATED_BY = (
     *("flights/body", "flights/units", "flights/missions", "flights/replay", "flights/score"),
     *("redundancy_fault", "redundancy_judgement"),
 )
-RECORD = Path("out") / "flights.jsonl"
+FLOWN = Path("out") / "flights"
+JUDGED = "benchmarks.flights.campaign:judged"
 SETS = {"N = 2": (2,), "N >= 3": (3, 4, 5, 6, 7, 8)}
 ROWS: tuple[str, ...] = (*get_args(Kind), "two faults")
 
@@ -64,50 +61,16 @@ def chosen(missions: int, first: int, kind: str | None) -> list[int]:
 
 def judging() -> str:
     """Returns a digest of what missions are simulated, judged and scored by."""
-    digest = hashlib.sha256()
-    for path in (Path(str(_core.__file__)), *(BENCHMARKS / f"{name}.py" for name in SIMULATED_BY)):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return digest_of(Path(str(_core.__file__)), *(BENCHMARKS / f"{name}.py" for name in SIMULATED_BY))
 
 
-def campaign(seeds: Sequence[int], jobs: int, record: Path, console: Console) -> list[dict[str, Any]]:
-    """Flies all missions that the record has not, and returns all, in order of their seeds."""
+def campaign(
+    seeds: Sequence[int], folder: Path, console: Console, *, engine: str = "local", jobs: int = JOBS
+) -> list[dict[str, Any]]:
+    """Flies all missions that the folder has not, and returns all, in order of their seeds."""
     key = judging()
-    known = dict(_recorded(record, key))
-    wanted = [seed for seed in seeds if seed not in known]
-    console.print(
-        f"seeds {seeds[0]} to {seeds[-1]}, {len(seeds) - len(wanted)} of them on record in {record}"
-    )
-    record.parent.mkdir(parents=True, exist_ok=True)
-    with record.open("a", encoding="utf-8") as file:
-        for found in track(_flown(wanted, jobs), "missions", total=len(wanted), console=console):
-            known[found["seed"]] = found
-            file.write(json.dumps({"judging": key, **found}) + "\n")
-            file.flush()
-    return [known[seed] for seed in seeds]
-
-
-def _flown(seeds: Sequence[int], jobs: int) -> Iterator[dict[str, Any]]:
-    """Flies missions, and returns what came of each as soon as it is there."""
-    if jobs == 1:
-        yield from map(judged, seeds)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        flying = {pool.submit(judged, seed): seed for seed in seeds}
-        for each in as_completed(flying):
-            if each.exception() is not None:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise RuntimeError(f"mission {flying[each]} was not flown") from each.exception()
-            yield each.result()
-
-
-def _recorded(record: Path, key: str) -> Iterator[tuple[int, dict[str, Any]]]:
-    if not record.is_file():
-        return
-    for line in record.read_text(encoding="utf-8").splitlines():
-        found = json.loads(line)
-        if found.pop("judging") == key:
-            yield found["seed"], found
+    console.print(f"seeds {seeds[0]} to {seeds[-1]}, judged by {key}, results in {folder}")
+    return computed(JUDGED, seeds, folder / key, console, engine=engine, jobs=jobs)
 
 
 def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
@@ -209,14 +172,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", type=int, metavar="SEED", help="one mission, with all its events")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="of the logs of that mission")
     parser.add_argument("--jobs", type=int, default=JOBS)
-    parser.add_argument("--record", type=Path, default=RECORD)
+    parser.add_argument("--engine", default="local", help="as of tumble fleet run: local, ray or ray:ADDRESS")
+    parser.add_argument("--results", type=Path, default=FLOWN)
     options = parser.parse_args(arguments)
     console = wide_console()
     if options.only is not None:
         show_one(options.only, options.keep, console)
         return 0
     seeds = chosen(options.missions, options.seed, options.kind)
-    figures = summary(campaign(seeds, options.jobs, options.record, console))
+    flown = campaign(seeds, options.results, console, engine=options.engine, jobs=options.jobs)
+    figures = summary(flown)
     show(figures, console)
     for name, found in figures["seeds"].items():
         console.print(f"{name}: {found}", highlight=False, soft_wrap=True)

@@ -270,15 +270,14 @@ def test_dead_unit_of_three_is_isolated_at_once_through_logs():
     assert (found["misled"], found["missing"]) == (0, 0.0)
 
 
-def test_a_campaign_goes_on_where_its_record_ends(tmp_path, monkeypatch, capsys):
+def test_campaign_goes_on_where_its_results_end(tmp_path, monkeypatch):
     monkeypatch.setattr(flight_campaign, "save", lambda *_: pytest.fail("kept"))
-    record = tmp_path / "record.jsonl"
-    arguments = ["--missions", "1", "--seed", "16", "--jobs", "1", "--record", str(record)]
+    arguments = ["--missions", "1", "--seed", "16", "--jobs", "1", "--results", str(tmp_path)]
     assert flight_campaign.main(arguments) == 0
-    first = record.read_text()
+    parts = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")}
+    assert len(parts) == 1
     assert flight_campaign.main(arguments) == 0
-    assert record.read_text() == first
-    assert "1 of them" in " ".join(capsys.readouterr().out.split())
+    assert parts == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")}
 
 
 def test_missions_of_one_kind_have_the_seeds_of_the_whole_campaign():

@@ -30,7 +30,7 @@ def refused(job, tmp_path, *more):
         ({"procedure": "spin", "results": "r"}, "needs one of inputs, simulate and seeds"),
         ({"procedure": "spin", "inputs": "*.csv", "results": ""}, "results is empty"),
         ({"procedure": "turntable", "inputs": "*", "results": "r"}, "takes several logs; give arguments"),
-        ({"procedure": "spin", "seeds": [0, 3], "results": "r"}, "seeds are for a function"),
+        ({"procedure": "spin", "seeds": {"count": 3}, "results": "r"}, "seeds are for a function"),
         ({"procedure": "spin", "input": "*.csv", "results": "r"}, "did you mean 'inputs'?"),
         ({"procedure": "spin", "inputs": "nothing/*.csv", "results": "r"}, "fits no file"),
         ({"procedure": "spin", "inputs": "nothing/{town}/*", "results": "r"}, "{town} is unknown"),

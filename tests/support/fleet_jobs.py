@@ -11,12 +11,14 @@ from tumble.fleet.task import run_batch
 
 def function_job(results, name="squared", seeds=(0, 20), **more):
     """Returns a job that calls a function of `fleet_functions`."""
-    return FleetJob(
-        procedure=f"fleet_functions:{name}",
-        seeds=list(seeds),
-        results=str(results),
-        batch_seconds=0.05,
-        **more,
+    return FleetJob.model_validate(
+        {
+            "procedure": f"fleet_functions:{name}",
+            "seeds": {"first": seeds[0], "count": seeds[1] - seeds[0]},
+            "results": str(results),
+            "batch_seconds": 0.05,
+            **more,
+        }
     )
 
 

@@ -85,12 +85,8 @@ def inputs_of(job: FleetJob) -> Iterator[FleetInput]:
     Raises `InputsError` where a pattern fits nothing, a manifest lacks its columns, or an input is missing or
     given twice; `StoreError` where a store cannot be reached.
     """
-    if job.simulate is not None:
-        first = job.simulate.seed
-        yield from (FleetInput(str(seed)) for seed in range(first, first + job.simulate.count))
-        return
-    if job.seeds is not None:
-        yield from (FleetInput(str(seed)) for seed in range(*job.seeds))
+    if seeds := job.all_seeds:
+        yield from _each_once(FleetInput(str(seed)) for seed in seeds)
         return
     yield from _each_once(
         each

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, get_args
 
@@ -42,6 +42,13 @@ class Simulated(Document):
     """Options of `tumble simulate`."""
 
 
+class SeedRange(Document):
+    """Seeds that follow one another."""
+
+    first: int = Field(0, ge=0)
+    count: int = Field(gt=0)
+
+
 class FleetJob(Document):
     """A job: one procedure over many inputs."""
 
@@ -55,8 +62,8 @@ class FleetJob(Document):
     inputs: str | list[str] = ""
     """Paths and URLs with `*`, or with `{unit}`, `{lot}` and other names; or a manifest, `.parquet`."""
     simulate: Simulated | None = None
-    seeds: list[int] | None = Field(None, min_length=2, max_length=2)
-    """First seed of a function and the one after the last."""
+    seeds: SeedRange | list[int] | None = None
+    """Seeds that a function gets, one each."""
     results: str
     """Folder or URL of the results."""
     registry: str = ""
@@ -72,7 +79,7 @@ class FleetJob(Document):
             raise ValueError("needs one of inputs, simulate and seeds")
         if self.is_function:
             if self.seeds is None:
-                raise ValueError("a function needs seeds, such as seeds: [0, 2000]")
+                raise ValueError("a function needs seeds, such as {count: 2000}")
             return self
         if self.procedure not in _ROWS:
             known = ", ".join(_ROWS)
@@ -95,6 +102,15 @@ class FleetJob(Document):
     def patterns(self) -> list[str]:
         """Paths and URLs of the inputs."""
         return [self.inputs] if isinstance(self.inputs, str) else self.inputs
+
+    @property
+    def all_seeds(self) -> Sequence[int]:
+        """Returns the seeds of the function, or of what is simulated."""
+        if isinstance(self.seeds, list):
+            return self.seeds
+        if self.simulate is not None:
+            return range(self.simulate.seed, self.simulate.seed + self.simulate.count)
+        return range(self.seeds.first, self.seeds.first + self.seeds.count) if self.seeds else ()
 
     @property
     def work(self) -> str:
