@@ -31,6 +31,10 @@ class LocalEngine:
         self._busy: dict[int, tuple[_Worker, InputBatch]] = {}
         self._next = 0
 
+    def add_worker(self) -> None:
+        """Starts a worker before there is work for it."""
+        self._idle.append(_Worker())
+
     def submit(self, batch: InputBatch) -> int:
         """Gives a batch to an idle worker; returns its number."""
         worker = self._idle.pop() if self._idle else _Worker()

@@ -94,15 +94,16 @@ def lost_outcome(job: FleetJob, given: FleetInput, failure: str) -> Outcome:
 def _tried(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
     pause = _PAUSE
     for _ in range(TRIES - 1):
-        outcome = _computed(job, given, key)
+        outcome = computed_outcome(job, given, key)
         if not outcome.transient:
             return outcome
         time.sleep(pause)
         pause *= 2.0
-    return _computed(job, given, key)
+    return computed_outcome(job, given, key)
 
 
-def _computed(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
+def computed_outcome(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
+    """Computes one input, once; a failure is an outcome too."""
     row = _row(given, key)
     with TemporaryDirectory(prefix="tumble-fleet-") as folder:
         try:
