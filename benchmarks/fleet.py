@@ -135,8 +135,8 @@ def sessions_on_two_nodes(count: int, folder: Path) -> Content:
     try:
         status = FleetRun(job, engine, "ray", show=watch).run()
     finally:
-        ray.shutdown()  # type: ignore[no-untyped-call]
-        nodes.shutdown()
+        ray.shutdown()
+        nodes.shutdown()  # type: ignore[no-untyped-call]
     return {
         "sessions": status.done,
         "failed": status.failed,
