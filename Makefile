@@ -11,6 +11,9 @@ SITE := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 	$(foreach crate,core store capi lab,--package tumble-$(crate))
 
+# Without it each program that tests start would compile all modules again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help build demo demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
