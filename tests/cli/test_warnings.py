@@ -40,6 +40,13 @@ def log(path, name, scale=1.0):
     return path
 
 
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    """Each log, by the name of what is wrong with it."""
+    folder = tmp_path_factory.mktemp("logs")
+    return {name: log(folder / f"{name}.csv", name) for name in ("sound", *NAMES)}
+
+
 COMMANDS = {
     "inspect": lambda log, sound, out: ("inspect", log),
     "convert": lambda log, sound, out: ("convert", log, "-o", out / "log.parquet"),
@@ -59,12 +66,11 @@ NAMES = (
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("units", [(), ("--accelerometer-unit", "m/s^2", "--gyroscope-unit", "rad/s")])
-def test_a_degenerate_log_brings_no_warning_of_a_library(tmp_path, command, name, units):
-    degenerate, sound = log(tmp_path / "log.csv", name), log(tmp_path / "sound.csv", "sound")
+def test_a_degenerate_log_brings_no_warning_of_a_library(tmp_path, logs, command, name, units):
     (tmp_path / "out").mkdir()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        done = typed(*COMMANDS[command](degenerate, sound, tmp_path / "out"), *units)
+        done = typed(*COMMANDS[command](logs[name], logs["sound"], tmp_path / "out"), *units)
     assert [f"{each.filename}:{each.lineno}: {each.message}" for each in caught] == []
     assert done.code in (0, 2, 3)
     assert "Warning" not in done.err

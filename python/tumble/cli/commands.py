@@ -189,7 +189,10 @@ def _let_help_be_drawn(command: Any) -> None:  # noqa: ANN401
 
 
 def command_line(words: Sequence[str]) -> typer.Typer:
-    """Builds the command line. Commands named in `words` are imported, the others only listed."""
+    """Builds the command line. Commands named in `words` are imported, the others only listed.
+
+    Where the first word is a command, none but those named is needed.
+    """
     app = typer.Typer(
         name="tumble",
         help="Calibrate inertial measurement units over their whole life.",
@@ -199,7 +202,10 @@ def command_line(words: Sequence[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_root)
+    is_chosen = bool(words) and words[0] in COMMANDS
     for name, entry in COMMANDS.items():
+        if is_chosen and name not in words:
+            continue
         found = entry.load() if name in words else _listed_only
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, help=entry.summary)
