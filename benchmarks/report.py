@@ -332,8 +332,8 @@ def spin(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"Root mean square over {content['sessions']} simulated sessions of the norm of the error of the "
-        "accelerometer bias: 5 s of rest at 100 Hz, 3 turns each way at 1 rad/s, noise 0.02 m/s² and "
-        "0.002 rad/s a sample, lever arm 12 cm, gyroscope scale error 1 %."
+        "accelerometer bias. Each has 5 s of rest at 100 Hz, 3 turns each way at 1 rad/s, noise 0.02 m/s² "
+        "and 0.002 rad/s a sample, a lever arm of 12 cm, and a gyroscope scale error of 1 %."
     )
     yield ""
     yield "| | RMSE | against the bound | in single cells | 95 % hold | in single cells |"
@@ -473,9 +473,10 @@ def _spin_words(content: Content) -> str:
     above = sum(ratio > LARGEST_SPIN_RATIO for ratio in single)
     return (
         f"{len(content['cells'])} cells of {content['sessions']} simulated sessions: floor 0, 1 and 3 deg, "
-        "3 turns both ways and one way, even and uneven speed, 50 and 200 Hz; mounting, uphill bearing, "
-        f"biases and the gyroscope's scale error (1 %) drawn anew. {above} of {len(single)} ratios are above "
-        f"{LARGEST_SPIN_RATIO:g}. Scale is judged in sessions that show it, floor tilt where there is one."
+        "3 turns both ways and one way, even and uneven speed, 50 and 200 Hz. Mounting, uphill bearing, "
+        f"biases and the gyroscope's scale error (1 %) are drawn anew. {above} of {len(single)} ratios are "
+        f"above {LARGEST_SPIN_RATIO:g}. Scale is judged in sessions that show it, floor tilt where there is "
+        "one."
     )
 
 
@@ -495,7 +496,7 @@ def noise_terms(content: Content) -> Iterator[str]:
         f"{content['intervals'][0]['records']} records of each. {timed['hours']:g} h of six axes at "
         f"400 Hz, {timed['averaging_times']} averaging times: {timed['seconds_with_fit']:.1f} s with fits "
         "and intervals, "
-        f"`oadev` of {timed['peer']} {timed['peer_seconds']:.0f} s; where Tumble does not start a "
+        f"`oadev` of {timed['peer']} {timed['peer_seconds']:.0f} s. Where Tumble does not start a "
         f"difference at every sample, they differ by {timed['largest_difference_sigmas']:.2f} sigma at most. "
         f"The process takes {short:.0f} MiB after a million samples, {long:.0f} MiB after ten."
     )
@@ -940,7 +941,7 @@ def footprint(content: Content) -> Iterator[str]:
         "Built for size, with link-time optimisation; flash minus that without Tumble. States are "
         "what a caller sets aside; the stack comes on top. Instructions are counted by QEMU over the "
         "conformance vectors: 40 samples a second of each of three units, of which every second completes a "
-        "window, and the same flight with four samples more between two; 50 a second of the robot. "
+        "window, and the same flight with four samples more between two. The robot has 50 a second. "
         "Restoring and saving records include the emulated flash; a whole spin or fit all that the samples "
         "take with which it goes on."
     )

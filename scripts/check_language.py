@@ -28,11 +28,20 @@ COUNTS = "scripts/language_counts.json"
 
 LETTERS_OF_A_TEST = 60
 LETTERS_OF_A_SUBJECT = 72
+WORDS_OF_A_SENTENCE = 40
+"""Largest number in pages; a cell of a table is a list, whose parts count each."""
+WITHOUT_SENTENCES = "CHANGELOG.md"
+"""Each of its items is a list of changes."""
 
 OPENINGS = {"What", "How", "Of", "As", "Whether", "Who", "Whose"}
 """Words with which no sentence begins."""
 SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\[(])")
 PARAGRAPH_END = re.compile(r"(?:\A|\n)\s*#+ [^\n]*(?:\n|\Z)|\n\s*\n|\n\s*(?=(?:[-*|>]|\d+\.)\s)")
+PAGE_PARAGRAPH_END = re.compile(
+    r"(?:\A|\n)#+ [^\n]*|\n\s*\n|\n(?=\s*(?:[-*|>]\s|\d+\.\s))|<!--.*?-->|\$\$.*?\$\$|\|", re.DOTALL
+)
+PAGE_SENTENCE_END = re.compile(r"(?:(?<=[.!?])|(?<=[.!?][)*]))\s+(?=[A-Z\[(\0*])")
+INDENTED_CODE = re.compile(r"(?:\A|\n\s*\n)(?: {4}[^\n]*\n|\s*\n)+")
 NO_PROSE = re.compile(r"```.*?(?:```|\Z)|`[^`]*`|\]\([^)]*\)|\$\$.*?\$\$|\$[^$]*\$|https?://\S+", re.DOTALL)
 
 RUST_COMMENT = re.compile(r"^\s*(///|//!|//)(?!/)\s?(.*)$")
@@ -172,6 +181,18 @@ def sentences(text: str) -> Iterator[tuple[int, str]]:
             yield offset + len(sentence) - len(stripped), stripped
 
 
+def long_sentences(page: str) -> Iterator[tuple[int, int]]:
+    """Yield offset and number of words of each sentence of a page that has too many."""
+    text = prose(INDENTED_CODE.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), page))
+    for begin, paragraph in _split(PAGE_PARAGRAPH_END, text, 0):
+        is_cell = "|" in text[begin - 1 : begin] + text[begin + len(paragraph) :][:1]
+        end = re.compile(r";\s") if is_cell else PAGE_SENTENCE_END
+        for offset, sentence in _split(end, paragraph, begin):
+            count = sum(1 for word in sentence.split() if re.search(r"[\w\0]", word))
+            if count > WORDS_OF_A_SENTENCE:
+                yield offset + len(sentence) - len(sentence.lstrip()), count
+
+
 def _split(separator: re.Pattern[str], text: str, offset: int) -> Iterator[tuple[int, str]]:
     begin = 0
     for match in separator.finditer(text):
@@ -195,6 +216,10 @@ def findings_in(path: str, source: str, banned: BannedWords) -> Iterator[Finding
                 yield finding(offset, f"sentence begins with '{opening.group()}'")
         for offset, found, preferred in banned.found_in(plain):
             yield finding(offset, f"'{found}' is banned; write: {preferred}")
+    if suffix == ".md" and path != WITHOUT_SENTENCES:
+        for offset, count in long_sentences(source):
+            line = source.count("\n", 0, offset) + 1
+            yield Finding(path, line, f"sentence has {count} words, more than {WORDS_OF_A_SENTENCE}")
     for line, name in TESTS.get(suffix, lambda _: iter(()))(source):
         if len(name) > LETTERS_OF_A_TEST:
             yield Finding(path, line, f"test name {_too_long(name, LETTERS_OF_A_TEST)}")

@@ -69,6 +69,17 @@ def test_code_formulas_links_and_strings_are_exempt():
     assert findings("a.rs", source + 'let a = "told"; // `told`\n') == []
 
 
+def test_long_sentences_of_pages_are_found_and_lists_are_none():
+    long = "It measures " + "and " * 39
+    found = ["a.md:2: sentence has 42 words, more than 40"]
+    assert findings("a.md", f"# Page\n{long}turns.\n") == found
+    assert findings("a.md", f"# Page\n{long}`code that` is short.\n")[0].startswith("a.md:2: sentence has")
+    assert findings("a.md", f"| {long}rests; {long[3:]}turns |\n".replace("and " * 5, "")) == []
+    assert findings("a.md", f"Text:\n\n    {long}turns.\n\n```\n{long}\n```\n") == []
+    assert findings("a.md", f"{long[:99]}. {long[:99]}.\n\n- {long[:99]}\n- {long[:99]}\n") == []
+    assert findings("CHANGELOG.md", f"{long}turns.\n") == []
+
+
 def test_docstrings_and_comments_of_python_are_held():
     source = '"""What it is."""\n\nA = "told"\n"""As told."""\n\n# Whether it\n# tells.\n'
     assert sorted(findings("a.py", source)) == [
