@@ -77,7 +77,7 @@ def calibrate_on_a_table(folder: Path) -> None:
         seed=7,
         grades=("reference", "consumer", "industrial"),
         transport="tcp",
-        rate_hz=100.0,
+        rate_hz=50.0,
         speed=SPEED,
         port=0,
         table_port=0,
