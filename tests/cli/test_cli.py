@@ -185,10 +185,25 @@ def libraries_of(*arguments, **variables):
     return done.stdout, LIBRARIES & imported
 
 
-@pytest.mark.parametrize("command", [command for command in COMMANDS if command != "simulate"])
-def test_help_imports_nothing_that_computes(command):
-    _, libraries = libraries_of(command, "--help")
-    assert not libraries
+HELP_OF_EACH = """
+import contextlib, io, sys
+from tumble.cli.main import main
+libraries, commands = (each.split(",") for each in sys.argv[1:])
+for command in commands:
+    sys.argv = ["tumble", command, "--help"]
+    with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()) as shown:
+        main()
+    assert "Usage: tumble" in shown.getvalue(), command
+    if found := {*libraries} & {*sys.modules}:
+        sys.exit(f"tumble {command} --help imports {found}")
+"""
+
+
+def test_help_of_no_command_imports_what_computes():
+    """One process shows all of them: none may import it, whatever was shown before."""
+    words = (",".join(LIBRARIES), ",".join(command for command in COMMANDS if command != "simulate"))
+    done = subprocess.run([sys.executable, "-c", HELP_OF_EACH, *words], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_list_of_commands_imports_nothing_that_computes():

@@ -32,7 +32,7 @@ def gyroscopes(folder):
     return {name: file["gyroscope"] for name, file in files.items()}
 
 
-def test_live_session_finds_scale_by_rate_and_takes_the_table_as_truth(tmp_path, monkeypatch):
+def test_live_session_finds_scale_by_rate_with_the_table_as_truth(tmp_path, monkeypatch):
     with waiting_bench(monkeypatch, seed=96) as bench:
         done = typed(
             *("turntable", "--live", *words_of(bench), "--table", bench.table_address, "--armed"),
