@@ -19,12 +19,22 @@ def server():
         yield running
 
 
+@pytest.fixture(scope="session")
+def address_on(request):
+    """Function that makes room for a registry, on an engine; a file is in the folder that it is given."""
+
+    def address_on(engine, folder):
+        if engine == "sqlite":
+            return folder / "lab.db"
+        return request.getfixturevalue("server").make(f"lab_{next(_NUMBERS)}")
+
+    return address_on
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
-def address(request, tmp_path):
+def address(request, address_on, tmp_path):
     """Address with room for a registry, on each engine."""
-    if request.param == "sqlite":
-        return tmp_path / "lab.db"
-    return request.getfixturevalue("server").make(f"lab_{next(_NUMBERS)}")
+    return address_on(request.param, tmp_path)
 
 
 @pytest.fixture

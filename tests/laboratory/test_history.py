@@ -19,10 +19,12 @@ from turntable_sessions import typed
 NAME = "accelerometer bias x"
 
 
-@pytest.fixture
-def fleet(registry, tmp_path):
-    """Six units of a model with five calibrations each."""
-    registry.add(drifting(tmp_path / "fleet"), facts=UnitFacts(model="M1", lot="7"))
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def fleet(request, address_on, tmp_path_factory):
+    """Six units of a model with five calibrations each, which no test changes."""
+    folder = tmp_path_factory.mktemp("fleet")
+    registry = Registry.create(address_on(request.param, folder), documents=str(folder / "documents"))
+    registry.add(drifting(folder / "results"), facts=UnitFacts(model="M1", lot="7"))
     return registry
 
 
@@ -116,9 +118,11 @@ def test_a_lot_has_a_capability_and_a_precision(fleet):
 def test_a_unit_that_is_unknown_or_two_is_one_line(fleet, tmp_path):
     with pytest.raises(TumbleError, match="no unit of the registry is called so"):
         fleet.history("9999")
-    fleet.add(save(tmp_path / "twin", made_up(serial="0001", log="x")), facts=UnitFacts(model="M2"))
+    for model in ("M2", "M3"):
+        twin = save(tmp_path / model, made_up(serial="twin", log=model))
+        fleet.add(twin, facts=UnitFacts(model=model))
     with pytest.raises(TumbleError, match="several units"):
-        fleet.history("0001")
+        fleet.history("twin")
 
 
 def test_a_date_survives_the_way_to_years_and_back():

@@ -88,15 +88,16 @@ def history_of(
             raise TumbleError(f"{quoted(name)}: {why}; see tumble registry list")
         unit = dict(units[0])
         key = str(unit["unit"])
-        own = _measured(connection, [key])
         # A unit without a model is alone.
         model = str(unit["model"]) or key
-        if model not in fleets:
-            alike = _units_of_model(connection, model) if unit["model"] else []
-            fleets[model] = Fleet(_measured(connection, alike) if alike else own)
+        is_first = model not in fleets
+        alike = _units_of_model(connection, model) if is_first and unit["model"] else []
+        found = _measured(connection, list(dict.fromkeys([key, *alike])))
+        if is_first:
+            fleets[model] = Fleet({each: found[each] for each in alike or [key]})
         held = limits or _last_limits(registry, connection, key)
     fleet = fleets[model]
-    parameters = tuple(parameter_history(each, fleet.walk(each.name), held) for each in own[key].values())
+    parameters = tuple(parameter_history(each, fleet.walk(each.name), held) for each in found[key].values())
     return UnitHistory(unit, parameters, len(fleet))
 
 
