@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,16 @@ from benchmarks import (  # noqa: E402
 from benchmarks.settings import cells  # noqa: E402
 
 
+class OneThread(ThreadPoolExecutor):
+    """Takes the place of processes, each of which would import all libraries for next to no work."""
+
+    def __init__(self, _processes, mp_context=None):
+        super().__init__(1)
+
+
+POOLED = (accuracy, truths, spin, spin_live, redundancy_adoptions, redundancy_campaign)
+
+
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
     """Figures of benchmarks on their smallest setting, or as they are kept, in a folder of their own."""
@@ -40,6 +51,8 @@ def measured(tmp_path_factory):
     keep = pytest.MonkeyPatch()
     keep.setattr(results.save, "__defaults__", (folder,))
     keep.setattr(results.load, "__defaults__", (folder,))
+    for module in POOLED:
+        keep.setattr(module, "ProcessPoolExecutor", OneThread)
     accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
     disturbed.main(["--sessions", "1"])
     truths.main(["--sessions", "2"])
