@@ -119,13 +119,13 @@ def test_row_cut_short_at_the_end_is_reported_with_its_line(tmp_path):
     assert "line 401 breaks off after 3 of 7 fields" in line
 
 
-@pytest.mark.parametrize("at", [2, 70_000, 150_000])
-def test_row_with_fields_missing_is_reported_with_its_line(tmp_path, at):
+def test_row_with_fields_missing_is_reported_with_its_line(tmp_path):
     path = write_text(tmp_path / "log.csv", made_up(160_000, temperature=False))
     lines = lines_of(path)
-    lines[at - 1] = "1.0,2.0\n"
-    path.write_text("".join(lines))
-    assert f"line {at} has 2 fields where 7 columns are named" in refusal(path)
+    for at in (150_000, 70_000, 2):
+        lines[at - 1] = "1.0,2.0\n"
+        path.write_text("".join(lines))
+        assert f"line {at} has 2 fields where 7 columns are named" in refusal(path)
 
 
 def test_text_in_place_of_a_number_is_reported_with_its_place(tmp_path):

@@ -79,12 +79,12 @@ def write_pair(folder, chunk, gyroscope_rows=None, shift=0.0):
     return folder
 
 
-@pytest.mark.parametrize("named", ["", "unit_acc.mat", "unit_gyro.mat"])
-def test_the_two_files_of_imu_tk_are_one_recording(tmp_path, named):
+def test_the_two_files_of_imu_tk_are_one_recording(tmp_path):
     chunk = made_up(150_000, temperature=False)
-    path = write_pair(tmp_path, chunk) / named
-    assert open_recording(path).metadata.format == "imu_tk"
-    assert same(read(path), chunk)
+    folder = write_pair(tmp_path, chunk)
+    for path in (folder, folder / "unit_acc.mat", folder / "unit_gyro.mat"):
+        assert open_recording(path).metadata.format == "imu_tk"
+        assert same(read(path), chunk), path
 
 
 def test_the_two_files_of_imu_tk_need_the_same_rows(tmp_path):
