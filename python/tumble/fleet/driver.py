@@ -169,4 +169,5 @@ class FleetRun:
             seconds=seconds,
             engine=self.engine_name,
             reason=reason,
+            written=time.time(),
         )

@@ -44,11 +44,17 @@ class JobStatus:
     """Duration of this run."""
     engine: str
     reason: str = ""
+    written: float = 0.0
+    """Time at which this was written, s since 1970."""
 
     @property
     def seconds_left(self) -> float | None:
         """Time that the rest takes at this rate, s; None before it is known."""
         return (self.inputs - self.done) / self.rate if self.rate > 0.0 else None
+
+    def silence(self, now: float) -> float:
+        """Returns how long ago a running job wrote this, s; one that was killed writes nothing any more."""
+        return now - self.written if self.state == "running" else 0.0
 
     def content(self) -> dict[str, Any]:
         """Returns it as it stands in the file."""

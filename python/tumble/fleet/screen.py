@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 MOST_LINES = 10
 """Lines of a list on the screen; the page and `--json` have more."""
+SILENT_AFTER = 60.0
+"""s without a word after which a job may have been killed."""
 _LINE_EVERY = 10.0
 """s between two lines where there is no terminal."""
 
@@ -64,6 +67,9 @@ def status_words(status: JobStatus) -> str:
     left = status.seconds_left
     ahead = f", {length_of_time(left)} left" if status.state == "running" and left is not None else ""
     reason = f": {status.reason}" if status.reason else ""
+    silence = status.silence(time.time())
+    if silence > SILENT_AFTER:
+        reason = f"; nothing was written for {length_of_time(silence)}: if it was killed, go on with --resume"
     return f"{status.state}: {status.done} of {status.inputs} inputs, {_counts(status)}{ahead}{reason}"
 
 

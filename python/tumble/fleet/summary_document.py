@@ -77,6 +77,8 @@ class FleetStatusDocument(Printed):
     seconds: float
     engine: str
     reason: str
+    written: float
+    """s since 1970; a running job that was killed writes nothing any more."""
 
 
 class FleetResultDocument(Printed):
