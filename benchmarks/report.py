@@ -879,6 +879,17 @@ def flight_campaign(content: Content) -> Iterator[str]:
     )
 
 
+def flight_clocks(content: Content) -> Iterator[str]:
+    """Table of what was reported of a unit whose clock drifts."""
+    outcomes = list(dict.fromkeys(name for of in content["spans"].values() for name in of["outcomes"]))
+    yield _row(["pace of the clock", "missions", *outcomes])
+    yield f"|---|---|{'---|' * len(outcomes)}"
+    for name, of in content["spans"].items():
+        yield _row([name, str(of["missions"]), *(str(of["outcomes"].get(each, 0)) for each in outcomes)])
+    yield ""
+    yield f"{content['missions']} missions of three to eight units, seeds from {content['seed']} on."
+
+
 def flight_logs(content: Content) -> Iterator[str]:
     """Table of reports on recorded flights, beside the autopilot, and on faults put into them."""
     yield "| log | IMUs | Hz | s | verdicts | at rest | disagree | autopilot | what the verdicts come from |"
@@ -1090,6 +1101,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy_campaign_aiding": redundancy_campaign,
     "redundancy_recorded": redundancy_recorded,
     "flight_campaign": flight_campaign,
+    "flight_clocks": flight_clocks,
     "flight_logs": flight_logs,
     "speed": speed,
     "production": production,

@@ -54,6 +54,7 @@ SUBJECTS = (
             "redundancy_campaign_aiding",
             "redundancy_recorded",
             "flight_campaign",
+            "flight_clocks",
             "flight_logs",
         ),
     ),

@@ -91,6 +91,7 @@ EVERY_EVENT = {
         for reason in (*VOCABULARY["record rejected"], "corrupt", "against another primary")
     ],
     "time jumped": [{"by": -3.5}],
+    "all saturated": [{"sensor": "accelerometer"}],
 }
 """Every event of docs/how-to/redundancy.md with every reason it can have."""
 

@@ -534,6 +534,10 @@ enum tumble_event_kind
      * The common clock jumped: `by`. Windows begin anew.
      */
     TUMBLE_EVENT_KIND_TIME_JUMPED,
+    /**
+     * All units are at the ends of their ranges, and none of them is the cause: sensor.
+     */
+    TUMBLE_EVENT_KIND_ALL_SATURATED,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

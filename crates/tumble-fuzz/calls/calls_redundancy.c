@@ -35,7 +35,7 @@ static void make_room(void)
 static void hear(void *context, const tumble_event *event)
 {
     CHECK(context == source, "another context than was given");
-    CHECK(event->kind <= TUMBLE_EVENT_KIND_TIME_JUMPED && event->reason <= TUMBLE_REASON_NONE_FIT &&
+    CHECK(event->kind <= TUMBLE_EVENT_KIND_ALL_SATURATED && event->reason <= TUMBLE_REASON_NONE_FIT &&
               event->check <= TUMBLE_CHECK_VECTOR && event->fit_model <= TUMBLE_FIT_MODEL_AFFINE_AND_LEVER_ARM,
           "an event of no kind");
     CHECK(event->unit < TUMBLE_UNITS, "an event of a unit that is not there");

@@ -178,6 +178,7 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             let to = if *by < 0 { "back" } else { "on" };
             writeln!(out, "{name} {to} by {}", Time(by.unsigned_abs()))
         }
+        EventKind::AllSaturated { sensor } => writeln!(out, "{} {name}", sensor.name()),
     }
 }
 

@@ -62,6 +62,8 @@ pub enum EventKind {
     RecordRejected,
     /// The common clock jumped: `by`. Windows begin anew.
     TimeJumped,
+    /// All units are at the ends of their ranges, and none of them is the cause: sensor.
+    AllSaturated,
 }
 
 /// Ways in which a deviation is taken.
@@ -272,6 +274,7 @@ impl Event {
                 by,
                 ..of(EventKind::TimeJumped)
             },
+            CoreKind::AllSaturated { sensor } => of(EventKind::AllSaturated).sensor(sensor),
         }
     }
 

@@ -82,6 +82,11 @@ impl Leaky {
         self.0 >= limit
     }
 
+    /// Counted time, ticks.
+    pub fn count(&self) -> u16 {
+        self.0
+    }
+
     /// Counted time, s.
     pub fn seconds<T: Real>(&self) -> T {
         count::<T>(self.0.into()) * crate::real::seconds(TICK)

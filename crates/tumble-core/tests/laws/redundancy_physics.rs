@@ -152,6 +152,37 @@ fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest() {
 }
 
 #[test]
+fn a_secondary_outvoted_by_two_that_shift_alike_is_cleared_at_rest() {
+    for seed in 0..4 {
+        let parts = [Part::exact(); 3];
+        let mission = Mission::new(seed, &parts)
+            .phases(&[(3.0, Phase::Rest), (15.0, Phase::Free(1.0)), (6.0, Phase::Rest)])
+            .spoilt(|number, time, sample| {
+                if number < 2 && time >= 10.0 {
+                    sample.specific_force += Vector3::new(0.35, 0.0, 0.35);
+                }
+                true
+            });
+        let flight = since::<3>(&mission);
+        assert_told!(
+            flight,
+            2,
+            EventKind::Unhealthy {
+                fault: HealthFault::OutOfFamily { .. }
+            }
+        );
+        assert_told!(
+            flight,
+            0,
+            EventKind::Unhealthy {
+                fault: HealthFault::ImplausibleAtRest { .. }
+            }
+        );
+        assert_eq!(flight.monitor.source(), Some(2), "{}", flight.story());
+    }
+}
+
+#[test]
 fn a_stall_of_all_units_costs_a_sample_and_the_primary_goes_on() {
     for stall in [0.11, 0.3, 0.6, 0.99] {
         for seed in 0..3 {

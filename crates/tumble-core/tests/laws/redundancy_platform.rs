@@ -110,8 +110,100 @@ fn pauses<const N: usize>(
     Ok(())
 }
 
+const RANGE: f64 = 160.0;
+
+/// A shock, or a vibration, that takes the accelerometers of all units to the ends of their ranges for a time, s.
+fn saturates<const N: usize>(
+    periods: [u64; N],
+    wave: Option<f64>,
+    begins: f64,
+    lasts: f64,
+    seed: u64,
+) -> Result<(), TestCaseError> {
+    let parts = parts(periods);
+    let mission = Mission::new(seed, &parts).spoilt(move |_, time, sample| {
+        if (begins..begins + lasts).contains(&time) {
+            let swing = wave.map_or(1.0, |hertz| (core::f64::consts::TAU * hertz * time).cos());
+            sample.specific_force += Vector3::new(4.0, -0.5, 1.0) * (RANGE * swing);
+            sample.specific_force = sample.specific_force.map(|x| x.clamp(-RANGE, RANGE));
+        }
+        true
+    });
+    let ranged = units::<f32, N>(&parts).map(|mut unit| {
+        unit.range.specific_force = Some(RANGE as f32);
+        unit
+    });
+    let flight = fly(&platform(settings(), ranged), &mission);
+    let all = flight.told(0, |kind| matches!(kind, EventKind::AllSaturated { .. }));
+    let slowest = periods.iter().max().map_or(0.0, |period| seconds(*period));
+    prop_assert_eq!(named_by_itself(&flight), 0, "{}", flight.story());
+    prop_assert!(
+        flight.outputs.iter().all(|output| output.source == 0),
+        "{}",
+        flight.story()
+    );
+    // Four readings show the end of a range.
+    let shown = lasts > 0.06 + 5.0 * slowest;
+    prop_assert!(
+        all <= 1 && (!shown || all == 1),
+        "{} times\n{}",
+        all,
+        flight.story()
+    );
+    Ok(())
+}
+
+/// Accelerometers of which one has a range that all others exceed.
+#[test]
+fn a_unit_that_saturates_alone_is_named() {
+    let parts = parts([5_000; 3]);
+    let mission = Mission::new(7, &parts).spoilt(|_, time, sample| {
+        if (6.0..7.0).contains(&time) {
+            sample.specific_force.x += 50.0;
+        }
+        true
+    });
+    let mut ranged = units::<f32, 3>(&parts);
+    ranged[1].range.specific_force = Some(40.0);
+    let flight = fly(&platform(settings(), ranged), &mission);
+    assert_eq!(named_by_itself(&flight), 1, "{}", flight.story());
+    assert_eq!(
+        flight.told(0, |kind| matches!(kind, EventKind::AllSaturated { .. })),
+        0
+    );
+}
+
 proptest! {
     #![proptest_config(cases(16))]
+
+    #[test]
+    fn a_shock_that_saturates_two_units_is_the_platforms(
+        periods in prop::array::uniform2(period()), begins in 3.0..8.0_f64, lasts in 0.05..1.5_f64, seed in any::<u64>()
+    ) {
+        saturates(periods, None, begins, lasts, seed)?;
+    }
+
+    #[test]
+    fn a_shock_that_saturates_three_units_is_the_platforms(
+        periods in prop::array::uniform3(period()), begins in 3.0..8.0_f64, lasts in 0.05..1.5_f64, seed in any::<u64>()
+    ) {
+        saturates(periods, None, begins, lasts, seed)?;
+    }
+
+    #[test]
+    fn a_shock_that_saturates_six_units_is_the_platforms(
+        periods in prop::array::uniform6(period()), begins in 3.0..8.0_f64, lasts in 0.05..1.5_f64, seed in any::<u64>()
+    ) {
+        saturates(periods, None, begins, lasts, seed)?;
+    }
+
+    #[test]
+    fn shaking_that_saturates_four_units_is_the_platforms(
+        period in prop_oneof![Just(20_000_u64), Just(5_000), Just(1_000)], hertz in 3.0..8.0_f64,
+        begins in 3.0..8.0_f64, lasts in 0.5..1.5_f64, seed in any::<u64>()
+    ) {
+        saturates([period; 4], Some(hertz), begins, lasts, seed)?;
+    }
 
     #[test]
     fn two_sound_units_are_left_alone_at_any_rate_and_resolution(

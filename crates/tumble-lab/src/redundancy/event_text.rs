@@ -135,6 +135,7 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         EventKind::RecordRejected { sensor, why } => vec![of(*sensor), reason(why.name())],
         #[allow(clippy::cast_precision_loss)]
         EventKind::TimeJumped { by } => vec![("by", Figure::Number(*by as f64 * 1e-6))],
+        EventKind::AllSaturated { sensor } => vec![of(*sensor)],
     }
 }
 

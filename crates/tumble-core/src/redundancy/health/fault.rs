@@ -1,7 +1,7 @@
 //! Faults of a unit, with their figures.
 
 use crate::real::Real;
-use crate::redundancy::judgement::attribution::Ground;
+use crate::redundancy::judgement::attribution::{Ground, Weight};
 use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::Sensor;
 
@@ -272,34 +272,25 @@ impl<T: Real> HealthFault<T> {
         )
     }
 
-    /// Returns whether the fault rests on evidence from the unit alone in motion, which is only a likelihood:
-    /// physics at rest overrules it, and no calibration may follow it without bound.
-    pub fn is_likelihood(&self) -> bool {
-        matches!(
-            self,
-            Self::Blamed {
-                ground: Ground::Step | Ground::Gravity,
-                ..
-            }
-        )
+    /// Weight of the evidence for an error of the readings; `None` where the fault is another one, which evidence on
+    /// that error does not touch.
+    fn weight(&self) -> Option<Weight> {
+        match self {
+            Self::OutOfFamily { .. } => Some(Weight::Vote),
+            Self::Blamed { ground, .. } => Some(ground.weight()),
+            _ => None,
+        }
     }
 
-    /// Returns whether physics at rest overrules the fault: it rests on evidence from the unit alone, or on an
-    /// aiding measurement.
-    pub fn yields_to_physics(&self) -> bool {
-        self.is_likelihood()
-            || matches!(
-                self,
-                Self::Blamed {
-                    ground: Ground::Aiding,
-                    ..
-                }
-            )
+    /// Returns whether evidence of a weight overrules the fault.
+    pub fn yields_to(&self, weight: Weight) -> bool {
+        self.weight().is_some_and(|own| own < weight)
     }
 
-    /// Returns whether a unit with the fault may follow its primary without bound.
+    /// Returns whether a unit with the fault may follow its primary without bound: evidence from the unit alone is
+    /// only a likelihood, and no calibration mends noise or a clock.
     pub fn frees(&self) -> bool {
-        self.is_judged() && !self.is_likelihood() && !matches!(self, Self::Clock { .. })
+        self.weight().is_some_and(|own| own > Weight::Own)
     }
 
     /// Returns whether a calibration may correct the fault.

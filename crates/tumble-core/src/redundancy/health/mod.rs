@@ -26,7 +26,7 @@ pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
 use crate::redundancy::health::watch::{Followed, Reading, SensorWatch};
-use crate::redundancy::leaky::Lapse;
+use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
 use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
@@ -101,6 +101,19 @@ pub struct Health<T: Real> {
     twice: u8,
     /// Readings equal to those of another unit, minus those that were not.
     copied: u8,
+}
+
+/// Readings of a sensor of a unit beside those of a sensor at the end of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overload {
+    /// The sensor gives no evidence: its unit is faulty, or none was received.
+    Unknown,
+    /// No reading was received since the other sensor reached its end.
+    Awaited,
+    /// The sensor is at the end of its range too.
+    Shared,
+    /// The sensor is within its range.
+    Absent,
 }
 
 impl<T: Real> Default for Health<T> {
@@ -192,6 +205,50 @@ impl<T: Real> Health<T> {
                 .ok()
                 .and_then(|other| 1_u8.checked_shl(other));
             self.exclude(HealthFault::Copy { of: of.unwrap_or(0) }, self.time);
+        }
+    }
+
+    /// Time over which a sensor was at the end of its range, microseconds, lessened by the time since; zero if its
+    /// readings are no numbers.
+    #[inline]
+    pub fn saturated_for(&self, sensor: Sensor) -> u64 {
+        match self.fault {
+            Some(HealthFault::NotFinite { .. }) => 0,
+            _ => Lapse::of_ticks(sensor.of(&self.watches).useless_for()),
+        }
+    }
+
+    /// Returns whether a sensor was at the end of its range for too long.
+    pub fn is_saturated(&self, sensor: Sensor, settings: &HealthSettings<T>) -> bool {
+        sensor.of(&self.watches).useless_for() >= ticks(settings.saturated)
+    }
+
+    /// Returns whether any sensor was at the end of its range lately, or is excused for it.
+    #[inline]
+    pub fn was_saturated(&self) -> bool {
+        let was = |watch: &SensorWatch<T>| watch.is_overloaded() || watch.useless_for() > 0;
+        self.watches.iter().any(was)
+    }
+
+    /// Compares the readings of a sensor with one that has been at the end of its range for a time up to `now`,
+    /// microseconds.
+    pub fn beside_saturated(&self, sensor: Sensor, now: u64, lasts: u64) -> Overload {
+        if self.saturated_for(sensor) > 0 {
+            Overload::Shared
+        } else if self.presence != Presence::Seen || !self.is_sound() {
+            Overload::Unknown
+        } else if self.time.saturating_add(lasts / 4 * 3) < now {
+            // The first reading at the end counts the time since the one before.
+            Overload::Awaited
+        } else {
+            Overload::Absent
+        }
+    }
+
+    /// Stores for which sensors saturation is no fault, because all units saturate.
+    pub fn set_overloaded(&mut self, overloaded: [bool; 2]) {
+        for (watch, overloaded) in self.watches.iter_mut().zip(overloaded) {
+            watch.set_overloaded(overloaded);
         }
     }
 

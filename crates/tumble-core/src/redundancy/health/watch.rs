@@ -190,6 +190,8 @@ pub(super) struct SensorWatch<T: Real> {
     stuck: [u8; 3],
     /// Axis on which the latest reading departed and has not returned, or [`NONE`].
     departed: u8,
+    /// True if the sensors of other units are at the ends of their ranges too, so that saturation is no fault.
+    overloaded: bool,
 }
 
 const NONE: u8 = 3;
@@ -249,6 +251,7 @@ impl<T: Real> SensorWatch<T> {
             clipped: 0,
             stuck: [0; 3],
             departed: NONE,
+            overloaded: false,
         }
     }
 
@@ -280,7 +283,7 @@ impl<T: Real> SensorWatch<T> {
         }
         let given = self.repeated;
         let frozen = self.find_frozen(&look, reading);
-        let worn = useless && look.at_end;
+        let worn = useless && look.at_end && !self.overloaded;
         let spikes = self.find_spikes(look.change, reading);
         let away = self.departed != NONE;
         let followed = self.followed(given, away);
@@ -486,6 +489,21 @@ impl<T: Real> SensorWatch<T> {
             Surroundings::Rest | Surroundings::Quiet | Surroundings::Unknown => return false,
         };
         count::<T>(self.repeated.into()) * share >= count(FEWEST_REPEATED.into()) // redundancy.md, eq. 26
+    }
+
+    /// Stores whether saturation is no fault.
+    pub fn set_overloaded(&mut self, overloaded: bool) {
+        self.overloaded = overloaded;
+    }
+
+    /// Returns whether saturation is no fault.
+    pub fn is_overloaded(&self) -> bool {
+        self.overloaded
+    }
+
+    /// Time over which readings could not be used, ticks, lessened by the time since.
+    pub fn useless_for(&self) -> u16 {
+        self.useless.count()
     }
 
     /// Returns whether no axis ever changed.

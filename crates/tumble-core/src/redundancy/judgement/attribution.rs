@@ -26,6 +26,31 @@ crate::vocabulary! {
     }
 }
 
+/// Weight of evidence, the least first: each overrules those before it that concern the same sensor
+/// (docs/theory/judgement.md, section 14).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Weight {
+    /// Evidence from the unit alone in motion.
+    Own,
+    /// Agreement of the other units.
+    Vote,
+    /// An aiding measurement.
+    Aiding,
+    /// Physics at rest.
+    Physics,
+}
+
+impl Ground {
+    /// Weight of this kind of evidence.
+    pub fn weight(self) -> Weight {
+        match self {
+            Self::Step | Self::Gravity => Weight::Own,
+            Self::Aiding => Weight::Aiding,
+            Self::Rest => Weight::Physics,
+        }
+    }
+}
+
 /// Evidence against one of two units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof<T: Real> {

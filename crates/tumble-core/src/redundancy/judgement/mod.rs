@@ -458,15 +458,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     ) {
         let [_, gyroscopes] = &mut self.sensors;
         let calibrated = |number: usize| {
-            let unit = window.units.get(number)?.as_ref()?;
-            let [_, calibrated] = unit.calibrated;
-            calibrated.then_some(())
+            let unit = window.units.get(number).and_then(Option::as_ref);
+            unit.is_some_and(|unit| *Sensor::Gyroscope.of(&unit.calibrated))
         };
-        let beyond = |number: usize| {
-            gyroscopes
-                .beyond_before(number)
-                .filter(|_| calibrated(number).is_some())
-        };
+        let beyond = |number: usize| gyroscopes.beyond_before(number).filter(|_| calibrated(number));
         self.delays.push(acceleration, &beyond, window.length);
         if let Some(grown) = self.delays.drifting(window.length)
             && gyroscopes.exclude(grown.unit)
@@ -476,7 +471,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 Sensor::Gyroscope,
                 Judgement::ClockDrifts {
                     unit: grown.unit,
-                    by: grown.by.abs(),
+                    by: grown.by,
                     limit: grown.limit,
                 },
             );

@@ -200,5 +200,10 @@ crate::vocabulary! {
             /// Jump, microseconds.
             by: i64,
         } = "time jumped",
+        /// All units are at the ends of their ranges: the platform, none of them, is the cause.
+        AllSaturated {
+            /// Sensor concerned.
+            sensor: Sensor,
+        } = "all saturated",
     }
 }

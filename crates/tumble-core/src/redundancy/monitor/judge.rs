@@ -7,6 +7,7 @@ use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, sum};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
+use crate::redundancy::judgement::attribution::Weight;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
@@ -339,8 +340,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                     .get(number)
                     .is_some_and(|stored| sensor.of(stored).calibrated);
                 let fault = self.health.get(number).map(Health::fault);
-                // Physics overrules aiding measurements and evidence from the unit alone.
-                let healthy = fault.is_some_and(|fault| fault.is_none_or(|fault| fault.yields_to_physics()));
+                let healthy =
+                    fault.is_some_and(|fault| fault.is_none_or(|fault| fault.yields_to(Weight::Physics)));
                 let off = self
                     .at_rest(platform, number)
                     .map(|at_rest| sensor.of(&at_rest).abs());

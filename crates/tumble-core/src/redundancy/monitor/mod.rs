@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use crate::real::{Real, SECOND, whole_spans};
 use crate::redundancy::components::difference;
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::health::{Health, HealthFault};
+use crate::redundancy::health::{Health, HealthFault, Overload};
 use crate::redundancy::judgement::Judge;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::calibration::CalibrationRun;
@@ -80,6 +80,8 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     /// First samples of each unit that came too slowly for the windows; [`QUICK`] once one did not.
     slow: [u8; UNITS],
     known_healthy: [bool; UNITS],
+    /// Time at which all units were at the ends of their ranges last, microseconds.
+    overloaded: Option<u64>,
     selection: Selection,
     lever_arm_correction: LeverArmCorrection<T>,
     aiding_channel: [AidingChannel<T, UNITS>; AIDED],
@@ -113,6 +115,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             stretch: 1,
             slow: [0; UNITS],
             known_healthy: [true; UNITS],
+            overloaded: None,
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
             aiding_channel: [AidingChannel::none(); AIDED],
@@ -218,6 +221,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             });
             usable = health.push(&sample, &unit.axes, &unit.range, settings);
             is_live = health.is_live();
+            self.excuse_overload(platform, number, now, report);
             self.lengthen_windows(platform, number, now, report);
             self.find_copy(platform, number, &sample.channels());
             self.integrate(platform, number, &sample, usable, report);
@@ -409,6 +413,69 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         });
     }
 
+    /// Detects that the other units are at the ends of their ranges as well: no unit is faulty for it.
+    #[inline]
+    fn excuse_overload(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        now: u64,
+        report: Report<'_, T>,
+    ) -> Option<()> {
+        let health = self.health.get(number)?;
+        if health.was_saturated() {
+            self.compare_overload(platform, number, now, report)?;
+        }
+        Some(())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn compare_overload(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        now: u64,
+        report: Report<'_, T>,
+    ) -> Option<()> {
+        let settings = &platform.settings().health;
+        let health = self.health.get(number)?;
+        let (mut excused, mut met) = ([false; 2], None);
+        for sensor in SENSORS {
+            let lasts = health.saturated_for(sensor);
+            if lasts == 0 {
+                continue;
+            }
+            let (mut shared, mut awaited, mut absent) = (false, false, false);
+            for (other, unit) in platform.units().iter().enumerate() {
+                if other == number || !unit.axes.any(sensor) {
+                    continue;
+                }
+                match self.health.get(other)?.beside_saturated(sensor, now, lasts) {
+                    Overload::Unknown => {}
+                    Overload::Awaited => awaited = true,
+                    Overload::Shared => shared = true,
+                    Overload::Absent => absent = true,
+                }
+            }
+            *sensor.of_mut(&mut excused) = !absent && (shared || awaited);
+            if !absent && shared && !awaited && health.is_saturated(sensor, settings) {
+                met = Some(sensor);
+            }
+        }
+        self.health.get_mut(number)?.set_overloaded(excused);
+        let sensor = met?;
+        let latest = self.overloaded.replace(now);
+        if latest.is_none_or(|latest| now.saturating_sub(latest) > settings.recovery) {
+            report(Event {
+                time: now,
+                unit: 0,
+                kind: EventKind::AllSaturated { sensor },
+            });
+        }
+        Some(())
+    }
+
     /// Restarts the windows.
     #[cold]
     #[inline(never)]
@@ -428,6 +495,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
         self.begin_windows(time, report);
         self.selection.restart_time();
+        self.overloaded = None;
         for health in &mut self.health {
             health.restart_time(time);
         }

@@ -25,6 +25,7 @@ MOST_ROWS = 300
 _HEALTH = ("unhealthy", "healthy", "rest began", "rest ended")
 _ALARMS = (
     *("refused", "abandoned", "unhealthy", "disagree", "record rejected", "time jumped"),
+    "all saturated",
     *("aiding measurement left out", "aiding measurement distrusted"),
 )
 

@@ -135,6 +135,7 @@ _EVENTS = {
     "restored": "Stored error restored",
     "record rejected": "Stored error rejected",
     "time jumped": "The common clock jumped",
+    "all saturated": "All units are at the ends of their ranges",
 }
 """Every event of docs/how-to/redundancy.md."""
 
@@ -340,6 +341,8 @@ def remedy(event: RedundancyEvent) -> str:
         return "Look at the aiding measurement, its sigma and its time: no unit fits what it says."
     if event.event == "time jumped":
         return REMEDIES["abandoned"]["time jumped"]
+    if event.event == "all saturated":
+        return REMEDIES["unhealthy"]["saturated"]
     reason = str(event.figures.get("reason", ""))
     return REMEDIES.get(event.event, {}).get(reason, "")
 
