@@ -152,7 +152,7 @@ fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest() {
 }
 
 #[test]
-fn a_secondary_outvoted_by_two_that_shift_alike_is_cleared_at_rest() {
+fn a_secondary_outvoted_by_two_wrong_ones_is_cleared_at_rest() {
     for seed in 0..4 {
         let parts = [Part::exact(); 3];
         let mission = Mission::new(seed, &parts)
