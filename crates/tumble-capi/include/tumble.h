@@ -52,7 +52,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((502 + (192 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((505 + (195 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.

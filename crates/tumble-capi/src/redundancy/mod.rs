@@ -47,7 +47,7 @@ use crate::status::{Status, StatusResult, status};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 502 + 192 * UNITS + 4 * UNITS * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 505 + 195 * UNITS + 4 * UNITS * UNITS;
 
 /// Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
