@@ -135,6 +135,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python -m benchmarks.report --check
 	$(BIN)/python scripts/write_schemas.py --check
 	$(BIN)/python scripts/write_settings.py --check
+	$(BIN)/python scripts/write_records.py --check
 	$(BIN)/python scripts/write_grades.py --check
 	$(BIN)/python scripts/write_formats.py --check
 	$(SITE)
@@ -144,6 +145,7 @@ generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made
 	$(BIN)/python scripts/write_settings.py
 	TUMBLE_WRITE_HEADER=1 cargo test --quiet --package tumble-capi --test header --locked
 	$(MAKE) --no-print-directory $(VENV)/.native
+	$(BIN)/python scripts/write_records.py
 	$(BIN)/python scripts/write_schemas.py
 	$(BIN)/python scripts/write_grades.py
 	$(BIN)/python scripts/write_formats.py

@@ -199,6 +199,10 @@ NO_MATHEMATICS = {"numpy", "scipy"}
 
 ON_THE_COMMAND_LINE = {"cli", "command"}
 
+RUST_TYPE = r"^(?: *pub(?:\([\w: ]+\))? )?(?:struct|enum|union|trait|type) (\w+)"
+"""Definition of a type, with its name; public ones stand within macros too."""
+AWAITING_RENAME = {"Judgement", "Step", "Surroundings", "Verdict"}
+
 
 def rust_breaches() -> Iterator[str]:
     """Finds dependencies that point down the page, and what a device crate takes beyond `core`."""
@@ -296,6 +300,24 @@ def name_breaches(package: Path = PACKAGE) -> Iterator[str]:
             yield f"{name}: is a type of {', '.join(found)}; a type's name means one thing"
 
 
+def rust_name_breaches(root: Path = ROOT) -> Iterator[str]:
+    """Finds names of Rust types that stand for two things, tests aside.
+
+    Types of the C interface bear the names of those that they stand for; among themselves they differ.
+    """
+    homes: dict[tuple[bool, str], list[str]] = {}
+    for folder in sorted([*root.glob("crates/*/src"), *root.glob("firmware/*/src")]):
+        sources = sorted(folder.rglob("*.rs"))
+        tests = {test for path in sources for test in _test_files(path)}
+        for path in (path for path in sources if path not in tests):
+            for name in re.findall(RUST_TYPE, _without_tests(path.read_text(encoding="utf-8")), re.MULTILINE):
+                is_of_c = folder.parent.name == "tumble-capi"
+                homes.setdefault((is_of_c, name), []).append(path.relative_to(root).as_posix())
+    for (_, name), found in homes.items():
+        if len(found) > 1 and name not in AWAITING_RENAME:
+            yield f"{name}: is a type of {', '.join(found)}; a type's name means one thing"
+
+
 def _type_named(node: ast.stmt) -> str:
     """Returns the name of a class or alias that a statement defines; empty for another statement."""
     if isinstance(node, ast.ClassDef):
@@ -371,7 +393,7 @@ def _absolute(path: Path, node: ast.ImportFrom) -> str:
 
 def main() -> int:
     """Prints every breach; 1 if there was any."""
-    breaches = [*rust_breaches(), *python_breaches(), *name_breaches()]
+    breaches = [*rust_breaches(), *python_breaches(), *name_breaches(), *rust_name_breaches()]
     for breach in breaches:
         print(breach, file=sys.stderr)
     print(f"layers: {len(breaches)} breaches" if breaches else "layers: every import points up the page")

@@ -60,7 +60,7 @@ def module_text() -> str:
     """Returns the Python module."""
     source = SOURCE.read_text(encoding="utf-8")
     triad_meaning, triad_fields = body_of(source, "TriadGrade")
-    meaning, fields = body_of(source, "Grade")
+    meaning, fields = body_of(source, "SensorGrade")
     return TEXT.format(triad_meaning=triad_meaning, triad_fields=triad_fields, meaning=meaning, fields=fields)
 
 

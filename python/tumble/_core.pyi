@@ -27,13 +27,25 @@ RESPONSE_FALSE_ALARM: float
 class CoreError(Exception):
     """What the core objects to; `args` is (kind, figures)."""
 
-def encode_record(record: Mapping[str, Any], temperature: float | None = None) -> bytes: ...
+def encode_record(record: Mapping[str, Any], temperature: float | None = None) -> bytes:
+    """Encode `identity`, `sensor`, and either the numbers of an error or a `temperature_drift`."""
+
 def decode_record(record: bytes) -> dict[str, Any]: ...
 def record_length(begins: bytes) -> int | None: ...
-def encode_drift_record(identity: int, sensor: str, drift: Mapping[str, Any]) -> bytes: ...
-def decode_drift_record(record: bytes) -> dict[str, Any]: ...
 
-DRIFT_RECORD_VERSION: int
+class RecordRow(TypedDict):
+    """Numbers of a record that belong together, as the core's table has them."""
+
+    name: str
+    meaning: str
+    unit: str
+    count: int
+    may_be_infinite: bool
+    version: int
+    """First version of the bytes that has them."""
+
+def record_table() -> list[RecordRow]:
+    """Give the numbers of a record, in the order of its bytes."""
 
 def stamps_are_late(stamps: FloatArray) -> bool:
     """Whether (n,) stamps, s, scatter so much that even times differ from them."""

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
-from tumble.procedures.redundancy.result import RedundancyResult, SecondaryError
+from tumble.procedures.redundancy.result import UNKNOWN, RedundancyResult, SecondaryError
 
 SENSORS = ("accelerometer", "gyroscope")
 
@@ -28,19 +28,8 @@ def error_of(generator, sensor, rotation, **changes):
         "lever_arm": np.array([0.01, 0.02, 0.03]) if sensor == "accelerometer" else None,
         "lever_arm_sigma": np.array([1e-3, np.inf, 1e-3]) if sensor == "accelerometer" else None,
     }
-    return SecondaryError(
-        unit="imu2",
-        sensor=sensor,
-        fit_model="affine",
-        directions=3,
-        residual=0.01,
-        residual_before=0.3,
-        pairs=400,
-        sequence=2,
-        followed=np.zeros(3),
-        adopted=20.0,
-        **(fields | changes),
-    )
+    fitted = {"unit": "imu2", "sensor": sensor, "fit_model": "affine", "directions": 3, "pairs": 400}
+    return SecondaryError(**(UNKNOWN | {"residual": 0.01, "sequence": 2} | fitted | fields | changes))
 
 
 def result_of(errors, primary=None):

@@ -148,6 +148,23 @@ def test_a_name_of_two_types_is_found(tmp_path):
     assert breach == "Row: is a type of a.py, b.py; a type's name means one thing"
 
 
+def test_a_rust_type_has_one_name_in_the_whole_repository():
+    assert list(script("check_layers").rust_name_breaches()) == []
+
+
+def test_a_rust_name_of_two_types_is_found_tests_and_c_aside(tmp_path):
+    for crate, source in [
+        ("tumble-core", "pub(crate) struct Row;\n#[cfg(test)]\nmod tests {\n    pub struct Row;\n}\n"),
+        ("tumble-lab", "words! {\n    pub enum Row {}\n}\n"),
+        ("tumble-capi", "pub struct Row;\n"),
+    ]:
+        (tmp_path / "crates" / crate / "src").mkdir(parents=True)
+        (tmp_path / "crates" / crate / "src" / "lib.rs").write_text(source)
+    (breach,) = script("check_layers").rust_name_breaches(tmp_path)
+    homes = "crates/tumble-core/src/lib.rs, crates/tumble-lab/src/lib.rs"
+    assert breach == f"Row: is a type of {homes}; a type's name means one thing"
+
+
 @pytest.mark.parametrize(
     ("source", "breach"),
     [

@@ -8,6 +8,7 @@ import numpy as np
 
 from tumble._core import VOCABULARY
 from tumble.procedures.redundancy.result import (
+    UNKNOWN,
     RedundancyEvent,
     RedundancyResult,
     SecondaryError,
@@ -110,25 +111,24 @@ def evaluated(time, unit, force, rate, exceeded, check="norm", limits=(0.1, 0.01
 def error(unit="imu2", sensor="accelerometer", **changes):
     """An error fitted whole; `changes` replace its fields."""
     force = sensor == "accelerometer"
-    made = SecondaryError(
-        unit=unit,
-        sensor=sensor,
-        matrix=np.array([[1.01, 0.001, 0.0], [0.0, 0.99, 0.002], [0.0, 0.0, 1.005]]),
-        bias=ACCELEROMETER_BIAS if force else GYROSCOPE_BIAS,
-        matrix_sigma=np.full((3, 3), 1e-4),
-        bias_sigma=np.full(3, 1e-3 if force else 1e-4),
-        lever_arm=np.array([0.021, -0.012, 0.003]) if force else None,
-        lever_arm_sigma=np.full(3, 2e-4) if force else None,
-        fit_model="affine and lever arm" if force else "affine",
-        directions=3,
-        residual=LEFT_IN_FORCE if force else LEFT_IN_RATE,
-        residual_before=0.28 if force else 0.026,
-        pairs=400,
-        sequence=1,
-        followed=np.zeros(3),
-        adopted=ADOPTED,
-    )
-    return replace(made, **changes)
+    fitted = {
+        "unit": unit,
+        "sensor": sensor,
+        "matrix": np.array([[1.01, 0.001, 0.0], [0.0, 0.99, 0.002], [0.0, 0.0, 1.005]]),
+        "bias": ACCELEROMETER_BIAS if force else GYROSCOPE_BIAS,
+        "matrix_sigma": np.full((3, 3), 1e-4),
+        "bias_sigma": np.full(3, 1e-3 if force else 1e-4),
+        "lever_arm": np.array([0.021, -0.012, 0.003]) if force else None,
+        "lever_arm_sigma": np.full(3, 2e-4) if force else None,
+        "fit_model": "affine and lever arm" if force else "affine",
+        "directions": 3,
+        "residual": LEFT_IN_FORCE if force else LEFT_IN_RATE,
+        "residual_before": 0.28 if force else 0.026,
+        "pairs": 400,
+        "sequence": 1,
+        "adopted": ADOPTED,
+    }
+    return SecondaryError(**(UNKNOWN | fitted | changes))
 
 
 def settings(**changes):
@@ -294,7 +294,6 @@ def unseen():
         residual_before=np.nan,
         adopted=None,
         sequence=0,
-        followed=np.zeros(3),
     )
     return replace(mission(), errors=(part, given))
 

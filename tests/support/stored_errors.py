@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tumble.procedures.redundancy.result import SecondaryError
+from tumble.procedures.redundancy.result import UNKNOWN, SecondaryError
 from tumble.procedures.redundancy.store import Identified
 
 ONE, TWO = Identified("imu1", 1), Identified("imu2", 2)
@@ -26,4 +26,5 @@ def an_error(sensor="accelerometer", sequence=1, **changes):
         "followed": np.array([0.01, -0.02, 0.0]),
         "adopted": 12.0,
     }
-    return SecondaryError(unit="imu2", sensor=sensor, sequence=sequence, **(fields | changes))
+    whose = {"unit": "imu2", "sensor": sensor, "sequence": sequence}
+    return SecondaryError(**(UNKNOWN | whose | fields | changes))

@@ -230,9 +230,8 @@ def records_in(word, path):
     found = {}
     while content:
         record, content = np.split(np.frombuffer(content, np.uint8), [_core.record_length(content)])
-        is_drift = record[2] == _core.DRIFT_RECORD_VERSION
-        stated = (_core.decode_drift_record if is_drift else _core.decode_record)(record.tobytes())
-        found[stated["sensor"] + ("_drift" if is_drift else "")] = stated
+        stated = _core.decode_record(record.tobytes())
+        found.setdefault(stated["sensor"], {}).update(stated)
         content = content.tobytes()
     return found
 

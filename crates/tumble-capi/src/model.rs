@@ -268,3 +268,51 @@ pub fn rows(m: &Matrix3<f32>) -> [[f32; 3]; 3] {
     // Columns are how nalgebra keeps a matrix.
     m.transpose().into()
 }
+
+/// Numbers of the core that C has as an array, or as they are.
+pub trait Mirrored {
+    /// Type that C has.
+    type InC;
+
+    /// Converts the core's type.
+    fn in_c(&self) -> Self::InC;
+
+    /// Converts it to the core's type.
+    fn of_c(of: &Self::InC) -> Self;
+}
+
+impl Mirrored for Matrix3<f32> {
+    type InC = [[f32; 3]; 3];
+
+    fn in_c(&self) -> [[f32; 3]; 3] {
+        rows(self)
+    }
+
+    fn of_c(of: &[[f32; 3]; 3]) -> Self {
+        matrix(of)
+    }
+}
+
+impl Mirrored for Vector3<f32> {
+    type InC = [f32; 3];
+
+    fn in_c(&self) -> [f32; 3] {
+        (*self).into()
+    }
+
+    fn of_c(of: &[f32; 3]) -> Self {
+        vector(of)
+    }
+}
+
+impl Mirrored for f32 {
+    type InC = Self;
+
+    fn in_c(&self) -> Self {
+        *self
+    }
+
+    fn of_c(of: &Self) -> Self {
+        *of
+    }
+}

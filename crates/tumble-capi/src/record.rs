@@ -4,13 +4,14 @@ use core::mem::MaybeUninit;
 use core::slice;
 
 use tumble_core::model::ErrorModel;
+use tumble_core::record_table;
 use tumble_core::redundancy::record::Record as Core;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use tumble_core::redundancy::settings::FitModel as CoreFitModel;
 use tumble_store::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
 
 use crate::code::{Code, code};
-use crate::model::{Calibration, Correction, ErrorModel as Model, matrix, rows, vector};
+use crate::model::{Calibration, Correction, ErrorModel as Model, Mirrored};
 use crate::pointer::{Place, look, read};
 use crate::status::{Status, StatusResult, status};
 
@@ -232,60 +233,60 @@ impl Record {
         })
     }
 
-    /// Converts the core's type; temperature in degC.
-    pub fn of(record: &Core<f32>, temperature: Option<f32>) -> Self {
-        Self {
-            identity: record.identity,
-            sensor: MaybeUninit::new(Sensor::of(record.sensor)),
-            fit_model: MaybeUninit::new(FitModel::of(record.fit_model)),
-            matrix: rows(&record.model.matrix),
-            bias: record.model.bias.into(),
-            matrix_sigma: rows(&record.matrix_sigma),
-            bias_sigma: record.bias_sigma.into(),
-            lever_arm: record.lever_arm.into(),
-            lever_arm_sigma: record.lever_arm_sigma.into(),
-            residual: record.residual,
-            residual_before: record.residual_before,
-            followed: record.followed.into(),
-            temperature: temperature.unwrap_or(f32::NAN),
-            pairs: record.pairs,
-            sequence: record.sequence,
-            directions: record.directions,
-        }
-    }
-
-    /// The same of a record with its temperature.
+    /// Converts a record with its temperature.
     pub fn of_stored(stored: &StoredRecord) -> Self {
         Self::of(&stored.record, stored.temperature)
     }
 
     /// Converts it to the store's type.
     pub fn in_store(&self) -> StatusResult<StoredRecord> {
-        let record = Core {
-            identity: self.identity,
-            sensor: code(self.sensor)?.in_core(),
-            model: ErrorModel {
-                matrix: matrix(&self.matrix),
-                bias: vector(&self.bias),
-            },
-            matrix_sigma: matrix(&self.matrix_sigma),
-            bias_sigma: vector(&self.bias_sigma),
-            lever_arm: vector(&self.lever_arm),
-            lever_arm_sigma: vector(&self.lever_arm_sigma),
-            fit_model: code(self.fit_model)?.in_core(),
-            directions: self.directions,
-            residual: self.residual,
-            residual_before: self.residual_before,
-            pairs: self.pairs,
-            sequence: self.sequence,
-            followed: vector(&self.followed),
-        };
         Ok(StoredRecord {
-            record,
+            record: self.in_core()?,
             temperature: (!self.temperature.is_nan()).then_some(self.temperature),
         })
     }
 }
+
+/// Makes the conversions from the table of records, so that each number of the core has its field here.
+macro_rules! conversions {
+    (
+        in model: $($(#[$_shared:meta])+ $shared:ident: $_shared_type:ty = $($_shared_row:tt),+;)+
+        in itself: $($(#[$_own:meta])+ $own:ident: $_own_type:ty = $($_own_row:tt),+;)+
+    ) => {
+        impl Record {
+            /// Converts the core's type; temperature in degC.
+            pub fn of(record: &Core<f32>, temperature: Option<f32>) -> Self {
+                Self {
+                    identity: record.identity,
+                    sensor: MaybeUninit::new(Sensor::of(record.sensor)),
+                    fit_model: MaybeUninit::new(FitModel::of(record.fit_model)),
+                    $($shared: record.model.$shared.in_c(),)+
+                    $($own: record.$own.in_c(),)+
+                    temperature: temperature.unwrap_or(f32::NAN),
+                    pairs: record.pairs,
+                    sequence: record.sequence,
+                    directions: record.directions,
+                }
+            }
+
+            /// Converts it to the core's type, which has no temperature.
+            fn in_core(&self) -> StatusResult<Core<f32>> {
+                Ok(Core {
+                    identity: self.identity,
+                    sensor: code(self.sensor)?.in_core(),
+                    model: ErrorModel { $($shared: Mirrored::of_c(&self.$shared),)+ },
+                    fit_model: code(self.fit_model)?.in_core(),
+                    directions: self.directions,
+                    pairs: self.pairs,
+                    sequence: self.sequence,
+                    $($own: Mirrored::of_c(&self.$own),)+
+                })
+            }
+        }
+    };
+}
+
+record_table!(conversions);
 
 /// Why a record cannot be written.
 pub fn encode_error(error: EncodeError) -> Status {

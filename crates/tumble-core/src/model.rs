@@ -14,7 +14,7 @@ use crate::rotation::inverse_left_jacobian;
 pub const PARAMETERS: usize = 12;
 
 /// Covariance of `[M row by row, b]`, or of the twelve numbers of [`Decomposition::parameters`].
-pub type Covariance<T> = SMatrix<T, PARAMETERS, PARAMETERS>;
+pub type ModelCovariance<T> = SMatrix<T, PARAMETERS, PARAMETERS>;
 
 /// Why a matrix cannot be taken apart, or inverted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,14 +184,14 @@ impl<T: Real> Decomposition<T> {
 
     /// Carries the covariance of `[M row by row, b]` to that of [`ModelParameters`]
     /// `[bias, scale, non-orthogonality, mounting]`, to first order (docs/theory/model.md, eq. 5 to 8).
-    pub fn carry(&self, covariance: &Covariance<T>) -> Covariance<T> {
+    pub fn carry(&self, covariance: &ModelCovariance<T>) -> ModelCovariance<T> {
         let jacobian = self.jacobian();
         jacobian * covariance * jacobian.transpose()
     }
 
     /// Derivative of `[bias, scale, non-orthogonality, mounting]` by `[M row by row, b]`.
-    pub fn jacobian(&self) -> Covariance<T> {
-        let mut jacobian = Covariance::zeros();
+    pub fn jacobian(&self) -> ModelCovariance<T> {
+        let mut jacobian = ModelCovariance::zeros();
         jacobian
             .fixed_view_mut::<3, 3>(0, 9)
             .copy_from(&Matrix3::identity());

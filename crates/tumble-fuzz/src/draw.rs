@@ -63,9 +63,9 @@ enum Source {
 
 /// All that is random in one run.
 #[derive(Clone)]
-pub struct Draw(Source);
+pub struct FuzzDraw(Source);
 
-impl Draw {
+impl FuzzDraw {
     /// Everything follows from the seed, on every machine alike.
     pub fn new(seed: u64) -> Self {
         Self(Source::Seed(Pcg64Mcg::seed_from_u64(seed)))
@@ -209,16 +209,16 @@ mod tests {
 
     #[test]
     fn bytes_are_drawn_as_they_come_and_then_as_of_a_seed() {
-        let mut draw = Draw::of_input(&[7, 6, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        let mut draw = FuzzDraw::of_input(&[7, 6, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
         assert_eq!((draw.byte(), draw.below(4)), (7, 2));
         assert_eq!(draw.bits(), u64::from_le_bytes([1, 2, 3, 4, 5, 6, 7, 8]));
         assert_eq!(draw.byte(), 9);
-        let mut other = Draw::of_input(&[0; 11]);
+        let mut other = FuzzDraw::of_input(&[0; 11]);
         other.byte();
         other.below(4);
         other.bits();
         other.byte();
-        let rest = |draw: &mut Draw| [draw.bits(), draw.below(1000) as u64, u64::from(draw.byte())];
+        let rest = |draw: &mut FuzzDraw| [draw.bits(), draw.below(1000) as u64, u64::from(draw.byte())];
         assert_eq!(
             rest(&mut draw),
             rest(&mut other),

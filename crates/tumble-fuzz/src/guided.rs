@@ -6,19 +6,19 @@ use std::env;
 use std::sync::OnceLock;
 
 use libfuzzer_sys::fuzz_target;
-use tumble_fuzz::draw::Draw;
-use tumble_fuzz::target::Target;
+use tumble_fuzz::draw::FuzzDraw;
+use tumble_fuzz::target::FuzzTarget;
 
-fn target() -> &'static Target {
-    static TARGET: OnceLock<Target> = OnceLock::new();
+fn target() -> &'static FuzzTarget {
+    static TARGET: OnceLock<FuzzTarget> = OnceLock::new();
     TARGET.get_or_init(|| {
         let name = env::var("TUMBLE_FUZZ_TARGET").unwrap_or_default();
-        Target::named(&name).expect("TUMBLE_FUZZ_TARGET names a target")
+        FuzzTarget::named(&name).expect("TUMBLE_FUZZ_TARGET names a target")
     })
 }
 
 fuzz_target!(|input: &[u8]| {
-    if let Err(what) = target().run(Draw::of_input(input)) {
+    if let Err(what) = target().run(FuzzDraw::of_input(input)) {
         panic!("{what}");
     }
 });

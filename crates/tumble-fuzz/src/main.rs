@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use lexopt::prelude::*;
 
 use tumble_fuzz::campaign::{catch_panics, outcome_of, runs};
-use tumble_fuzz::draw::Draw;
-use tumble_fuzz::target::Target;
+use tumble_fuzz::draw::FuzzDraw;
+use tumble_fuzz::target::FuzzTarget;
 
 const USAGE: &str = "tumble-fuzz TARGET [--runs N] [--from SEED] | [--seed SEED] | [--input FILE]";
 
@@ -46,13 +46,13 @@ fn request() -> Result<Request, lexopt::Error> {
 }
 
 /// Runs the target; returns the failures, a line each.
-fn found(asked: &Request, target: &Target) -> Result<Vec<String>, std::io::Error> {
+fn found(asked: &Request, target: &FuzzTarget) -> Result<Vec<String>, std::io::Error> {
     catch_panics();
-    let run_of = |seed| target.run(Draw::new(seed));
+    let run_of = |seed| target.run(FuzzDraw::new(seed));
     Ok(match (&asked.input, asked.seed) {
         (Some(path), _) => {
             let input = fs::read(path)?;
-            let outcome = outcome_of(&|_| target.run(Draw::of_input(&input)), 0);
+            let outcome = outcome_of(&|_| target.run(FuzzDraw::of_input(&input)), 0);
             let name = path.display();
             outcome
                 .err()
@@ -85,8 +85,8 @@ fn main() -> ExitCode {
         Ok(asked) => asked,
         Err(error) => return refusal(&error.to_string()),
     };
-    let Some(target) = Target::named(&asked.target) else {
-        let known = Target::NAMES.join(", ");
+    let Some(target) = FuzzTarget::named(&asked.target) else {
+        let known = FuzzTarget::NAMES.join(", ");
         return refusal(&format!("unknown target {:?}; known are {known}", asked.target));
     };
     match found(&asked, &target) {

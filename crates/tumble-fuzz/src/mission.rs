@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use tumble_core::gravity;
 use tumble_core::sample::Sample;
 
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 
 /// A primary and two secondaries.
 pub const UNITS: usize = 3;
@@ -34,7 +34,7 @@ pub fn sample(step: u64) -> Option<(usize, Sample<f32>)> {
         return None;
     }
     let [force, rate] = truth(seconds);
-    let mut draw = Draw::new(step);
+    let mut draw = FuzzDraw::new(step);
     let mut noise = |size| Vector3::from_fn(|_, _| draw.usual(size));
     let wrong = number as f32;
     let sample = Sample {

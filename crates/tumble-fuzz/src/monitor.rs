@@ -17,7 +17,7 @@ use tumble_core::sample::Sample;
 use tumble_store::record::{MAX_ENCODED, StoredRecord, encode};
 
 use crate::campaign::RunOutcome;
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 use crate::mission::{LENGTH, UNITS, sample};
 use crate::record::{plain_record, spoil_record};
 use crate::settings::{FIRST_IDENTITY, usual, worst};
@@ -61,7 +61,7 @@ pub struct MonitorScenes {
 
 /// Sets that differ in what can be chosen.
 fn sets() -> Vec<Platform<f32, UNITS>> {
-    (0..SETS).map(|seed| usual(&mut Draw::new(seed))).collect()
+    (0..SETS).map(|seed| usual(&mut FuzzDraw::new(seed))).collect()
 }
 
 /// Flies the mission; shows the monitor before each sample.
@@ -104,7 +104,7 @@ impl MonitorScenes {
     }
 
     /// Makes one run, twice.
-    pub fn run(&self, draw: Draw) -> RunOutcome {
+    pub fn run(&self, draw: FuzzDraw) -> RunOutcome {
         let [first, second] = [self.play(draw.clone())?, self.play(draw)?];
         if first == second {
             Ok(())
@@ -114,7 +114,7 @@ impl MonitorScenes {
     }
 
     /// Plays a run; returns the digest of all outputs.
-    fn play(&self, mut draw: Draw) -> Result<u64, String> {
+    fn play(&self, mut draw: FuzzDraw) -> Result<u64, String> {
         let chosen = if draw.once_in(2) {
             draw.pick(&self.eventful)
         } else {
@@ -158,7 +158,7 @@ struct Run {
 impl Run {
     /// After any input, a set of which any unit sends usable numbers that change has an output again, and keeps it.
     /// Secondaries that were never calibrated may be passed over: then the primary sends them.
-    fn recover(&mut self, draw: &mut Draw) -> RunOutcome {
+    fn recover(&mut self, draw: &mut FuzzDraw) -> RunOutcome {
         let only = self.platform.settings().selection.calibrated_only;
         let sound = draw.below(if only { 1 } else { UNITS });
         let spoilt = draw.pick(&[0, 1, 2, 20]);
@@ -186,7 +186,7 @@ impl Run {
         Ok(())
     }
 
-    fn step(&mut self, draw: &mut Draw, step: u64) -> RunOutcome {
+    fn step(&mut self, draw: &mut FuzzDraw, step: u64) -> RunOutcome {
         let (platform, log) = (&self.platform, &mut self.log);
         if draw.once_in(32) {
             let command = draw.pick(&[Command::Evaluate, Command::ReturnToPrimary]);
@@ -227,7 +227,7 @@ impl Run {
 }
 
 /// A record of a unit, or of none, sound or not.
-fn any_record(draw: &mut Draw) -> StoredRecord {
+fn any_record(draw: &mut FuzzDraw) -> StoredRecord {
     let mut stored = plain_record(draw);
     if !draw.once_in(4) {
         stored.record.identity = FIRST_IDENTITY + draw.below(UNITS + 1) as u64;
@@ -252,7 +252,7 @@ struct Spoiler {
 }
 
 impl Spoiler {
-    fn new(draw: &mut Draw) -> Self {
+    fn new(draw: &mut FuzzDraw) -> Self {
         let often = [1, 2, 5, 10, 1000];
         Self {
             values: draw.pick(&often),
@@ -264,7 +264,7 @@ impl Spoiler {
     }
 
     /// Corrupts a sample; returns the unit to which it is attributed.
-    fn spoil(&mut self, draw: &mut Draw, number: usize, sample: &mut Sample<f32>) -> usize {
+    fn spoil(&mut self, draw: &mut FuzzDraw, number: usize, sample: &mut Sample<f32>) -> usize {
         if draw.once_in(self.values) {
             spoil_values(draw, sample);
         }
@@ -289,7 +289,7 @@ impl Spoiler {
 }
 
 /// Corrupts some channels, or all.
-pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
+pub fn spoil_values(draw: &mut FuzzDraw, sample: &mut Sample<f32>) {
     let channels = sample.specific_force.iter_mut().chain(&mut sample.angular_rate);
     match draw.below(4) {
         0 => draw.spoil(channels),
@@ -402,7 +402,7 @@ mod tests {
     fn nothing_is_found_in_five_thousand_runs() {
         let scenes = MonitorScenes::new();
         for seed in 0..5000 {
-            assert_eq!(scenes.run(Draw::new(seed)), Ok(()), "seed {seed}");
+            assert_eq!(scenes.run(FuzzDraw::new(seed)), Ok(()), "seed {seed}");
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::Matrix3;
-use tumble_core::redundancy::record::{PART_NAMES, Record};
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
@@ -12,7 +12,7 @@ use tumble_store::record::{
 };
 
 use crate::campaign::RunOutcome;
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -21,7 +21,7 @@ const HEAD: usize = 3;
 const CHECKSUM: usize = 4;
 
 /// Makes one run.
-pub fn run(mut draw: Draw) -> RunOutcome {
+pub fn run(mut draw: FuzzDraw) -> RunOutcome {
     match draw.below(4) {
         0 => written(&mut draw),
         1 => damaged(&mut draw),
@@ -31,7 +31,7 @@ pub fn run(mut draw: Draw) -> RunOutcome {
 }
 
 /// A record of any numbers is refused, or comes back as it was.
-fn written(draw: &mut Draw) -> RunOutcome {
+fn written(draw: &mut FuzzDraw) -> RunOutcome {
     let record = any_record(draw);
     let mut buffer = [0xA5; MAX_ENCODED];
     let bytes = match encode(&record, &mut buffer) {
@@ -52,7 +52,7 @@ fn written(draw: &mut Draw) -> RunOutcome {
 }
 
 /// Damage without a new checksum is found out.
-fn damaged(draw: &mut Draw) -> RunOutcome {
+fn damaged(draw: &mut FuzzDraw) -> RunOutcome {
     let mut bytes = any_bytes(draw);
     let mut sound = vec![bytes.clone()];
     for _ in 0..=draw.below(4) {
@@ -65,7 +65,7 @@ fn damaged(draw: &mut Draw) -> RunOutcome {
 }
 
 /// Bytes with a valid checksum are refused, or are the encoding of the record that they give.
-fn damaged_and_signed(draw: &mut Draw) -> RunOutcome {
+fn damaged_and_signed(draw: &mut FuzzDraw) -> RunOutcome {
     let mut bytes = any_bytes(draw);
     for _ in 0..=draw.below(4) {
         damage(draw, &mut bytes, &mut Vec::new());
@@ -75,7 +75,7 @@ fn damaged_and_signed(draw: &mut Draw) -> RunOutcome {
 }
 
 /// Bytes that never were a record, with and without its head and checksum.
-fn made_up(draw: &mut Draw) -> RunOutcome {
+fn made_up(draw: &mut FuzzDraw) -> RunOutcome {
     let mut bytes: Vec<u8> = (0..draw.below(2 * MAX_ENCODED)).map(|_| draw.byte()).collect();
     if draw.once_in(2) {
         bytes.resize(MAX_ENCODED - draw.below(2) * CHECKSUM, draw.byte());
@@ -138,7 +138,7 @@ fn is_sound(stored: &StoredRecord) -> bool {
 
 /// One kind of damage; rarely, it changes nothing, or leaves all of a sound record that came in between, which is added to
 /// `sound`.
-fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, sound: &mut Vec<Vec<u8>>) {
+fn damage(draw: &mut FuzzDraw, bytes: &mut Vec<u8>, sound: &mut Vec<Vec<u8>>) {
     let length = bytes.len();
     match draw.below(8) {
         0 => bytes.truncate(draw.below(length + 1)),
@@ -190,7 +190,7 @@ fn sign(bytes: &mut [u8]) {
 }
 
 /// The bytes of a sound record.
-fn any_bytes(draw: &mut Draw) -> Vec<u8> {
+fn any_bytes(draw: &mut FuzzDraw) -> Vec<u8> {
     let mut record = plain_record(draw);
     let mut buffer = [0; MAX_ENCODED];
     let spoilt = spoil_record(draw, record);
@@ -200,7 +200,7 @@ fn any_bytes(draw: &mut Draw) -> Vec<u8> {
     encode(&record, &mut buffer).map_or_else(|_| Vec::new(), <[u8]>::to_vec)
 }
 
-fn any_record(draw: &mut Draw) -> StoredRecord {
+fn any_record(draw: &mut FuzzDraw) -> StoredRecord {
     let record = plain_record(draw);
     if draw.once_in(2) {
         spoil_record(draw, record)
@@ -209,12 +209,20 @@ fn any_record(draw: &mut Draw) -> StoredRecord {
     }
 }
 
-/// Sizes of the parts of a record; of its matrix, those of the difference from the identity.
-const USUAL: [f32; PART_NAMES.len()] = [0.05, 0.5, 0.01, 0.01, 0.2, 0.01, 0.1, 0.5, 0.1];
+/// Size of the numbers of a part; of a matrix, that of its difference from the identity.
+fn usual_size(part: RecordPart) -> f32 {
+    match part {
+        RecordPart::Matrix => 0.05,
+        RecordPart::Bias | RecordPart::ResidualBefore => 0.5,
+        RecordPart::LeverArm => 0.2,
+        RecordPart::MatrixSigma | RecordPart::BiasSigma | RecordPart::LeverArmSigma => 0.01,
+        _ => 0.1,
+    }
+}
 
 /// A record as a calibration leaves it.
-pub fn plain_record(draw: &mut Draw) -> StoredRecord {
-    let mut record = Record::blank(draw.time(), draw.pick(&SENSORS));
+pub fn plain_record(draw: &mut FuzzDraw) -> StoredRecord {
+    let mut record = Record::unknown(draw.time(), draw.pick(&SENSORS));
     record.fit_model = draw.pick(&[
         FitModel::Offset,
         FitModel::Gain,
@@ -224,10 +232,10 @@ pub fn plain_record(draw: &mut Draw) -> StoredRecord {
     record.directions = draw.byte();
     record.pairs = draw.bits() as u32;
     record.sequence = draw.bits() as u32;
-    for ((name, part), size) in PART_NAMES.into_iter().zip(record.parts_mut()).zip(USUAL) {
-        part.fill_with(|| draw.usual(size));
-        if name.ends_with("_sigma") || name.starts_with("residual") {
-            part.iter_mut().for_each(|number| *number = number.abs());
+    for (part, numbers) in RecordPart::ALL.into_iter().zip(record.parts_mut()) {
+        numbers.fill_with(|| draw.usual(usual_size(part)));
+        if part.may_be_infinite() {
+            numbers.iter_mut().for_each(|number| *number = number.abs());
         }
     }
     record.model.matrix += Matrix3::identity();
@@ -238,7 +246,7 @@ pub fn plain_record(draw: &mut Draw) -> StoredRecord {
 }
 
 /// The same with some of its numbers replaced by any.
-pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
+pub fn spoil_record(draw: &mut FuzzDraw, stored: StoredRecord) -> StoredRecord {
     let StoredRecord {
         mut record,
         mut temperature,
@@ -246,7 +254,7 @@ pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
     match record
         .parts_mut()
         .into_iter()
-        .nth(draw.below(PART_NAMES.len() + 1))
+        .nth(draw.below(RecordPart::COUNT + 1))
     {
         Some(part) => draw.spoil(part),
         None => draw.spoil(&mut temperature),
@@ -261,7 +269,7 @@ mod tests {
     #[test]
     fn no_record_is_read_wrongly_in_a_hundred_thousand_runs() {
         for seed in 0..100_000 {
-            assert_eq!(run(Draw::new(seed)), Ok(()), "seed {seed}");
+            assert_eq!(run(FuzzDraw::new(seed)), Ok(()), "seed {seed}");
         }
     }
 }

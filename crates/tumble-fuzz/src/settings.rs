@@ -9,7 +9,7 @@ use tumble_core::redundancy::settings::{
     CollectionSettings, Data, EvaluationSettings, FitModel, Gate, RedundancySettings, Scope,
 };
 
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 use crate::mission::UNITS;
 
 const SECOND: u64 = 1_000_000;
@@ -51,7 +51,7 @@ fn units() -> [MountedUnit<f32>; UNITS] {
 }
 
 /// A set that works.
-pub fn usual(draw: &mut Draw) -> Platform<f32, UNITS> {
+pub fn usual(draw: &mut FuzzDraw) -> Platform<f32, UNITS> {
     let (mut settings, mut units) = (short(), units());
     choose(draw, &mut settings);
     if draw.once_in(2) {
@@ -64,7 +64,7 @@ pub fn usual(draw: &mut Draw) -> Platform<f32, UNITS> {
 }
 
 /// The worst that can be made of a set, if it still is one.
-pub fn worst(draw: &mut Draw, of: &Platform<f32, UNITS>) -> Platform<f32, UNITS> {
+pub fn worst(draw: &mut FuzzDraw, of: &Platform<f32, UNITS>) -> Platform<f32, UNITS> {
     let (mut settings, mut units) = (*of.settings(), *of.units());
     let mut calibration = *of.calibration();
     for _ in 0..=draw.below(3) {
@@ -81,7 +81,7 @@ pub fn worst(draw: &mut Draw, of: &Platform<f32, UNITS>) -> Platform<f32, UNITS>
 }
 
 /// Draws settings that are choices.
-fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
+fn choose(draw: &mut FuzzDraw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.gate = draw.pick(&[Gate::SecondaryAlone, Gate::WholePrimary, Gate::SensorBySensor]);
     settings.evaluation.data = draw.pick(&[Data::Raw, Data::Compensated]);
     settings.evaluation.vector_check = draw.once_in(2);
@@ -111,7 +111,7 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
 }
 
 /// So short that a calibration begins and ends within tens of samples.
-fn tiny(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
+fn tiny(draw: &mut FuzzDraw, settings: &mut RedundancySettings<f32>) {
     settings.window = draw.pick(&[1, 1000, 4000, 8000, 10_000]);
     settings.evaluation.rest_settle = 0;
     settings.evaluation.rest_duration = 3 * settings.window;
@@ -128,7 +128,7 @@ fn tiny(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.collection.motion.angular_rate = settings.evaluation.thresholds.rest_scatter.angular_rate * 1.1;
 }
 
-fn spoil_unit(draw: &mut Draw, units: &mut [MountedUnit<f32>; UNITS]) {
+fn spoil_unit(draw: &mut FuzzDraw, units: &mut [MountedUnit<f32>; UNITS]) {
     let number = draw.below(UNITS);
     let unit = &mut units[number];
     match draw.below(6) {
@@ -146,7 +146,7 @@ fn spoil_unit(draw: &mut Draw, units: &mut [MountedUnit<f32>; UNITS]) {
     }
 }
 
-fn any_calibration(draw: &mut Draw) -> Option<PrimaryCalibration<f32>> {
+fn any_calibration(draw: &mut FuzzDraw) -> Option<PrimaryCalibration<f32>> {
     let [accelerometer, gyroscope] = [(); 2].map(|()| {
         let mut model = ErrorModel {
             matrix: Matrix3::from_fn(|i, j| f32::from(u8::from(i == j)) + draw.usual(0.1)),

@@ -11,7 +11,7 @@ use tumble_core::spin::machine::{SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::campaign::RunOutcome;
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 use crate::monitor::spoil_values;
 
 /// From one sample to the next, microseconds.
@@ -40,7 +40,7 @@ fn short() -> SpinSettings<f32> {
 
 /// A robot on a floor that tilts: it stands for a second, turns, and stands.
 fn sample(step: u64) -> Sample<f32> {
-    let mut draw = Draw::new(step);
+    let mut draw = FuzzDraw::new(step);
     let seconds = step as f32 * 0.01;
     let turning = (seconds - 1.0).clamp(0.0, 4.0);
     let (rate, heading) = if turning > 0.0 && turning < 4.0 {
@@ -88,7 +88,7 @@ impl SpinScenes {
     }
 
     /// Makes one run, twice.
-    pub fn run(&self, draw: Draw) -> RunOutcome {
+    pub fn run(&self, draw: FuzzDraw) -> RunOutcome {
         let [first, second] = [self.play(draw.clone())?, self.play(draw)?];
         if first == second {
             Ok(())
@@ -98,7 +98,7 @@ impl SpinScenes {
     }
 
     /// Plays a run; returns the digest of all outputs.
-    fn play(&self, mut draw: Draw) -> Result<u64, String> {
+    fn play(&self, mut draw: FuzzDraw) -> Result<u64, String> {
         let Scene {
             mut step,
             mut machine,
@@ -173,7 +173,7 @@ fn wheels(known: bool, step: u64) -> Wheels {
     }
 }
 
-fn spoil(draw: &mut Draw, sample: &mut Sample<f32>) {
+fn spoil(draw: &mut FuzzDraw, sample: &mut Sample<f32>) {
     match draw.below(4) {
         0 => sample.time = draw.time(),
         1 => sample.time = sample.time.wrapping_add(draw.time()),
@@ -182,7 +182,7 @@ fn spoil(draw: &mut Draw, sample: &mut Sample<f32>) {
     }
 }
 
-fn true_angle(draw: &mut Draw) -> TrueAngle<f32> {
+fn true_angle(draw: &mut FuzzDraw) -> TrueAngle<f32> {
     TrueAngle {
         clockwise: draw.once_in(2).then(|| draw.number()),
         counter_clockwise: draw.once_in(2).then(|| draw.number()),
@@ -216,7 +216,7 @@ fn check(estimate: &SpinEstimate<f32>) -> RunOutcome {
 }
 
 /// Settings that nobody checks: whatever they are, the machine has to fail in words.
-fn worst(draw: &mut Draw) -> SpinSettings<f32> {
+fn worst(draw: &mut FuzzDraw) -> SpinSettings<f32> {
     let mut settings = short();
     if draw.once_in(2) {
         settings.still = 60_000;
@@ -294,7 +294,7 @@ mod tests {
     fn nothing_is_found_in_five_thousand_runs() {
         let scenes = SpinScenes::new();
         for seed in 0..5000 {
-            assert_eq!(scenes.run(Draw::new(seed)), Ok(()), "seed {seed}");
+            assert_eq!(scenes.run(FuzzDraw::new(seed)), Ok(()), "seed {seed}");
         }
     }
 }

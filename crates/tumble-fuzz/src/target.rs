@@ -1,13 +1,13 @@
 //! Targets that are fed with hostile input.
 
 use crate::campaign::RunOutcome;
-use crate::draw::Draw;
+use crate::draw::FuzzDraw;
 use crate::monitor::MonitorScenes;
 use crate::record;
 use crate::spin::SpinScenes;
 
 /// One of them, with all that its runs begin from.
-pub enum Target {
+pub enum FuzzTarget {
     /// Bytes that may be a record.
     Record,
     /// The monitor of a redundant set.
@@ -16,7 +16,7 @@ pub enum Target {
     Spin(SpinScenes),
 }
 
-impl Target {
+impl FuzzTarget {
     /// Names of the targets.
     pub const NAMES: [&str; 3] = ["record", "monitor", "spin"];
 
@@ -34,7 +34,7 @@ impl Target {
     ///
     /// # Errors
     /// A failure is described in a line.
-    pub fn run(&self, draw: Draw) -> RunOutcome {
+    pub fn run(&self, draw: FuzzDraw) -> RunOutcome {
         match self {
             Self::Record => record::run(draw),
             Self::Monitor(scenes) => scenes.run(draw),

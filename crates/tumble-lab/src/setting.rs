@@ -161,9 +161,9 @@ macro_rules! setting {
             none: concat!($($none)?),
             kind: $crate::setting::kind_of(|settings: &$settings| &settings.$($path).+),
             choices: $crate::setting::choices_of(|settings: &$settings| &settings.$($path).+),
-            get: |settings: &$settings| $crate::setting::Field::get(&settings.$($path).+),
+            get: |settings: &$settings| $crate::setting::SettingField::get(&settings.$($path).+),
             set: |settings: &mut $settings, value| {
-                $crate::setting::Field::set(&mut settings.$($path).+, value)
+                $crate::setting::SettingField::set(&mut settings.$($path).+, value)
             },
         }
     }};
@@ -171,7 +171,7 @@ macro_rules! setting {
 pub(crate) use setting;
 
 /// A field of the core's settings: its type determines the kind of setting.
-pub trait Field: Sized {
+pub trait SettingField: Sized {
     /// Kind of value it takes.
     const KIND: SettingKind;
 
@@ -193,17 +193,17 @@ pub trait Field: Sized {
     }
 }
 
-pub(crate) fn kind_of<S, F: Field>(_: fn(&S) -> &F) -> SettingKind {
+pub(crate) fn kind_of<S, F: SettingField>(_: fn(&S) -> &F) -> SettingKind {
     F::KIND
 }
 
-pub(crate) fn choices_of<S, F: Field>(_: fn(&S) -> &F) -> Vec<&'static str> {
+pub(crate) fn choices_of<S, F: SettingField>(_: fn(&S) -> &F) -> Vec<&'static str> {
     F::choices()
 }
 
 macro_rules! number_field {
     ($number:ty) => {
-        impl Field for $number {
+        impl SettingField for $number {
             const KIND: SettingKind = SettingKind::Number;
 
             fn get(&self) -> Value {
@@ -221,7 +221,7 @@ number_field!(f32);
 number_field!(f64);
 
 /// A span in microseconds.
-impl Field for u64 {
+impl SettingField for u64 {
     const KIND: SettingKind = SettingKind::Time;
 
     fn get(&self) -> Value {
@@ -233,7 +233,7 @@ impl Field for u64 {
     }
 }
 
-impl Field for u32 {
+impl SettingField for u32 {
     const KIND: SettingKind = SettingKind::Count;
 
     fn get(&self) -> Value {
@@ -245,7 +245,7 @@ impl Field for u32 {
     }
 }
 
-impl Field for bool {
+impl SettingField for bool {
     const KIND: SettingKind = SettingKind::Flag;
 
     fn get(&self) -> Value {
@@ -260,7 +260,7 @@ impl Field for bool {
     }
 }
 
-impl<F: Field> Field for Option<F> {
+impl<F: SettingField> SettingField for Option<F> {
     const KIND: SettingKind = F::KIND;
 
     fn get(&self) -> Value {
@@ -277,7 +277,7 @@ impl<F: Field> Field for Option<F> {
 
 macro_rules! choice_field {
     ($choice:ident) => {
-        impl Field for $choice {
+        impl SettingField for $choice {
             const KIND: SettingKind = SettingKind::Choice(stringify!($choice));
 
             fn choices() -> Vec<&'static str> {
@@ -304,7 +304,7 @@ choice_field!(Gate);
 choice_field!(Scope);
 choice_field!(FitModel);
 
-impl<T: Real> Field for Threshold<T> {
+impl<T: Real> SettingField for Threshold<T> {
     const KIND: SettingKind = SettingKind::Threshold;
 
     fn get(&self) -> Value {

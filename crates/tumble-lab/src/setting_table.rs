@@ -7,10 +7,10 @@ use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::setting::Bound::{AboveOne, Any, MoreThan, NotNegative, Positive, Share};
-use crate::setting::{Field, Setting, setting};
+use crate::setting::{Setting, SettingField, setting};
 
 /// Settings of a spin. Angles are in rad, times in s.
-pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
+pub fn spin<T: Real + SettingField>() -> Vec<Setting<SpinSettings<T>>> {
     macro_rules! row {
         ($($row:tt)+) => { setting!(SpinSettings<T>, $($row)+) };
     }
@@ -171,7 +171,7 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
 }
 
 /// Settings of the redundancy monitor. Angles are in rad, times in s.
-pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
+pub fn redundancy<T: Real + SettingField>() -> Vec<Setting<RedundancySettings<T>>> {
     macro_rules! row {
         ($($row:tt)+) => { setting!(RedundancySettings<T>, $($row)+) };
     }
@@ -558,7 +558,7 @@ mod tests {
     use crate::setting::{Bound, SettingKind, Unfit, Value, stated};
 
     /// Holds every table to a property, in both precisions.
-    fn for_each_table(law: &dyn Fn(&dyn Table)) {
+    fn for_each_table(law: &dyn Fn(&dyn AnyTable)) {
         law(&redundancy::<f32>());
         law(&redundancy::<f64>());
         law(&spin::<f32>());
@@ -576,7 +576,7 @@ mod tests {
     }
 
     /// A table, whatever its settings are.
-    trait Table {
+    trait AnyTable {
         fn rows(&self) -> Vec<Row>;
         /// All values, once some were stated.
         fn values_with(&self, stated: &[(&str, Value)]) -> Result<Vec<Value>, Unfit>;
@@ -584,7 +584,7 @@ mod tests {
         fn printed(&self) -> String;
     }
 
-    impl<S: Default + Debug> Table for Vec<Setting<S>> {
+    impl<S: Default + Debug> AnyTable for Vec<Setting<S>> {
         fn rows(&self) -> Vec<Row> {
             let row = |row: &Setting<S>| Row {
                 name: row.name,

@@ -13,7 +13,7 @@ use crate::convert::{matrix, rows};
 
 /// `temperature_drift` of a triad, as its calibration file has it.
 #[derive(FromPyObject)]
-pub(crate) struct Drift {
+pub(crate) struct DriftSection {
     #[pyo3(item)]
     reference: f64,
     #[pyo3(item)]
@@ -24,7 +24,7 @@ pub(crate) struct Drift {
     scale: Vec<[f64; 3]>,
 }
 
-impl Drift {
+impl DriftSection {
     pub(crate) fn in_core(&self) -> PyResult<TemperatureDrift<f64>> {
         Ok(TemperatureDrift {
             reference: self.reference,
@@ -56,7 +56,7 @@ fn at_reference<'py>(
     y: PyReadonlyArray2<'py, f64>,
     bias: [f64; 3],
     temperature: PyReadonlyArray1<'py, f64>,
-    drift: Drift,
+    drift: DriftSection,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (readings, temperature) = (rows(&y, "y")?, temperature.as_slice()?);
     if readings.len() != temperature.len() {

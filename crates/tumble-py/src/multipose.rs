@@ -12,7 +12,7 @@ use tumble_lab::multipose::ferraris::FerrarisTriad;
 use tumble_lab::multipose::next_turn::NextTurn;
 use tumble_lab::multipose::{
     FEWEST_DIRECTIONS, FULL_TURN_SIGMA, Faces, Gyroscope, KnownNoise, Multipose, MultiposeError,
-    MultiposeSettings, Pose, Section, SectionLabel, UnitSamples, grouped, held_spans, multipose,
+    MultiposeSamples, MultiposeSettings, Pose, Section, SectionLabel, grouped, held_spans, multipose,
 };
 use tumble_lab::turntable::TriadCalibration;
 
@@ -102,8 +102,8 @@ fn unit_samples<'a>(
     time: &'a PyReadonlyArray1<'_, f64>,
     force: &'a PyReadonlyArray2<'_, f64>,
     rate: &'a PyReadonlyArray2<'_, f64>,
-) -> PyResult<UnitSamples<'a>> {
-    let samples = UnitSamples {
+) -> PyResult<MultiposeSamples<'a>> {
+    let samples = MultiposeSamples {
         time: time.as_slice()?,
         force: rows(force, "accelerometer")?,
         rate: rows(rate, "gyroscope")?,

@@ -4,10 +4,10 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use tumble_lab::noise::deviation::Kind;
-use tumble_lab::noise::disturbance::{Disturbance, disturbances};
+use tumble_lab::noise::deviation::VarianceKind;
+use tumble_lab::noise::disturbance::{ChannelDisturbance, disturbances};
 use tumble_lab::noise::fit::{NoiseFit, TermEstimate};
-use tumble_lab::noise::record::{ChannelNoise, Deviation, NoiseRecord};
+use tumble_lab::noise::record::{ChannelNoise, DeviationEstimate, NoiseRecord};
 use tumble_lab::noise::term::{NoiseTerm, TERMS};
 use tumble_lab::noise::watch::Watched;
 use tumble_lab::simulate::still::StillChannel;
@@ -16,7 +16,7 @@ use tumble_lab::simulate::still::StillChannel;
 #[pyclass(module = "tumble._core", name = "NoiseRecord")]
 struct PyNoiseRecord {
     record: NoiseRecord,
-    kinds: Vec<Kind>,
+    kinds: Vec<VarianceKind>,
 }
 
 #[pymethods]
@@ -25,9 +25,9 @@ impl PyNoiseRecord {
     #[pyo3(signature = (channels, allan_only=false))]
     fn new(channels: usize, allan_only: bool) -> Self {
         let kinds = if allan_only {
-            vec![Kind::Allan]
+            vec![VarianceKind::Allan]
         } else {
-            Kind::ALL.to_vec()
+            VarianceKind::ALL.to_vec()
         };
         Self {
             record: NoiseRecord::new(channels, &kinds),
@@ -72,7 +72,7 @@ impl PyNoiseRecord {
         interval: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
         let result = PyDict::new(py);
-        for (kind, name) in Kind::ALL.iter().zip(["allan", "modified", "hadamard"]) {
+        for (kind, name) in VarianceKind::ALL.iter().zip(["allan", "modified", "hadamard"]) {
             if self.kinds.contains(kind) {
                 result.set_item(
                     name,
@@ -95,10 +95,10 @@ impl PyNoiseRecord {
 /// (n, 5): averaging time s, deviation, low, high, degrees of freedom.
 fn deviations<'py>(
     py: Python<'py>,
-    found: &[Deviation],
+    found: &[DeviationEstimate],
     interval: f64,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let row = |each: &Deviation| {
+    let row = |each: &DeviationEstimate| {
         [
             each.samples as f64 * interval,
             each.deviation,
@@ -205,7 +205,7 @@ impl PyNoiseWatch {
     }
 }
 
-fn disturbance_figures<'py>(py: Python<'py>, found: &Disturbance) -> PyResult<Bound<'py, PyDict>> {
+fn disturbance_figures<'py>(py: Python<'py>, found: &ChannelDisturbance) -> PyResult<Bound<'py, PyDict>> {
     let result = PyDict::new(py);
     result.set_item("kind", found.kind.name())?;
     result.set_item("log", found.log)?;

@@ -2,18 +2,22 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::record::RecordPart;
 use tumble_core::temperature::{Coefficients, TemperatureDrift};
 use tumble_store::record::{
-    DRIFT_ENCODED, DecodeError, DriftRecord, EncodeError, MAX_ENCODED, StoredRecord, decode, decode_drift,
-    encode, encode_drift, length,
+    DecodeError, DriftRecord, EncodeError, MAX_ENCODED, StoredRecord, decode, decode_drift, encode,
+    encode_drift, length,
 };
 
-use crate::correct::Drift;
-use crate::redundancy_values::{read_record, unknown_word, write_record};
+use crate::correct::DriftSection;
+use crate::redundancy_values::{read_record, read_subject, write_record};
 use crate::turntable::CoreError;
 
-/// A record as bytes; `temperature`, degC, while the unit was calibrated.
+/// Key of a temperature drift.
+const DRIFT: &str = "temperature_drift";
+
+/// Encodes a record: `identity`, `sensor`, and either the fields of an error or `temperature_drift`, that of a
+/// calibration file. `temperature`, degC, is that of the unit while its error was calibrated.
 #[pyfunction]
 #[pyo3(signature = (record, temperature=None))]
 fn encode_record<'py>(
@@ -22,18 +26,26 @@ fn encode_record<'py>(
     temperature: Option<f64>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let mut buffer = [0; MAX_ENCODED];
-    let stored = StoredRecord::of(&read_record(record)?, temperature);
-    let bytes = encode(&stored, &mut buffer).map_err(not_written)?;
-    Ok(PyBytes::new(py, bytes))
+    let bytes = match record.get_item(DRIFT)? {
+        Some(drift) => encode_drift(&read_drift(record, &drift)?, &mut buffer),
+        None => encode(&StoredRecord::of(&read_record(record)?, temperature), &mut buffer),
+    };
+    Ok(PyBytes::new(py, bytes.map_err(not_written)?))
 }
 
-/// The record that bytes are, neither more nor fewer, with its `temperature`, None where nobody knows.
+/// Decodes bytes that are a record, neither more nor fewer; one of an error has its `temperature` too, None where it is not
+/// known.
 #[pyfunction]
 fn decode_record<'py>(py: Python<'py>, record: &[u8]) -> PyResult<Bound<'py, PyDict>> {
-    let stored = decode(record).map_err(not_read)?;
-    let record = write_record(py, &stored.record_in(), None)?;
-    record.set_item("temperature", stored.temperature)?;
-    Ok(record)
+    match decode(record) {
+        Err(DecodeError::OtherKind { .. }) => write_drift(py, &decode_drift(record).map_err(not_read)?),
+        decoded => {
+            let stored = decoded.map_err(not_read)?;
+            let record = write_record(py, &stored.record_in(), None)?;
+            record.set_item("temperature", stored.temperature)?;
+            Ok(record)
+        }
+    }
 }
 
 /// Length of a record of either kind by its first bytes, None where they have no meaning.
@@ -42,39 +54,25 @@ fn record_length(begins: &[u8]) -> Option<usize> {
     length(begins)
 }
 
-/// Encodes the temperature drift of a sensor of a unit.
-#[pyfunction]
-fn encode_drift_record<'py>(
-    py: Python<'py>,
-    identity: u64,
-    sensor: &str,
-    drift: Drift,
-) -> PyResult<Bound<'py, PyBytes>> {
-    let mut buffer = [0; DRIFT_ENCODED];
-    let record = DriftRecord {
-        identity,
-        sensor: Sensor::named(sensor).ok_or_else(|| unknown_word("sensor", sensor))?,
-        drift: in_single(&drift.in_core()?),
-    };
-    let bytes = encode_drift(&record, &mut buffer).map_err(not_written)?;
-    Ok(PyBytes::new(py, bytes))
-}
-
-/// Decodes a temperature drift: `identity`, `sensor`, and the fields of a calibration file.
-#[pyfunction]
-fn decode_drift_record<'py>(py: Python<'py>, record: &[u8]) -> PyResult<Bound<'py, PyDict>> {
-    let DriftRecord {
+fn read_drift(record: &Bound<'_, PyDict>, drift: &Bound<'_, PyAny>) -> PyResult<DriftRecord> {
+    let (identity, sensor) = read_subject(record)?;
+    let drift: DriftSection = drift.extract()?;
+    Ok(DriftRecord {
         identity,
         sensor,
-        drift,
-    } = decode_drift(record).map_err(not_read)?;
-    let dict = PyDict::new(py);
-    dict.set_item("identity", identity)?;
-    dict.set_item("sensor", sensor.name())?;
-    dict.set_item("reference", drift.reference)?;
-    dict.set_item("range", drift.range)?;
-    dict.set_item("bias", drift.bias.map(<[f32; 3]>::from))?;
-    dict.set_item("scale", drift.scale.map(<[f32; 3]>::from))?;
+        drift: in_single(&drift.in_core()?),
+    })
+}
+
+fn write_drift<'py>(py: Python<'py>, record: &DriftRecord) -> PyResult<Bound<'py, PyDict>> {
+    let (dict, drift) = (PyDict::new(py), PyDict::new(py));
+    drift.set_item("reference", record.drift.reference)?;
+    drift.set_item("range", record.drift.range)?;
+    drift.set_item("bias", record.drift.bias.map(<[f32; 3]>::from))?;
+    drift.set_item("scale", record.drift.scale.map(<[f32; 3]>::from))?;
+    dict.set_item("identity", record.identity)?;
+    dict.set_item("sensor", record.sensor.name())?;
+    dict.set_item(DRIFT, drift)?;
     Ok(dict)
 }
 
@@ -91,7 +89,7 @@ fn in_single(drift: &TemperatureDrift<f64>) -> TemperatureDrift<f32> {
 
 fn not_written(error: EncodeError) -> PyErr {
     CoreError::new_err(match error {
-        EncodeError::NotFinite(field) => format!("{field:?} holds what no record may"),
+        EncodeError::NotFinite(field) => format!("{} holds what no record may", field.name()),
         EncodeError::NoRoom => "the record is longer than any".into(),
     })
 }
@@ -104,18 +102,33 @@ fn not_read(error: DecodeError) -> PyErr {
         DecodeError::UnknownVersion { found } => format!("is of version {found}, which is newer"),
         DecodeError::OtherKind { found } => format!("is of version {found}, a record of another kind"),
         DecodeError::UnknownCode { field, found } => {
-            format!("{field:?} has the code {found}, which means nothing")
+            format!("{} has the code {found}, which means nothing", field.name())
         }
-        DecodeError::NotFinite(field) => format!("{field:?} holds what no record may"),
+        DecodeError::NotFinite(field) => format!("{} holds what no record may", field.name()),
     })
+}
+
+/// Rows of the table of records: name, meaning, unit, count of numbers, whether they may be infinite, and the first version
+/// of the bytes that has them.
+#[pyfunction]
+fn record_table(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let row = |part: RecordPart| {
+        let dict = PyDict::new(py);
+        dict.set_item("name", part.name())?;
+        dict.set_item("meaning", part.meaning())?;
+        dict.set_item("unit", part.unit())?;
+        dict.set_item("count", part.count())?;
+        dict.set_item("may_be_infinite", part.may_be_infinite())?;
+        dict.set_item("version", part.version())?;
+        Ok(dict)
+    };
+    RecordPart::ALL.into_iter().map(row).collect()
 }
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("DRIFT_RECORD_VERSION", tumble_store::record::DRIFT_VERSION)?;
     module.add_function(wrap_pyfunction!(encode_record, module)?)?;
     module.add_function(wrap_pyfunction!(decode_record, module)?)?;
     module.add_function(wrap_pyfunction!(record_length, module)?)?;
-    module.add_function(wrap_pyfunction!(encode_drift_record, module)?)?;
-    module.add_function(wrap_pyfunction!(decode_drift_record, module)?)
+    module.add_function(wrap_pyfunction!(record_table, module)?)
 }

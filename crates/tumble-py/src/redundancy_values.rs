@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use tumble_core::redundancy::aiding::{Aiding, AidingKind};
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::platform::PlatformError;
-use tumble_core::redundancy::record::{PART_NAMES, Record};
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::FitModel;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
@@ -112,30 +112,39 @@ pub(crate) fn unknown_word(kind: &str, word: &str) -> PyErr {
     PyValueError::new_err(format!("there is no {kind} '{word}'"))
 }
 
-/// A record out of a dictionary.
-pub(crate) fn read_record(dict: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
-    fn item<'py, V: FromPyObjectOwned<'py>>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
-        let found = dict.get_item(name)?;
-        let found = found.ok_or_else(|| PyValueError::new_err(format!("the record has no '{name}'")))?;
-        found.extract().map_err(Into::into)
-    }
+fn item<'py, V: FromPyObjectOwned<'py>>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
+    let found = dict.get_item(name)?;
+    let found = found.ok_or_else(|| PyValueError::new_err(format!("the record has no '{name}'")))?;
+    found.extract().map_err(Into::into)
+}
+
+/// Reads identity and sensor of a record.
+pub(crate) fn read_subject(dict: &Bound<'_, PyDict>) -> PyResult<(u64, Sensor)> {
     let sensor: String = item(dict, "sensor")?;
     let sensor = Sensor::named(&sensor).ok_or_else(|| unknown_word("sensor", &sensor))?;
+    Ok((item(dict, "identity")?, sensor))
+}
+
+/// Reads a record of a dictionary; numbers that it lacks, or that are None, are not known.
+pub(crate) fn read_record(dict: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
+    let (identity, sensor) = read_subject(dict)?;
     let fit_model: String = item(dict, "fit_model")?;
-    let mut record = Record::blank(item(dict, "identity")?, sensor);
-    record.fit_model = FitModel::named(&fit_model).ok_or_else(|| unknown_word("fit_model", &fit_model))?;
-    record.directions = item(dict, "directions")?;
-    record.pairs = item(dict, "pairs")?;
-    record.sequence = item(dict, "sequence")?;
-    for (name, part) in PART_NAMES.into_iter().zip(record.parts_mut()) {
-        let given = dict.get_item(name)?.is_some_and(|value| !value.is_none());
-        match part {
-            // Gyroscopes have no lever arm.
-            [_, _, _] if !given && name == "lever_arm" => part.fill(0.0),
-            [_, _, _] if !given && name == "lever_arm_sigma" => part.fill(f64::INFINITY),
-            [number] => *number = item(dict, name)?,
-            [_, _, _] => part.copy_from_slice(vector(&item(dict, name)?, name)?.as_slice()),
-            _ => part.copy_from_slice(matrix(&item(dict, name)?, name)?.as_slice()),
+    let mut record = Record {
+        fit_model: FitModel::named(&fit_model).ok_or_else(|| unknown_word("fit_model", &fit_model))?,
+        directions: item(dict, "directions")?,
+        pairs: item(dict, "pairs")?,
+        sequence: item(dict, "sequence")?,
+        ..Record::unknown(identity, sensor)
+    };
+    for (part, numbers) in RecordPart::ALL.into_iter().zip(record.parts_mut()) {
+        let name = part.name();
+        let Some(value) = dict.get_item(name)?.filter(|value| !value.is_none()) else {
+            continue;
+        };
+        match numbers {
+            [number] => *number = value.extract()?,
+            [_, _, _] => numbers.copy_from_slice(vector(&value.extract()?, name)?.as_slice()),
+            _ => numbers.copy_from_slice(matrix(&value.extract()?, name)?.as_slice()),
         }
     }
     Ok(record)
@@ -154,14 +163,15 @@ pub(crate) fn write_record<'py>(
     dict.set_item("directions", record.directions)?;
     dict.set_item("pairs", record.pairs)?;
     dict.set_item("sequence", record.sequence)?;
-    for (name, part) in PART_NAMES.into_iter().zip(record.parts()) {
-        match part {
-            _ if name.starts_with("lever_arm") && record.sensor == Sensor::Gyroscope => {
-                dict.set_item(name, py.None())?;
+    for (part, numbers) in RecordPart::ALL.into_iter().zip(record.parts()) {
+        let of_lever_arm = matches!(part, RecordPart::LeverArm | RecordPart::LeverArmSigma);
+        match numbers {
+            _ if of_lever_arm && record.sensor == Sensor::Gyroscope => {
+                dict.set_item(part.name(), py.None())?
             }
-            [number] => dict.set_item(name, number)?,
-            [_, _, _] => dict.set_item(name, array1(py, &Vector3::from_column_slice(part)))?,
-            _ => dict.set_item(name, array2(py, &Matrix3::from_column_slice(part)))?,
+            [number] => dict.set_item(part.name(), number)?,
+            [_, _, _] => dict.set_item(part.name(), array1(py, &Vector3::from_column_slice(numbers)))?,
+            _ => dict.set_item(part.name(), array2(py, &Matrix3::from_column_slice(numbers)))?,
         }
     }
     dict.set_item("adopted", adopted)?;

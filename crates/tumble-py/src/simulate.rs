@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
 use tumble_core::grade::Grade as CoreGrade;
 use tumble_lab::simulate::fault::RecordedSamples;
-use tumble_lab::simulate::grade::Grade;
+use tumble_lab::simulate::grade::SensorGrade;
 use tumble_lab::simulate::sensor::TriadErrors;
 use tumble_lab::simulate::turntable::{SimulatedTurntable, simulate};
 use tumble_lab::simulate::unit::UnitRecord;
@@ -139,7 +139,8 @@ fn sensor_grades() -> Vec<&'static str> {
 /// Figures of a grade by its name, in JSON, SI units and rad.
 #[pyfunction]
 fn sensor_grade(name: &str) -> PyResult<String> {
-    let grade = Grade::named(name).ok_or_else(|| PyValueError::new_err(format!("unknown grade {name:?}")))?;
+    let grade =
+        SensorGrade::named(name).ok_or_else(|| PyValueError::new_err(format!("unknown grade {name:?}")))?;
     serde_json::to_string(&grade).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 

@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use tumble_lab::stamps::{Evidence, SampleTimes, are_late, fit_times};
+use tumble_lab::stamps::{LatenessEvidence, SampleTimes, are_late, fit_times};
 
 use crate::convert::rows;
 
@@ -18,7 +18,7 @@ fn stamps_are_late(py: Python<'_>, stamps: PyReadonlyArray1<'_, f64>) -> PyResul
 #[pyclass(module = "tumble._core", name = "SampleTimes")]
 struct PySampleTimes {
     times: SampleTimes,
-    evidence: Evidence,
+    evidence: LatenessEvidence,
 }
 
 #[pymethods]
@@ -30,7 +30,7 @@ impl PySampleTimes {
         let found = py.detach(|| fit_times(stamps));
         Ok(found.map(|times| Self {
             times,
-            evidence: Evidence::default(),
+            evidence: LatenessEvidence::default(),
         }))
     }
 

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use tumble_lab::thermal::block::Block;
+use tumble_lab::thermal::block::RestBlock;
 use tumble_lab::thermal::hysteresis::Hysteresis;
 use tumble_lab::thermal::lag::Lagging;
 use tumble_lab::thermal::procedure::{
@@ -103,7 +103,7 @@ fn figures<'py>(py: Python<'py>, found: &ThermalDrift, step: f64) -> PyResult<Bo
         .iter()
         .flat_map(|block| [block.interval.start, block.interval.end]);
     figures.set_item("time", PyArray1::from_iter(py, times).reshape([blocks.len(), 2])?)?;
-    let places = |of: fn(&Block) -> f64| PyArray1::from_iter(py, blocks.iter().map(of));
+    let places = |of: fn(&RestBlock) -> f64| PyArray1::from_iter(py, blocks.iter().map(of));
     figures.set_item("session", places(|block| block.session as f64))?;
     figures.set_item("pose", places(|block| block.pose as f64))?;
     figures.set_item("temperature", places(|block| block.temperature))?;

@@ -6,14 +6,14 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use tumble_core::model::Covariance;
+use tumble_core::model::ModelCovariance;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
-use tumble_lab::simulate::grade::Grade;
+use tumble_lab::simulate::grade::SensorGrade;
 use tumble_lab::turntable::{
-    AxisResponse, Clocks, CommandedRates, GSensitivity, Label, PairingError, RESPONSE_FALSE_ALARM, RateLevel,
-    Reference, ReferenceUncertainty, Target, TriadCalibration, Triads, TurntableError, TurntableSettings,
-    as_reference, calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
+    AxisResponse, Clocks, CommandedRates, GSensitivity, PairingError, RESPONSE_FALSE_ALARM, RateLevel,
+    Reference, ReferenceUncertainty, ResidualLabel, Target, TriadCalibration, Triads, TurntableError,
+    TurntableSettings, as_reference, calibrate, fit_reference, own_sphere, poses, reference_uncertainty,
 };
 
 use crate::acquisition::PyAcquired;
@@ -98,18 +98,18 @@ fn ups_of(ups: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Option<Vector3<f64>>>
 }
 
 /// Covariance (12, 12) of `[E row by row, e]` of one triad of a reference.
-fn uncertainty_of(array: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<Covariance<f64>>> {
+fn uncertainty_of(array: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<ModelCovariance<f64>>> {
     array.map(|array| covariance(&array)).transpose()
 }
 
-fn covariance(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Covariance<f64>> {
+fn covariance(array: &PyReadonlyArray2<'_, f64>) -> PyResult<ModelCovariance<f64>> {
     let view = array.as_array();
     if view.shape() != [12, 12] || view.iter().any(|value| !value.is_finite()) {
         return Err(PyValueError::new_err(
             "a covariance must have shape (12, 12) and be finite",
         ));
     }
-    Ok(Covariance::from_fn(|i, j| view[(i, j)]))
+    Ok(ModelCovariance::from_fn(|i, j| view[(i, j)]))
 }
 
 /// Covariance (12, 12) of `[E row by row, e]` of a triad corrected by a calibration with that M (3, 3) and covariance (12, 12)
@@ -129,7 +129,8 @@ fn uncertainty_of_calibration(
 /// Covariances (12, 12) of `[E row by row, e]` of accelerometer and gyroscope of a unit of a grade as delivered.
 #[pyfunction]
 fn uncertainty_of_grade(py: Python<'_>, name: &str) -> PyResult<[Py<PyArray2<f64>>; 2]> {
-    let grade = Grade::named(name).ok_or_else(|| PyValueError::new_err(format!("no grade {name:?}")))?;
+    let grade =
+        SensorGrade::named(name).ok_or_else(|| PyValueError::new_err(format!("no grade {name:?}")))?;
     let of = |triad| array2(py, &reference_uncertainty::of_grade(triad));
     Ok([of(&grade.accelerometer), of(&grade.gyroscope)])
 }
@@ -332,13 +333,13 @@ pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'
         .iter()
         .map(|variance| variance.sqrt())
         .collect();
-    let label = |label: &Label| match *label {
-        Label::Rest(k) => ("rest", k, k),
-        Label::Turn(i, j) => ("turn", i, j),
-        Label::Rate(k) => ("rate", k, k),
-        Label::RampUp(i, j) => ("ramp up", i, j),
-        Label::Ramp(i, j) => ("ramp", i, j),
-        Label::RampDown(i, j) => ("ramp down", i, j),
+    let label = |label: &ResidualLabel| match *label {
+        ResidualLabel::Rest(k) => ("rest", k, k),
+        ResidualLabel::Turn(i, j) => ("turn", i, j),
+        ResidualLabel::Rate(k) => ("rate", k, k),
+        ResidualLabel::RampUp(i, j) => ("ramp up", i, j),
+        ResidualLabel::Ramp(i, j) => ("ramp", i, j),
+        ResidualLabel::RampDown(i, j) => ("ramp down", i, j),
     };
     figures.set_item("M", array2(py, &triad.model.matrix))?;
     figures.set_item("b", array1(py, &triad.model.bias))?;

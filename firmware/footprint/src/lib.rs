@@ -21,7 +21,7 @@ use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{FitModel, RedundancySettings};
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::Sample;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
@@ -141,22 +141,7 @@ fn calibration() -> PrimaryCalibration<f32> {
 }
 
 fn record() -> Record<f32> {
-    black_box(Record {
-        identity: 0,
-        sensor: Sensor::Accelerometer,
-        model: ErrorModel::identity(),
-        matrix_sigma: Matrix3::zeros(),
-        bias_sigma: Vector3::zeros(),
-        lever_arm: Vector3::zeros(),
-        lever_arm_sigma: Vector3::zeros(),
-        fit_model: FitModel::Affine,
-        directions: 0,
-        residual: 0.0,
-        residual_before: 0.0,
-        pairs: 0,
-        sequence: 0,
-        followed: Vector3::zeros(),
-    })
+    black_box(Record::unknown(0, Sensor::Accelerometer))
 }
 
 /// Everything of records in flash; emulated flash is a part of it, as a driver would be.

@@ -7,12 +7,12 @@
 
 use core::fmt::{Display, Formatter, Result, Write};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::output::Output;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::checksum::checksum;
 
@@ -225,32 +225,27 @@ fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
     writeln!(out)
 }
 
-/// A record, on several lines.
+/// A record, on several lines, matrices column by column.
 fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
     writeln!(
         out,
-        "  record of {} of {:#x}: sequence {}, {}, {} directions, {} pairs, residual {}, before {}",
+        "  record of {} of {:#x}: sequence {}, {}, {} directions, {} pairs",
         record.sensor.name(),
         record.identity,
         record.sequence,
         record.fit_model.name(),
         record.directions,
         record.pairs,
-        Bits(record.residual),
-        Bits(record.residual_before)
     )?;
-    matrix(out, "  M", &record.model.matrix)?;
-    matrix(out, "  sigma of M", &record.matrix_sigma)?;
-    vector(out, "b", &record.model.bias)?;
-    vector(out, "  sigma of b", &record.bias_sigma)?;
-    vector(out, "lever arm", &record.lever_arm)?;
-    vector(out, "  sigma of lever arm", &record.lever_arm_sigma)?;
-    vector(out, "followed", &record.followed)
-}
-
-/// A matrix, row by row.
-fn matrix(out: &mut dyn Write, name: &str, matrix: &Matrix3<f32>) -> Result {
-    writeln!(out, "    {name} {}", All(matrix.transpose().as_slice()))
+    for (part, numbers) in RecordPart::ALL.into_iter().zip(record.parts()) {
+        let indent = if part.may_be_infinite() || numbers.len() > 3 {
+            6
+        } else {
+            4
+        };
+        writeln!(out, "{:indent$}{} {}", "", part.name(), All(numbers))?;
+    }
+    Ok(())
 }
 
 /// A vector.

@@ -135,13 +135,13 @@ def test_records_are_saved_before_the_reset_and_restored_after_it(said):
 def test_the_record_adopted_is_that_of_the_vectors(said):
     record = after(said, "record of accelerometer of 0x7002")
     found, sigma = (
-        np.array(numbers(re.search(rf"{name} (#.*)", record)[1])) for name in ("    b", "sigma of b")
+        np.array(numbers(re.search(rf"{name} (#.*)", record)[1])) for name in (" bias", "bias_sigma")
     )
     allowed = FLOWN["tolerance"]
     assert np.all(sigmas(found, sigma, FLOWN, "accelerometer_b") < allowed["accelerometer_b"]["f32"])
     arm, sigma = (
         np.array(numbers(re.search(rf"{name} (#.*)", record)[1]))
-        for name in ("    lever arm", "sigma of lever arm")
+        for name in (" lever_arm", "lever_arm_sigma")
     )
     assert np.all(sigmas(arm, sigma, FLOWN, "lever_arm") < allowed["lever_arm"]["f32"])
 

@@ -80,12 +80,12 @@ pub struct HeadingReference<T: Real> {
 
 /// Heading, compensated for the rounding of a sum of many small steps (Kahan 1965): hours in single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Heading<T: Real> {
+struct HeadingSum<T: Real> {
     angle: T,
     lost: T,
 }
 
-impl<T: Real> Heading<T> {
+impl<T: Real> HeadingSum<T> {
     fn advance(&mut self, step: T) {
         let wanted = step - self.lost;
         let next = self.angle + wanted;
@@ -150,7 +150,7 @@ struct OpenBlock<T: Real> {
 pub struct BlockBuilder<T: Real> {
     length: u64,
     reference: Option<HeadingReference<T>>,
-    heading: Heading<T>,
+    heading: HeadingSum<T>,
     last: Option<(u64, T)>,
     open: Option<OpenBlock<T>>,
 }
@@ -164,7 +164,7 @@ impl<T: Real> BlockBuilder<T> {
         Self {
             length,
             reference: None,
-            heading: Heading {
+            heading: HeadingSum {
                 angle: T::zero(),
                 lost: T::zero(),
             },

@@ -13,7 +13,7 @@ use crate::spin::block::{Block, HeadingReference};
 use crate::spin::failure::SpinFailure;
 use crate::spin::harmonics::{HarmonicRow, Harmonics, RowWhitener};
 use crate::spin::resolution::{self, EvenReadings, Resolution};
-use crate::spin::rests::{Rests, Stop};
+use crate::spin::rests::{SpinRests, Stop};
 use crate::spin::settings::SpinSettings;
 
 /// One direction of turning.
@@ -105,7 +105,7 @@ struct PendingBlock<T: Real> {
 pub struct SpinEstimator<T: Real> {
     settings: SpinSettings<T>,
     reference: Option<HeadingReference<T>>,
-    rests: Option<Rests<T>>,
+    rests: Option<SpinRests<T>>,
     stop: Option<Stop<T>>,
     turning: Harmonics<T>,
     whitener: RowWhitener<T>,
@@ -187,7 +187,7 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// The stops so far.
-    pub fn rests(&self) -> Option<&Rests<T>> {
+    pub fn rests(&self) -> Option<&SpinRests<T>> {
         self.rests.as_ref()
     }
 
@@ -218,7 +218,7 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Samples taken in, at rest and turning.
     pub fn samples(&self) -> u32 {
-        let resting = self.rests.as_ref().map_or(0, Rests::samples);
+        let resting = self.rests.as_ref().map_or(0, SpinRests::samples);
         resting.saturating_add(self.turning_samples)
     }
 
@@ -238,12 +238,12 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// Variance of each axis, (rad/s)^2, that rounding leaves on a mean over readings that repeat.
-    pub(super) fn rounding(&self, rests: &Rests<T>) -> Vector3<T> {
+    pub(super) fn rounding(&self, rests: &SpinRests<T>) -> Vector3<T> {
         resolution::rounding(self.resolution.step(), rests.sample_variance(3).into()).into()
     }
 
     /// Variance of the mean rate over the turn that rounding leaves, (rad/s)^2.
-    pub(super) fn turning_rounding(&self, rests: &Rests<T>) -> T {
+    pub(super) fn turning_rounding(&self, rests: &SpinRests<T>) -> T {
         self.even.variance_of_mean(self.rounding(rests).into())
     }
 
@@ -312,7 +312,7 @@ impl<T: Real> SpinEstimator<T> {
                     by_heading: T::zero(),
                     by_time: T::zero(),
                 });
-                self.rests = Some(Rests::new(&stop));
+                self.rests = Some(SpinRests::new(&stop));
             }
             Some(rests) => {
                 let rounding =
@@ -383,7 +383,7 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Specific force from that of the first rest: in single precision gravity would cost three digits.
     fn push_row(&mut self, row: HarmonicRow<T>) {
-        let origin = self.rests.as_ref().map_or(zeros(), Rests::first_force);
+        let origin = self.rests.as_ref().map_or(zeros(), SpinRests::first_force);
         let own = self.whitener.push(&HarmonicRow {
             specific_force: row.specific_force - origin,
             ..row

@@ -11,7 +11,7 @@ use crate::spin::level_floor::{self, LevelFloorInputs};
 use crate::spin::level_free::{
     ACCELEROMETER, AXIS, GYROSCOPE, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL,
 };
-use crate::spin::rests::Rests;
+use crate::spin::rests::SpinRests;
 use crate::spin::scale::Scales;
 
 /// Sigma of an accelerometer bias beyond which it counts as not shown, m/s^2: a floor tilt of 3 deg.
@@ -34,7 +34,7 @@ pub(super) fn from_fit<T: Real>(
     let attitude = floor_attitude(fit, &spread);
     SpinEstimate {
         turned: *spin.turned(),
-        resting_time: spin.rests().map_or(T::zero(), Rests::time),
+        resting_time: spin.rests().map_or(T::zero(), SpinRests::time),
         samples: spin.samples(),
         noise: noise(spin),
         gyroscope_bias: gyroscope_bias(spin, fit, &joint),
@@ -244,7 +244,7 @@ fn level_floor<T: Real>(
 
 fn level_floor_inputs<T: Real>(
     spin: &SpinEstimator<T>,
-    rests: &Rests<T>,
+    rests: &SpinRests<T>,
     priors: &SpinPriors<T>,
 ) -> LevelFloorInputs<T> {
     let turned = spin.turned();

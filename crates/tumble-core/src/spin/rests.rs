@@ -91,7 +91,7 @@ fn is_short<T: Real>(block: &Block<T>, samples: u32, blocks: u32) -> bool {
 
 /// All stops of one spin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rests<T: Real> {
+pub struct SpinRests<T: Real> {
     rate: Vector3<T>,
     blocks: u32,
     samples: u32,
@@ -109,7 +109,7 @@ pub struct Rests<T: Real> {
 /// Degrees of freedom below which blocks add nothing to the noise of samples.
 const FEWEST: u32 = 6;
 
-impl<T: Real> Rests<T> {
+impl<T: Real> SpinRests<T> {
     /// Begins with the first stop.
     pub fn new(stop: &Stop<T>) -> Self {
         let mut rests = Self {

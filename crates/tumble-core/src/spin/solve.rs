@@ -16,7 +16,7 @@ use crate::spin::level_free::{
     GYROSCOPE_UP, LevelFree, LevelFreeFit, SpinPriors, UNKNOWNS, heading_correction,
 };
 use crate::spin::outputs::{floor_tilt, from_fit};
-use crate::spin::rests::Rests;
+use crate::spin::rests::SpinRests;
 use crate::spin::scale::{Scales, common_scale, scales, widened_scale};
 
 /// Sigma of the gyroscope bias along the axis where the rest does not count, rad/s.
@@ -318,7 +318,7 @@ fn doubting<T: Real>(priors: &SpinPriors<T>, scale_sigma: T) -> SpinPriors<T> {
 
 fn priors<T: Real>(
     spin: &SpinEstimator<T>,
-    rests: &Rests<T>,
+    rests: &SpinRests<T>,
     axis: &AxisFit<T>,
     counted_bias: &Vector3<T>,
     walk: T,

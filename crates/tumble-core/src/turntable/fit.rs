@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::model::{Covariance, ErrorModel, PARAMETERS};
+use crate::model::{ErrorModel, ModelCovariance, PARAMETERS};
 use crate::real::{Real, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
 use crate::turntable::observation::{FitInputs, Observation};
@@ -28,7 +28,7 @@ pub struct TriadFit<T: Real, const Q: usize> {
     /// M and b.
     pub model: ErrorModel<T>,
     /// Covariance of `[M row by row, b]`.
-    pub covariance: Covariance<T>,
+    pub covariance: ModelCovariance<T>,
     /// True for each of `[M row by row, b]` that the data showed.
     pub observed: [bool; PARAMETERS],
     /// g-sensitivity, rad/s per m/s^2, and its 1-sigma, where asked for.
@@ -213,7 +213,7 @@ fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
             matrix: Matrix3::from_fn(|i, j| x(3 * i + j)),
             bias: Vector3::from_fn(|i, _| x(9 + i)),
         },
-        covariance: Covariance::from_fn(|i, j| solution.covariance[(place(i), place(j))]),
+        covariance: ModelCovariance::from_fn(|i, j| solution.covariance[(place(i), place(j))]),
         observed: core::array::from_fn(|i| solution.observed(place(i))),
         g_sensitivity: (P >= 7).then(|| {
             (

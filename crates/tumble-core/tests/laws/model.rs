@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
-use tumble_core::model::{Covariance, Decomposition, ErrorModel, ModelError, PAIRS};
+use tumble_core::model::{Decomposition, ErrorModel, ModelCovariance, ModelError, PAIRS};
 use tumble_core::real::Real;
 
 use crate::common::{
@@ -159,7 +159,7 @@ proptest! {
     #[test]
     fn the_jacobian_is_the_same_in_single_precision(scale in vector(0.3), l in non_orthogonality(0.3), turn in jacobian_mounting()) {
         let m = Matrix3::from_diagonal(&scale.add_scalar(1.0)) * l * Rotation3::new(turn).matrix();
-        let single: Covariance<f32> = decompose::<f32>(&m)?.jacobian();
+        let single: ModelCovariance<f32> = decompose::<f32>(&m)?.jacobian();
         let left = (core::f64::consts::PI - turn.norm()).min(1.0);
         // J^-1 holds angle * cot(angle / 2), whose slope near half a turn is pi / 2: no loss there, but the rotation
         // vector itself comes out of a quaternion whose real part is small.
@@ -193,8 +193,8 @@ fn flat(m: &Matrix3<f64>, b: &Vector3<f64>) -> nalgebra::SVector<f64, 12> {
     nalgebra::SVector::from_fn(|i, _| parts[i / 3][i % 3])
 }
 
-fn numeric_jacobian(m: &Matrix3<f64>) -> Covariance<f64> {
-    let mut jacobian = Covariance::zeros();
+fn numeric_jacobian(m: &Matrix3<f64>) -> ModelCovariance<f64> {
+    let mut jacobian = ModelCovariance::zeros();
     for column in 0..12 {
         let at = |step: f64| {
             let (mut m, mut b) = (*m, Vector3::zeros());
@@ -256,7 +256,7 @@ fn the_covariance_of_angles_is_that_of_random_draws() {
         )
         * Rotation3::new(Vector3::new(1.2, -2.0, 1.4)).matrix();
     // A covariance without zeros: the square of a matrix drawn at random, small enough for the first order to hold.
-    let root = Covariance::<f64>::from_fn(|_, _| 1e-4 * draws.normal());
+    let root = ModelCovariance::<f64>::from_fn(|_, _| 1e-4 * draws.normal());
     let covariance = root * root.transpose();
     let carried = Decomposition::of(&m).expect("regular").carry(&covariance);
     let truth = flat(&m, &Vector3::zeros());

@@ -19,20 +19,17 @@ const CAP: f64 = 0.15;
 /// The record of a sensor that was calibrated, had no error then, and has followed the primary that far since.
 fn stored<T: Real>(identity: u64, sensor: Sensor, followed: [f64; 3]) -> Record<T> {
     Record {
-        identity,
-        sensor,
         model: ErrorModel::identity(),
         matrix_sigma: nalgebra::Matrix3::repeat(real(1e-3)),
         bias_sigma: Vector3::repeat(real(1e-3)),
-        lever_arm: Vector3::zeros(),
         lever_arm_sigma: Vector3::zeros(),
         fit_model: FitModel::Affine,
         directions: 3,
         residual: real(0.01),
-        residual_before: real(0.1),
         pairs: 400,
         sequence: 1,
         followed: Vector3::from(followed.map(real)),
+        ..Record::unknown(identity, sensor)
     }
 }
 

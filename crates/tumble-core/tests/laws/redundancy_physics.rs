@@ -19,20 +19,16 @@ use crate::redundancy_mission::{
 /// Record of a sensor that had no error then.
 fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
     Record {
-        identity,
-        sensor,
         model: ErrorModel::identity(),
         matrix_sigma: Matrix3::repeat(1e-3),
         bias_sigma: Vector3::repeat(1e-3),
-        lever_arm: Vector3::zeros(),
         lever_arm_sigma: Vector3::zeros(),
         fit_model: FitModel::Affine,
         directions: 3,
         residual: 0.01,
-        residual_before: 0.1,
         pairs: 400,
         sequence: 1,
-        followed: Vector3::zeros(),
+        ..Record::unknown(identity, sensor)
     }
 }
 

@@ -55,7 +55,7 @@ tumble_core::vocabulary! {
 /// Watches the six channels, sample by sample and block by block.
 #[derive(Clone, Debug)]
 pub struct ChannelMonitor {
-    ends: [[End; 2]; CHANNELS],
+    ends: [[RangeEnd; 2]; CHANNELS],
     levels: [Levels; CHANNELS],
 }
 
@@ -86,7 +86,7 @@ struct Frozen {
 
 /// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
 #[derive(Clone, Debug)]
-struct End {
+struct RangeEnd {
     value: f64,
     nearly: f64,
     at: u32,
@@ -133,7 +133,7 @@ const TURNED: f64 = 0.3;
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
 
-impl End {
+impl RangeEnd {
     const fn new() -> Self {
         Self {
             value: f64::NEG_INFINITY,
@@ -294,7 +294,7 @@ impl ChannelMonitor {
             frozen_last: 0,
         };
         Self {
-            ends: core::array::from_fn(|_| [End::new(), End::new()]),
+            ends: core::array::from_fn(|_| [RangeEnd::new(), RangeEnd::new()]),
             levels: core::array::from_fn(|_| levels.clone()),
         }
     }
@@ -402,7 +402,7 @@ impl ChannelMonitor {
 
     /// Returns true where readings pile up at the end of a range. A sensor that repeats its readings does so at any even
     /// rate: its range ends where it stands but briefly, or at a full scale, and not below what another axis or sign reached.
-    fn is_end(&self, end: &End, kind: usize) -> bool {
+    fn is_end(&self, end: &RangeEnd, kind: usize) -> bool {
         if end.value <= SMALLEST_RANGE[kind] || !end.piled_up() {
             return false;
         }
@@ -421,9 +421,9 @@ impl ChannelMonitor {
             .map(|end| end.value)
             .collect();
         let [low, high] = &self.ends[channel];
-        let reached = |end: &End| ranges.contains(&end.value);
+        let reached = |end: &RangeEnd| ranges.contains(&end.value);
         let value = if reached(low) { -low.value } else { high.value };
-        let ends: Vec<&End> = [low, high].into_iter().filter(|end| reached(end)).collect();
+        let ends: Vec<&RangeEnd> = [low, high].into_iter().filter(|end| reached(end)).collect();
         let runs = ends.iter().flat_map(|end| &end.runs);
         let mut runs: Vec<_> = runs
             .map(|(first, last)| (seconds(*first), seconds(*last)))

@@ -15,7 +15,7 @@ use super::acquired::interval;
 
 /// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct MotionPiece {
     /// When, s since the origin.
     pub interval: Interval<f64>,
     /// Integral of the angular rate, rad.
@@ -36,7 +36,7 @@ pub struct Piece {
     pub resting: bool,
 }
 
-impl Piece {
+impl MotionPiece {
     /// Mean angular rate, rad/s.
     pub fn rate(&self) -> Vector3<f64> {
         self.angle / self.interval.duration()
@@ -61,14 +61,14 @@ pub struct Passage {
 /// All pieces in order of time.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
-    pieces: Vec<Piece>,
+    pieces: Vec<MotionPiece>,
 }
 
 impl Motion {
     /// Takes in the next block, with the variance of a sample that its second differences show.
     pub fn push(&mut self, block: &Segment<f64>, noise: f64) {
         let interpolation = block.interpolation;
-        self.pieces.push(Piece {
+        self.pieces.push(MotionPiece {
             interval: interval(block),
             angle: block.angle(),
             velocity: block.velocity(),
@@ -97,7 +97,7 @@ impl Motion {
     }
 
     /// All pieces.
-    pub fn pieces(&self) -> &[Piece] {
+    pub fn pieces(&self) -> &[MotionPiece] {
         &self.pieces
     }
 
@@ -107,7 +107,7 @@ impl Motion {
     }
 
     /// The pieces that share time with a span.
-    pub fn within(&self, span: &Interval<f64>) -> &[Piece] {
+    pub fn within(&self, span: &Interval<f64>) -> &[MotionPiece] {
         let first = self
             .pieces
             .partition_point(|piece| piece.interval.end <= span.start);
@@ -164,7 +164,7 @@ impl Motion {
 
     /// Attitude at the start of a span from attitude at its end, given the bias of the angular rate, rad/s.
     pub fn start_from_end(&self, span: &Interval<f64>, bias: &Vector3<f64>) -> UnitQuaternion<f64> {
-        let turned = |piece: &Piece| rotation_of(&(piece.angle - bias * piece.interval.duration()));
+        let turned = |piece: &MotionPiece| rotation_of(&(piece.angle - bias * piece.interval.duration()));
         self.within(span)
             .iter()
             .fold(UnitQuaternion::identity(), |attitude, piece| {

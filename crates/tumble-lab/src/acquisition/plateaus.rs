@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use tumble_core::gravity::EARTH_RATE;
 use tumble_core::noise::Interval;
 
-use super::motion::{Motion, Piece};
+use super::motion::{Motion, MotionPiece};
 
 tumble_core::vocabulary! {
     /// Meaning of a constant rate.
@@ -109,7 +109,7 @@ struct Group {
 }
 
 impl Group {
-    fn of(piece: &Piece) -> Self {
+    fn of(piece: &MotionPiece) -> Self {
         Self {
             interval: piece.interval,
             angle: piece.angle,

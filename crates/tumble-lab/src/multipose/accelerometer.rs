@@ -98,7 +98,7 @@ impl NormResidual {
 
 /// Scale, non-orthogonality and bias of an accelerometer.
 #[derive(Clone, Debug)]
-pub struct ForcesFit {
+pub struct AccelerometerFit {
     /// M, lower triangular, and b.
     pub model: ErrorModel<f64>,
     /// Covariance of the unknowns, from noise alone.
@@ -113,7 +113,7 @@ pub struct ForcesFit {
     pub factor: DMatrix<f64>,
 }
 
-impl ForcesFit {
+impl AccelerometerFit {
     /// Sum of the squares of the whitened residuals.
     pub fn chi_square(&self) -> f64 {
         self.whitened_residuals().norm_squared()
@@ -192,7 +192,7 @@ pub fn fit_forces(
     data: &RestForces,
     gravity: f64,
     start: &ErrorModel<f64>,
-) -> Result<ForcesFit, MultiposeError> {
+) -> Result<AccelerometerFit, MultiposeError> {
     let rests = &data.rests;
     refuse_too_few(rests, start)?;
     let mut weights = vec![1.0; rests.len()];
@@ -274,7 +274,7 @@ fn finish(
     data: &RestForces,
     gravity: f64,
     weights: Vec<f64>,
-) -> Result<ForcesFit, MultiposeError> {
+) -> Result<AccelerometerFit, MultiposeError> {
     let residuals = residuals_at(x, &data.rests, gravity)?;
     let factor = data
         .factor(&residuals, &weights)
@@ -289,7 +289,7 @@ fn finish(
         }
         MultiposeError::PosesLeaveOpen { shares: placed }
     })?;
-    Ok(ForcesFit {
+    Ok(AccelerometerFit {
         model: model_of(x),
         covariance: SMatrix::from_fn(|i, j| covariance[(i, j)]),
         groups: directions::grouped(&ups),

@@ -1,7 +1,7 @@
 //! Six faces of a box on a table: the truth is known but for how the box was set down (docs/theory/multipose.md, section 7).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use tumble_core::model::{Covariance, ErrorModel};
+use tumble_core::model::{ErrorModel, ModelCovariance};
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::real::seconds;
 use tumble_core::rotation::Procrustes;
@@ -46,7 +46,7 @@ pub struct FacesFit {
     /// M and b.
     pub model: ErrorModel<f64>,
     /// Covariance of `[M row by row, b]`.
-    pub covariance: Covariance<f64>,
+    pub covariance: ModelCovariance<f64>,
     /// By how much faces are off level about either axis, rad, as the residuals show it.
     pub tilt: f64,
     /// Sum of squared residuals over their expected size.

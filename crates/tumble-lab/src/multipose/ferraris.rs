@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 
-use super::procedure::UnitSamples;
+use super::procedure::MultiposeSamples;
 use super::sections::{Section, SectionLabel};
 use crate::turntable::TriadCalibration;
 
@@ -36,7 +36,11 @@ pub struct Ferraris {
 type Mean = (Vector3<f64>, Vector3<f64>);
 
 /// Applies the formulas; `None` where a face is missing.
-pub(super) fn ferraris(samples: &UnitSamples<'_>, sections: &[Section], gravity: f64) -> Option<Ferraris> {
+pub(super) fn ferraris(
+    samples: &MultiposeSamples<'_>,
+    sections: &[Section],
+    gravity: f64,
+) -> Option<Ferraris> {
     let labelled = |label: SectionLabel| sections.iter().filter(move |section| section.label == label);
     let faces: Option<Vec<Mean>> = SectionLabel::FACES
         .iter()
@@ -121,7 +125,7 @@ impl FerrarisTriad {
 }
 
 /// Mean specific force and angular rate over all samples of some sections; `None` where there is none.
-fn mean<'a>(samples: &UnitSamples<'_>, sections: impl Iterator<Item = &'a Section>) -> Option<Mean> {
+fn mean<'a>(samples: &MultiposeSamples<'_>, sections: impl Iterator<Item = &'a Section>) -> Option<Mean> {
     let (mut force, mut rate, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
     for section in sections {
         for k in section.first..section.end {
@@ -134,7 +138,7 @@ fn mean<'a>(samples: &UnitSamples<'_>, sections: impl Iterator<Item = &'a Sectio
 }
 
 /// Time between the samples of a section, s.
-fn interval(samples: &UnitSamples<'_>, section: &Section) -> f64 {
+fn interval(samples: &MultiposeSamples<'_>, section: &Section) -> f64 {
     #[allow(clippy::cast_precision_loss)]
     let steps = (section.end - section.first).max(2) as f64 - 1.0;
     (samples.time[section.end - 1] - samples.time[section.first]) / steps

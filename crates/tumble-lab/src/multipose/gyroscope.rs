@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use tumble_core::gravity::EARTH_RATE;
-use tumble_core::model::{Covariance, ErrorModel, PARAMETERS};
+use tumble_core::model::{ErrorModel, ModelCovariance, PARAMETERS};
 use tumble_core::noise::Noise;
 use tumble_core::turntable::reference::earth_variance;
 
@@ -149,7 +149,7 @@ pub struct Rotations {
     /// Turns known to be full.
     pub full_turns: Vec<FullTurn>,
     /// Covariance of `[M row by row, b]` of the accelerometer.
-    pub accelerometer_covariance: Covariance<f64>,
+    pub accelerometer_covariance: ModelCovariance<f64>,
     /// Noise of the three axes.
     pub noise: [Noise<f64>; 3],
     /// Covariance of flicker of B = 1 among the rests (docs/theory/noise.md, eq. 4).
@@ -169,7 +169,7 @@ struct Factors {
 
 /// Scale, non-orthogonality, mounting against the accelerometer, and bias of a gyroscope.
 #[derive(Clone, Debug)]
-pub struct RatesFit {
+pub struct RotationsFit {
     /// Errors of the gyroscope.
     pub errors: RateModel,
     /// Covariance of the unknowns from noise alone: `[M row by row, b]`, then G row by row.
@@ -183,14 +183,14 @@ pub struct RatesFit {
     /// Weight of each turn in the robust loss.
     pub weights: Vec<f64>,
     /// Scatter that noise does not explain, and the sigmas include.
-    pub excess: Excess,
+    pub excess: ExcessScatter,
     /// Weighted squares over their expected size.
     pub chi_square: f64,
     /// Residuals less unknowns: two of a turn, three of a rest.
     pub degrees_of_freedom: u32,
 }
 
-impl RatesFit {
+impl RotationsFit {
     /// Angle between gravity as turned and as found, of each turn, rad.
     pub fn angles(&self) -> impl Iterator<Item = f64> {
         self.turned_less_found.iter().map(angle_of)
@@ -201,14 +201,14 @@ impl RatesFit {
 ///
 /// # Errors
 /// [`MultiposeError`] where there are no turns, or they do not show all unknowns.
-pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
+pub fn fit_rates(data: &Rotations) -> Result<RotationsFit, MultiposeError> {
     if data.turns.is_empty() && data.full_turns.is_empty() {
         return Err(MultiposeError::NoTurns);
     }
     let (mut x, angle_before) = data.start().ok_or(MultiposeError::Unsolvable)?;
     let mut data = data.clone();
     let mut weights = vec![1.0; data.turns.len()];
-    let mut excess = Excess::none();
+    let mut excess = ExcessScatter::none();
     let mut turned = data.turned(&x).ok_or(MultiposeError::Unsolvable)?;
     for _ in 0..ROUNDS {
         let noise = data.factors(&x, &turned, &weights);
@@ -231,14 +231,14 @@ pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
 
 /// Scatter of turns and rests besides noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Excess {
+pub struct ExcessScatter {
     /// Variance of the angle of a turn about any axis, rad^2.
     pub turn: f64,
     /// Variance of the bias from rest to rest, (rad/s)^2.
     pub rest: f64,
 }
 
-impl Excess {
+impl ExcessScatter {
     fn none() -> Self {
         Self { turn: 0.0, rest: 0.0 }
     }
@@ -485,12 +485,12 @@ impl Rotations {
         x: &DVector<f64>,
         turned: &[UnitQuaternion<f64>],
         weights: &[f64],
-        before: &Excess,
-    ) -> Excess {
+        before: &ExcessScatter,
+    ) -> ExcessScatter {
         let angles = self.angles(turned);
         let errors = errors_of(x);
         let rests = self.rest_terms(&errors, before);
-        let mut excess = Excess {
+        let mut excess = ExcessScatter {
             turn: 0.0,
             rest: unexplained(&rests, 3.0),
         };
@@ -501,13 +501,13 @@ impl Rotations {
         #[allow(clippy::cast_precision_loss)]
         let unknowns = self.unknowns() as f64 - 3.0;
         excess.turn = unexplained(&turns, unknowns);
-        let of_rests = Excess { turn: 0.0, ..excess };
+        let of_rests = ExcessScatter { turn: 0.0, ..excess };
         self.put_excess(&excess, &of_rests);
         excess
     }
 
     /// Squares of what is left at each axis of each rest, and their variance from noise.
-    fn rest_terms(&self, errors: &RateModel, before: &Excess) -> Vec<(f64, f64, f64)> {
+    fn rest_terms(&self, errors: &RateModel, before: &ExcessScatter) -> Vec<(f64, f64, f64)> {
         let of_rest = |rest: &RestDirection| {
             let apart = rest.rate - errors.modelled(&rest.earth_rate, &rest.force);
             let earth = self.unknown_earth(&rest.up()).trace() / 3.0;
@@ -520,7 +520,7 @@ impl Rotations {
     }
 
     /// A bias that wanders from rest to rest is as far off all through a turn.
-    fn put_excess(&mut self, excess: &Excess, before: &Excess) {
+    fn put_excess(&mut self, excess: &ExcessScatter, before: &ExcessScatter) {
         for turn in &mut self.turns {
             let wandering = (excess.rest - before.rest) * turn.samples.duration().powi(2);
             turn.variance += excess.turn - before.turn + wandering; // eq. 19
@@ -536,8 +536,8 @@ impl Rotations {
         turned: &[UnitQuaternion<f64>],
         weights: Vec<f64>,
         angle_before: Vec<f64>,
-        excess: Excess,
-    ) -> Result<RatesFit, MultiposeError> {
+        excess: ExcessScatter,
+    ) -> Result<RotationsFit, MultiposeError> {
         let angle = median(&mut self.angles(turned)).unwrap_or(0.0);
         if angle > CONTRADICTION {
             return Err(MultiposeError::GyroscopeContradicts {
@@ -555,7 +555,7 @@ impl Rotations {
         })?;
         let errors = errors_of(x);
         let residuals = 2 * self.turns.len() + 3 * (self.rests.len() + self.full_turns.len());
-        Ok(RatesFit {
+        Ok(RotationsFit {
             errors,
             covariance,
             turned_less_found: self.apart(turned).collect(),

@@ -10,7 +10,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::SegmenterSettings;
 use tumble_core::soft_mean::rise;
 
-use super::procedure::UnitSamples;
+use super::procedure::MultiposeSamples;
 use super::rest_selection::BY_HAND;
 use crate::acquisition::{Restlessness, Tremor};
 use crate::distributions::median;
@@ -40,7 +40,7 @@ const LAG: f64 = 0.015;
 const WINDOW: f64 = EDGE * 35.0 / 26.0;
 
 /// Channels of a sample.
-fn channels(samples: &UnitSamples<'_>, k: usize) -> [f64; CHANNELS] {
+fn channels(samples: &MultiposeSamples<'_>, k: usize) -> [f64; CHANNELS] {
     let ([fx, fy, fz], [wx, wy, wz]) = (samples.force[k], samples.rate[k]);
     [fx, fy, fz, wx, wy, wz]
 }
@@ -51,11 +51,11 @@ fn edge(x: f64) -> f64 {
 }
 
 /// First sample and the one after the last of a stretch in which the unit kept its mean orientation.
-pub type Span = (usize, usize);
+pub type HeldSpan = (usize, usize);
 
 /// All stretches, `shortest` s or longer, in which the unit kept its mean orientation, whether or not it trembled.
 #[must_use]
-pub fn held_spans(samples: &UnitSamples<'_>, shortest: f64) -> Vec<Span> {
+pub fn held_spans(samples: &MultiposeSamples<'_>, shortest: f64) -> Vec<HeldSpan> {
     let (Some(first), Some(last)) = (samples.time.first(), samples.time.last()) else {
         return Vec::new();
     };
@@ -68,9 +68,9 @@ pub fn held_spans(samples: &UnitSamples<'_>, shortest: f64) -> Vec<Span> {
         clippy::cast_sign_loss
     )]
     let windows: Vec<_> = (0..windows as usize)
-        .map(|k| Window::about(samples, first + EDGE + STEP * k as f64))
+        .map(|k| HeldWindow::about(samples, first + EDGE + STEP * k as f64))
         .collect();
-    let stays = |rest: &Window, window: &Window| {
+    let stays = |rest: &HeldWindow, window: &HeldWindow| {
         let within = |from: usize, drift: f64| {
             let apart = |i: usize| (rest.mean[i] - window.mean[i]).powi(2);
             let noise = |i: usize| noise[i].powi(2) / window.samples;
@@ -110,7 +110,7 @@ pub fn held_spans(samples: &UnitSamples<'_>, shortest: f64) -> Vec<Span> {
 }
 
 /// Without its ends, over which a window weighs too little to show that the unit moved.
-fn trimmed(samples: &UnitSamples<'_>, (first, end): Span) -> Span {
+fn trimmed(samples: &MultiposeSamples<'_>, (first, end): HeldSpan) -> HeldSpan {
     let (from, to) = (
         samples.time[first] + 0.5 * EDGE,
         samples.time[end - 1] - 0.5 * EDGE,
@@ -120,7 +120,11 @@ fn trimmed(samples: &UnitSamples<'_>, (first, end): Span) -> Span {
 }
 
 /// Leaves out what differs in its rate from all others: a turn about the vertical leaves gravity where it is.
-fn without_turns(samples: &UnitSamples<'_>, spans: Vec<Span>, noise: &[f64; CHANNELS]) -> Vec<Span> {
+fn without_turns(
+    samples: &MultiposeSamples<'_>,
+    spans: Vec<HeldSpan>,
+    noise: &[f64; CHANNELS],
+) -> Vec<HeldSpan> {
     let rates: Vec<_> = spans
         .iter()
         .map(|span| {
@@ -140,7 +144,7 @@ fn without_turns(samples: &UnitSamples<'_>, spans: Vec<Span>, noise: &[f64; CHAN
 }
 
 /// Noise of single samples of each channel, from second differences, of which slow motion takes no part.
-fn sample_noise(samples: &UnitSamples<'_>) -> [f64; CHANNELS] {
+fn sample_noise(samples: &MultiposeSamples<'_>) -> [f64; CHANNELS] {
     let n = samples.time.len();
     std::array::from_fn(|i| {
         let bend = |k: usize| {
@@ -154,7 +158,7 @@ fn sample_noise(samples: &UnitSamples<'_>) -> [f64; CHANNELS] {
 
 /// Means over a window with soft edges, or over several.
 #[derive(Clone)]
-struct Window {
+struct HeldWindow {
     first: usize,
     end: usize,
     mean: [f64; CHANNELS],
@@ -165,8 +169,8 @@ struct Window {
     windows: f64,
 }
 
-impl Window {
-    fn about(samples: &UnitSamples<'_>, centre: f64) -> Option<Self> {
+impl HeldWindow {
+    fn about(samples: &MultiposeSamples<'_>, centre: f64) -> Option<Self> {
         let first = samples.time.partition_point(|t| *t < centre - EDGE);
         let end = samples.time.partition_point(|t| *t < centre + EDGE);
         if end - first < 4 {
@@ -209,7 +213,7 @@ impl Window {
 }
 
 /// Weights of a rest: one, but for its edges.
-fn weights<'a>(samples: &'a UnitSamples<'_>, (first, end): Span) -> impl Iterator<Item = f64> + 'a {
+fn weights<'a>(samples: &'a MultiposeSamples<'_>, (first, end): HeldSpan) -> impl Iterator<Item = f64> + 'a {
     let (from, to) = (samples.time[first], samples.time[end - 1]);
     samples.time[first..end]
         .iter()
@@ -217,7 +221,7 @@ fn weights<'a>(samples: &'a UnitSamples<'_>, (first, end): Span) -> impl Iterato
 }
 
 /// Mean of each channel over a rest with soft edges.
-pub(super) fn soft_mean(samples: &UnitSamples<'_>, span: Span) -> [f64; CHANNELS] {
+pub(super) fn soft_mean(samples: &MultiposeSamples<'_>, span: HeldSpan) -> [f64; CHANNELS] {
     let (mut sum, mut total) = ([0.0; CHANNELS], 0.0);
     for (k, weight) in (span.0..span.1).zip(weights(samples, span)) {
         for (sum, y) in sum.iter_mut().zip(channels(samples, k)) {
@@ -229,7 +233,7 @@ pub(super) fn soft_mean(samples: &UnitSamples<'_>, span: Span) -> [f64; CHANNELS
 }
 
 /// Trembling of a rest; `None` where it lies still.
-pub(super) fn tremor(samples: &UnitSamples<'_>, (first, end): Span) -> Option<Tremor> {
+pub(super) fn tremor(samples: &MultiposeSamples<'_>, (first, end): HeldSpan) -> Option<Tremor> {
     let n = end - first;
     let duration = samples.time[end - 1] - samples.time[first];
     #[allow(
@@ -274,7 +278,7 @@ pub(super) fn tremor(samples: &UnitSamples<'_>, (first, end): Span) -> Option<Tr
 
 /// White noise of the mean of each rest as windows with soft edges within it show, unit^2 / Hz, each pulled towards that of
 /// all (docs/theory/multipose.md, eq. 35).
-fn slow_noise(samples: &UnitSamples<'_>, spans: &[Span]) -> Vec<[f64; CHANNELS]> {
+fn slow_noise(samples: &MultiposeSamples<'_>, spans: &[HeldSpan]) -> Vec<[f64; CHANNELS]> {
     let each: Vec<_> = spans.iter().map(|span| differences(samples, *span)).collect();
     let (all, count) = each
         .iter()
@@ -293,7 +297,11 @@ fn slow_noise(samples: &UnitSamples<'_>, spans: &[Span]) -> Vec<[f64; CHANNELS]>
 }
 
 /// Puts the white noise that windows show in place of that of single blocks, which a tremor is in.
-pub(super) fn take_slow_noise(noise: &mut [Noise<f64>; CHANNELS], samples: &UnitSamples<'_>, spans: &[Span]) {
+pub(super) fn take_slow_noise(
+    noise: &mut [Noise<f64>; CHANNELS],
+    samples: &MultiposeSamples<'_>,
+    spans: &[HeldSpan],
+) {
     let each = slow_noise(samples, spans);
     #[allow(clippy::cast_precision_loss)]
     let count = each.len().max(1) as f64;
@@ -308,11 +316,11 @@ pub(super) fn take_slow_noise(noise: &mut [Noise<f64>; CHANNELS], samples: &Unit
 }
 
 /// Sum of the squared differences of windows that lie beside each other, and how many they are.
-fn differences(samples: &UnitSamples<'_>, (first, end): Span) -> ([f64; CHANNELS], f64) {
+fn differences(samples: &MultiposeSamples<'_>, (first, end): HeldSpan) -> ([f64; CHANNELS], f64) {
     let mut centre = samples.time[first] + EDGE;
     let mut means = Vec::new();
     while centre + EDGE <= samples.time[end - 1] {
-        means.extend(Window::about(samples, centre).map(|window| window.mean));
+        means.extend(HeldWindow::about(samples, centre).map(|window| window.mean));
         centre += EDGE;
     }
     let mut sum = [0.0; CHANNELS];
@@ -329,8 +337,8 @@ fn differences(samples: &UnitSamples<'_>, (first, end): Span) -> ([f64; CHANNELS
 /// By how much the variance of a mean exceeds that of noise, for each rest that trembles, and how it stood at its ends
 /// (docs/theory/multipose.md, eq. 35 and 36).
 pub(super) fn restlessness(
-    samples: &UnitSamples<'_>,
-    spans: &[Span],
+    samples: &MultiposeSamples<'_>,
+    spans: &[HeldSpan],
     noise: &[Noise<f64>; CHANNELS],
 ) -> Vec<Option<Restlessness>> {
     let tremors: Vec<_> = spans.iter().map(|span| tremor(samples, *span)).collect();
@@ -355,7 +363,7 @@ pub(super) fn restlessness(
 }
 
 /// The white noise of a soft mean is that of a mean over so many seconds.
-fn effective_duration(samples: &UnitSamples<'_>, span: Span) -> f64 {
+fn effective_duration(samples: &MultiposeSamples<'_>, span: HeldSpan) -> f64 {
     let (mut sum, mut squares, mut n) = (0.0, 0.0, 0.0);
     for weight in weights(samples, span) {
         sum += weight;
@@ -367,7 +375,7 @@ fn effective_duration(samples: &UnitSamples<'_>, span: Span) -> f64 {
 
 /// Case at the first sample, and at the first after the rest, from the case as it stood in the mean, as the gyroscope has it:
 /// from there turns are integrated.
-fn attitudes(samples: &UnitSamples<'_>, span: Span) -> (UnitQuaternion<f64>, UnitQuaternion<f64>) {
+fn attitudes(samples: &MultiposeSamples<'_>, span: HeldSpan) -> (UnitQuaternion<f64>, UnitQuaternion<f64>) {
     let [_, _, _, x, y, z] = soft_mean(samples, span);
     let bias = Vector3::new(x, y, z);
     let (mut angle, mut mean, mut total) = (Vector3::zeros(), Vector3::<f64>::zeros(), 0.0);
@@ -390,7 +398,7 @@ fn attitudes(samples: &UnitSamples<'_>, span: Span) -> (UnitQuaternion<f64>, Uni
 }
 
 /// When a span was, s of the recording's own clock.
-pub(super) fn times(samples: &UnitSamples<'_>, (first, end): Span) -> (f64, f64) {
+pub(super) fn times(samples: &MultiposeSamples<'_>, (first, end): HeldSpan) -> (f64, f64) {
     (samples.time[first], samples.time[end - 1])
 }
 

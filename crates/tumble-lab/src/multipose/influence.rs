@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::accelerometer::ForcesFit;
+use super::accelerometer::AccelerometerFit;
 use super::settings::FEWEST_DIRECTIONS;
 
 /// Change of the fit without a rest, to first order.
@@ -19,7 +19,7 @@ const DECISIVE: f64 = 1.0 - 1e-6;
 
 /// A fit as it answers to its residuals.
 struct Answer<'a> {
-    fit: &'a ForcesFit,
+    fit: &'a AccelerometerFit,
     rows: DMatrix<f64>,
     /// Gains from unknowns to whitened residuals.
     gains: DMatrix<f64>,
@@ -28,7 +28,7 @@ struct Answer<'a> {
 }
 
 /// Influence of each rest (Cook 1977; docs/theory/multipose.md, eq. 7 and 8).
-pub fn influence(fit: &ForcesFit) -> Vec<Influence> {
+pub fn influence(fit: &AccelerometerFit) -> Vec<Influence> {
     let answer = Answer::of(fit);
     let sigmas = fit.covariance.diagonal().map(f64::sqrt);
     let of_rest = |k: usize| {
@@ -51,7 +51,7 @@ pub fn influence(fit: &ForcesFit) -> Vec<Influence> {
 
 /// `|u| - g` of each rest, m/s^2, by a fit without any rest in its direction, to first order; `None` where the others do not
 /// carry one (docs/theory/multipose.md, eq. 8).
-pub fn held_out(fit: &ForcesFit) -> Vec<Option<f64>> {
+pub fn held_out(fit: &AccelerometerFit) -> Vec<Option<f64>> {
     let answer = Answer::of(fit);
     let mut residuals = vec![None; fit.residuals.len()];
     let groups = fit.groups.iter().max().map_or(0, |last| last + 1);
@@ -76,7 +76,7 @@ pub fn held_out(fit: &ForcesFit) -> Vec<Option<f64>> {
 }
 
 impl<'a> Answer<'a> {
-    fn of(fit: &'a ForcesFit) -> Self {
+    fn of(fit: &'a AccelerometerFit) -> Self {
         let rows = fit.whitened_rows();
         let unknowns = rows.ncols();
         let gains = DMatrix::from_fn(unknowns, unknowns, |i, j| fit.covariance[(i, j)]) * rows.transpose();

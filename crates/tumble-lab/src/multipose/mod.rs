@@ -32,9 +32,9 @@ mod tests;
 
 pub use directions::grouped;
 pub use error::MultiposeError;
-pub use held::{Span, held_spans};
+pub use held::{HeldSpan, held_spans};
 pub use nominal_scale::NominalScale;
-pub use procedure::{Faces, Gyroscope, LeftOut, Multipose, Pose, UnitSamples, multipose};
+pub use procedure::{Faces, Gyroscope, LeftOut, Multipose, MultiposeSamples, Pose, multipose};
 pub use rest_selection::{BY_HAND, rest_settings};
 pub use sections::{Section, SectionLabel};
 pub use settings::{FEWEST_DIRECTIONS, FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};

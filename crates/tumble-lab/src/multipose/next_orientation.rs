@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::accelerometer::{ForcesFit, RestForce, UNKNOWNS, residual, sizes};
+use super::accelerometer::{AccelerometerFit, RestForce, UNKNOWNS, residual, sizes};
 
 /// Candidates all over the sphere, 7 deg apart.
 const CANDIDATES: u32 = 1000;
@@ -21,7 +21,11 @@ pub struct NextOrientation {
 }
 
 /// Tries a rest of median noise all over the sphere (docs/theory/multipose.md, eq. 9).
-pub fn next_orientation(fit: &ForcesFit, rests: &[RestForce], gravity: f64) -> Option<NextOrientation> {
+pub fn next_orientation(
+    fit: &AccelerometerFit,
+    rests: &[RestForce],
+    gravity: f64,
+) -> Option<NextOrientation> {
     let size = sizes(gravity);
     let largest = |covariance: &SMatrix<f64, UNKNOWNS, UNKNOWNS>| {
         covariance.diagonal().map(f64::sqrt).component_div(&size).argmax()

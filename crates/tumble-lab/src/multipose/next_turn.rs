@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector3};
 use rayon::prelude::*;
 use tumble_core::model::ErrorModel;
 
-use super::gyroscope::{RatesFit, Rotations};
+use super::gyroscope::{Rotations, RotationsFit};
 use super::next_orientation::covering;
 use super::rotation_response::{RateModel, TurnSamples};
 use crate::distributions::median;
@@ -31,7 +31,7 @@ pub struct NextTurn {
 }
 
 /// Tries half turns of median noise about level axes all over the sphere (docs/theory/multipose.md, eq. 9).
-pub fn next_turn(data: &Rotations, fit: &RatesFit) -> Option<NextTurn> {
+pub fn next_turn(data: &Rotations, fit: &RotationsFit) -> Option<NextTurn> {
     let sizes = data.sizes();
     let largest = |variances: DVector<f64>| variances.map(f64::sqrt).component_div(&sizes).argmax();
     let (unknown, before) = largest(fit.covariance.diagonal());

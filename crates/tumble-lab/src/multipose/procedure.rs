@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, SMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use tumble_core::gravity::{EARTH_RATE, STANDARD, vertical_earth_rate};
-use tumble_core::model::{Covariance, ErrorModel, PARAMETERS};
+use tumble_core::model::{ErrorModel, ModelCovariance, PARAMETERS};
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
@@ -11,13 +11,15 @@ use tumble_core::segmenter::Segment;
 use tumble_core::turntable::reference::earth_variance;
 
 use super::accelerometer::{
-    ForcesFit, NormResidual, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
+    AccelerometerFit, NormResidual, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
 };
 use super::error::MultiposeError;
 use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
 use super::ferraris::{Ferraris, ferraris};
-use super::gyroscope::{Excess, FullTurn, RATE_BIAS, RatesFit, RestDirection, Rotations, Turn, fit_rates};
-use super::held::{Span, held_spans, is_among, restlessness, soft_mean, take_slow_noise, times, tremor};
+use super::gyroscope::{
+    ExcessScatter, FullTurn, RATE_BIAS, RestDirection, Rotations, RotationsFit, Turn, fit_rates,
+};
+use super::held::{HeldSpan, held_spans, is_among, restlessness, soft_mean, take_slow_noise, times, tremor};
 use super::influence::{Influence, held_out, influence};
 use super::next_orientation::{NextOrientation, next_orientation};
 use super::next_turn::{NextTurn, next_turn};
@@ -30,11 +32,11 @@ use super::time_base::implausible_scale;
 use crate::acquisition::{Acquired, Tremor, interval};
 use crate::turntable::flicker::remembered;
 use crate::turntable::reference_uncertainty::Inheritance;
-use crate::turntable::{Label, TriadCalibration, force_sigma, rate_sigma, widening};
+use crate::turntable::{ResidualLabel, TriadCalibration, force_sigma, rate_sigma, widening};
 
 /// The samples of one unit, all finite, in order of time.
 #[derive(Clone, Copy, Debug)]
-pub struct UnitSamples<'a> {
+pub struct MultiposeSamples<'a> {
     /// s.
     pub time: &'a [f64],
     /// Specific force, m/s^2, or counts.
@@ -74,7 +76,7 @@ pub struct Gyroscope {
     /// Angle between gravity as turned and as found, rad, without calibration and with it.
     pub angles: Vec<(f64, f64)>,
     /// Scatter of turns and rests besides noise.
-    pub excess: Excess,
+    pub excess: ExcessScatter,
     /// The turn that is worth most.
     pub next: Option<NextTurn>,
     /// Its scale on all axes alike, where no sensor has that one: the sample rate is wrong.
@@ -176,7 +178,7 @@ impl Multipose {
 
 /// A unit as it is worked on: SI units, zeros near zero.
 struct Centred<'a> {
-    given: UnitSamples<'a>,
+    given: MultiposeSamples<'a>,
     force: Vec<[f64; 3]>,
     rate: Vec<[f64; 3]>,
     force_zero: Vector3<f64>,
@@ -189,7 +191,7 @@ struct Centred<'a> {
 /// # Errors
 /// [`MultiposeError`] where there is no calibration of the accelerometer, without which there is none of the gyroscope.
 pub fn multipose(
-    samples: &UnitSamples<'_>,
+    samples: &MultiposeSamples<'_>,
     settings: &MultiposeSettings,
 ) -> Result<Multipose, MultiposeError> {
     let mut unit = Centred::of(samples, settings)?;
@@ -219,7 +221,7 @@ struct Candidate {
 /// Fit of the accelerometer.
 enum Fitted {
     /// To the length of gravity.
-    Norm(RestForces, Box<ForcesFit>),
+    Norm(RestForces, Box<AccelerometerFit>),
     /// To the directions of six faces.
     Faces(Vec<FaceRest>, Box<FacesFit>),
 }
@@ -227,14 +229,14 @@ enum Fitted {
 /// A calibrated accelerometer, as the gyroscope needs it.
 struct CalibratedForces {
     model: ErrorModel<f64>,
-    covariance: Covariance<f64>,
+    covariance: ModelCovariance<f64>,
     /// Corrected specific force at each rest, m/s^2.
     forces: Vec<Vector3<f64>>,
     full_turns: Vec<FullTurn>,
 }
 
 impl<'a> Centred<'a> {
-    fn of(samples: &UnitSamples<'a>, settings: &MultiposeSettings) -> Result<Self, MultiposeError> {
+    fn of(samples: &MultiposeSamples<'a>, settings: &MultiposeSettings) -> Result<Self, MultiposeError> {
         let mut unit = Self {
             given: *samples,
             force: samples.force.to_vec(),
@@ -311,7 +313,7 @@ impl<'a> Centred<'a> {
     }
 
     /// Stretches in which the unit was held that are among no rest.
-    fn left_out(&self, spans: &[Span], chosen: &Acquired) -> Vec<LeftOut> {
+    fn left_out(&self, spans: &[HeldSpan], chosen: &Acquired) -> Vec<LeftOut> {
         let samples = self.samples();
         let unused = spans
             .iter()
@@ -324,8 +326,8 @@ impl<'a> Centred<'a> {
             .collect()
     }
 
-    fn samples(&self) -> UnitSamples<'_> {
-        UnitSamples {
+    fn samples(&self) -> MultiposeSamples<'_> {
+        MultiposeSamples {
             time: self.given.time,
             force: &self.force,
             rate: &self.rate,
@@ -333,7 +335,7 @@ impl<'a> Centred<'a> {
     }
 
     /// Candidate with rests of which some tremble; `None` where none does, where they are labelled, or are too few.
-    fn held_candidate(&self, spans: &[Span], settings: &MultiposeSettings) -> Option<Candidate> {
+    fn held_candidate(&self, spans: &[HeldSpan], settings: &MultiposeSettings) -> Option<Candidate> {
         let samples = self.samples();
         let still: Vec<_> = spans
             .iter()
@@ -548,7 +550,7 @@ impl<'a> Centred<'a> {
 }
 
 /// Improvement by fitting g-sensitivity, where the bias differs from rest to rest and it was not asked for.
-fn with_g_sensitivity(data: &Rotations, found: &RatesFit) -> Option<f64> {
+fn with_g_sensitivity(data: &Rotations, found: &RotationsFit) -> Option<f64> {
     if data.g_sensitivity || found.excess.rest == 0.0 {
         return None;
     }
@@ -559,7 +561,7 @@ fn with_g_sensitivity(data: &Rotations, found: &RatesFit) -> Option<f64> {
     let with = fit_rates(&data)
         .ok()
         .filter(|with| with.excess.rest < 0.5 * found.excess.rest)?;
-    let rms = |fit: &RatesFit| {
+    let rms = |fit: &RotationsFit| {
         #[allow(clippy::cast_precision_loss)]
         let count = fit.turned_less_found.len().max(1) as f64;
         (fit.angles().map(|angle| angle * angle).sum::<f64>() / count).sqrt()
@@ -586,7 +588,7 @@ fn says_more(error: &MultiposeError, before: &MultiposeError) -> bool {
 }
 
 /// Factor on the variances of a fit, where noise does not explain its residuals.
-fn cost_factor(fit: &ForcesFit) -> f64 {
+fn cost_factor(fit: &AccelerometerFit) -> f64 {
     widening(fit.chi_square(), fit.degrees_of_freedom())
 }
 
@@ -699,7 +701,7 @@ impl Fitted {
     }
 }
 
-fn norm_poses(data: &RestForces, fit: &ForcesFit, gravity: f64) -> Vec<Pose> {
+fn norm_poses(data: &RestForces, fit: &AccelerometerFit, gravity: f64) -> Vec<Pose> {
     let unseen = held_out(fit);
     let influences = influence(fit);
     (0..data.rests.len())
@@ -821,9 +823,9 @@ fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSetti
     (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + earth * duration * duration
 }
 
-fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibration, MultiposeError> {
+fn force_calibration(unit: &Acquired, fit: &AccelerometerFit) -> Result<TriadCalibration, MultiposeError> {
     let widened = cost_factor(fit);
-    let mut covariance = Covariance::zeros();
+    let mut covariance = ModelCovariance::zeros();
     for i in 0..UNKNOWNS {
         for j in 0..UNKNOWNS {
             covariance[(PLACES[i], PLACES[j])] = fit.covariance[(i, j)] * widened;
@@ -854,7 +856,7 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
                 )
             })
             .collect(),
-        labels: (0..fit.residuals.len()).map(Label::Rest).collect(),
+        labels: (0..fit.residuals.len()).map(ResidualLabel::Rest).collect(),
     })
 }
 
@@ -877,13 +879,13 @@ fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError>
         chi_square: fit.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,
         residuals: fit.residuals.clone(),
-        labels: (0..fit.residuals.len()).map(Label::Rest).collect(),
+        labels: (0..fit.residuals.len()).map(ResidualLabel::Rest).collect(),
     })
 }
 
 /// Covariance of `[M row by row, b]` from a clock that is fast or slow: all angles, and so all of M, err by the same share.
-fn covariance_by_pace(matrix: &Matrix3<f64>, pace_sigma: f64) -> Covariance<f64> {
-    let by_pace = Covariance::<f64>::from_fn(|i, j| {
+fn covariance_by_pace(matrix: &Matrix3<f64>, pace_sigma: f64) -> ModelCovariance<f64> {
+    let by_pace = ModelCovariance::<f64>::from_fn(|i, j| {
         if i < 9 && j < 9 {
             matrix[(i / 3, i % 3)] * matrix[(j / 3, j % 3)]
         } else {
@@ -895,7 +897,7 @@ fn covariance_by_pace(matrix: &Matrix3<f64>, pace_sigma: f64) -> Covariance<f64>
 
 fn rate_calibration(
     data: &Rotations,
-    fit: &RatesFit,
+    fit: &RotationsFit,
     pace_sigma: f64,
 ) -> Result<TriadCalibration, MultiposeError> {
     let widened = widening(fit.chi_square, fit.degrees_of_freedom);
@@ -920,8 +922,11 @@ fn rate_calibration(
         let sigma = fit.turn_variance[k].sqrt() / turn.samples.duration();
         (model.matrix * turned, Vector3::repeat(sigma))
     });
-    let labels = (0..data.rests.len()).map(Label::Rest);
-    let of_turns_labels = data.turns.iter().map(|turn| Label::Turn(turn.before, turn.after));
+    let labels = (0..data.rests.len()).map(ResidualLabel::Rest);
+    let of_turns_labels = data
+        .turns
+        .iter()
+        .map(|turn| ResidualLabel::Turn(turn.before, turn.after));
     Ok(TriadCalibration {
         inherited: None,
         inheritance: Inheritance::default(),

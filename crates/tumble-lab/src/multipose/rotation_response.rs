@@ -73,12 +73,17 @@ impl TurnSamples {
         Some(turning.end())
     }
 
-    fn for_each_step(&self, correction: &Correction<f64>, errors: &RateModel, mut take: impl FnMut(&Step)) {
+    fn for_each_step(
+        &self,
+        correction: &Correction<f64>,
+        errors: &RateModel,
+        mut take: impl FnMut(&RotationStep),
+    ) {
         let truth = |k: usize| true_rate(correction, errors, &self.rate[k], &self.force[k]);
         let mut from = truth(0);
         for k in 1..self.time.len() {
             let to = truth(k);
-            take(&Step {
+            take(&RotationStep {
                 duration: self.time[k] - self.time[k - 1],
                 rates: [from, to],
                 forces: [self.force[k - 1], self.force[k]],
@@ -89,13 +94,13 @@ impl TurnSamples {
 }
 
 /// From one sample to the next: true rates and specific forces at both.
-struct Step {
+struct RotationStep {
     duration: f64,
     rates: [Vector3<f64>; 2],
     forces: [Vector3<f64>; 2],
 }
 
-impl Step {
+impl RotationStep {
     /// Factor of the second order of coning, s^2.
     fn coning(&self) -> f64 {
         self.duration * self.duration / 12.0
@@ -137,7 +142,7 @@ impl Turning {
         }
     }
 
-    fn advance(&mut self, step: &Step) {
+    fn advance(&mut self, step: &RotationStep) {
         let [from, to] = &step.rates;
         let angle = step.angle();
         self.end_from_start = rotation_of(&-angle) * self.end_from_start; // eq. 12

@@ -8,7 +8,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::soft_mean::SoftSum;
 
-use super::procedure::UnitSamples;
+use super::procedure::MultiposeSamples;
 use crate::acquisition::{Acquired, leave_out_saturated, microseconds};
 use crate::distributions::median;
 
@@ -82,7 +82,7 @@ pub struct Section {
 const LONGEST_PAUSE: f64 = 10.0;
 
 /// Puts the labelled rests, in order of time, in place of those found, with the noise they show.
-pub(super) fn take_labelled(found: &mut Acquired, samples: &UnitSamples<'_>, sections: &[Section]) {
+pub(super) fn take_labelled(found: &mut Acquired, samples: &MultiposeSamples<'_>, sections: &[Section]) {
     let rests = sections
         .iter()
         .filter(|section| section.label.turned_about().is_none());
@@ -95,7 +95,7 @@ pub(super) fn take_labelled(found: &mut Acquired, samples: &UnitSamples<'_>, sec
 /// show which are `quiet`.
 pub(super) fn take_rests(
     found: &mut Acquired,
-    samples: &UnitSamples<'_>,
+    samples: &MultiposeSamples<'_>,
     rests: &[(usize, usize)],
     quiet: impl Fn(usize) -> bool,
 ) {
@@ -124,7 +124,7 @@ pub(super) fn take_rests(
 
 /// A rest, and how the means of its blocks scatter.
 fn rest(
-    samples: &UnitSamples<'_>,
+    samples: &MultiposeSamples<'_>,
     (first, end): (usize, usize),
     origin: f64,
 ) -> (Segment<f64>, AllanLadder<f64>) {

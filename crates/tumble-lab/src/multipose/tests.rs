@@ -14,7 +14,7 @@ use super::influence::{held_out, influence};
 use super::next_orientation::next_orientation;
 use super::next_turn::next_turn;
 use super::rotation_response::{RateModel, TurnSamples};
-use crate::simulate::stream::{Purpose, normal_vector, stream};
+use crate::simulate::stream::{StreamPurpose, normal_vector, stream};
 use crate::turntable::flicker::remembered;
 
 const GRAVITY: f64 = 9.8;
@@ -286,7 +286,7 @@ proptest! {
 #[test]
 fn errors_match_the_covariance_where_rests_share_flicker() {
     const SESSIONS: u32 = 300;
-    let mut random = stream(5, 0, Purpose::AccelerometerFlicker);
+    let mut random = stream(5, 0, StreamPurpose::AccelerometerFlicker);
     let quiet = wandering(&ups(18), 0.0);
     let spread = (&quiet.remembered * quiet.flicker.x + DMatrix::identity(18, 18) * (SIGMA * SIGMA))
         .cholesky()

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::deviation::{Kind, stride};
+use super::deviation::{VarianceKind, stride};
 use super::lowpass::LowPass;
 use super::term::{NoiseTerm, RANDOM, TERMS, autocovariances};
 
@@ -55,7 +55,7 @@ impl Stretches {
     }
 
     /// Samples over which differences start, in each stretch that is long enough for one.
-    fn starts(&self, kind: Kind, samples: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+    fn starts(&self, kind: VarianceKind, samples: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let step = stride(samples) as f64;
         let span = kind.span(samples) as f64;
         self.0.iter().map(move |(length, count)| {
@@ -65,7 +65,7 @@ impl Stretches {
     }
 
     /// The same, added up.
-    pub fn starts_in_all(&self, kind: Kind, samples: usize) -> f64 {
+    pub fn starts_in_all(&self, kind: VarianceKind, samples: usize) -> f64 {
         self.starts(kind, samples)
             .map(|(starts, count)| starts * count)
             .sum()
@@ -82,7 +82,13 @@ pub struct Shared {
 impl Shared {
     /// Computes it for variances at two averaging times, samples, the first not above the second; white noise is
     /// `filtered`.
-    pub fn between(kind: Kind, a: usize, b: usize, stretches: &Stretches, filtered: &LowPass) -> Self {
+    pub fn between(
+        kind: VarianceKind,
+        a: usize,
+        b: usize,
+        stretches: &Stretches,
+        filtered: &LowPass,
+    ) -> Self {
         let mut shared = Self::default();
         if b > FARTHEST * a {
             return shared;
@@ -140,15 +146,15 @@ fn pairs(starts: &[(f64, f64, f64)], lag: f64) -> f64 {
 }
 
 /// Coefficients of a difference.
-fn coefficients(kind: Kind) -> &'static [f64] {
+fn coefficients(kind: VarianceKind) -> &'static [f64] {
     match kind {
-        Kind::Allan => &[1.0, -2.0, 1.0],
-        Kind::Modified | Kind::Hadamard => &[1.0, -3.0, 3.0, -1.0],
+        VarianceKind::Allan => &[1.0, -2.0, 1.0],
+        VarianceKind::Modified | VarianceKind::Hadamard => &[1.0, -3.0, 3.0, -1.0],
     }
 }
 
 /// Covariance of a difference with another that starts a lag later, for each term of strength one.
-fn covariances(kind: Kind, a: f64, b: f64, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
+fn covariances(kind: VarianceKind, a: f64, b: f64, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
     let mut sum = [0.0; RANDOM];
     for (p, of_a) in coefficients(kind).iter().enumerate() {
         for (q, of_b) in coefficients(kind).iter().enumerate() {
@@ -162,18 +168,18 @@ fn covariances(kind: Kind, a: f64, b: f64, lag: f64, filtered: &LowPass) -> [f64
 }
 
 /// Difference of a ramp of strength one.
-fn ramp(kind: Kind, samples: f64) -> f64 {
+fn ramp(kind: VarianceKind, samples: f64) -> f64 {
     match kind {
-        Kind::Allan => samples.powi(2),
-        Kind::Modified => samples.powi(3),
-        Kind::Hadamard => 0.0,
+        VarianceKind::Allan => samples.powi(2),
+        VarianceKind::Modified => samples.powi(3),
+        VarianceKind::Hadamard => 0.0,
     }
 }
 
 /// Variance of that kind expected at an averaging time, of white noise that was `filtered` and the other terms.
-pub fn expected(kind: Kind, samples: usize, strengths: &Strengths, filtered: &LowPass) -> f64 {
+pub fn expected(kind: VarianceKind, samples: usize, strengths: &Strengths, filtered: &LowPass) -> f64 {
     let m = samples as f64;
-    if kind == Kind::Allan {
+    if kind == VarianceKind::Allan {
         let terms = NoiseTerm::ALL.iter().zip(strengths);
         return terms
             .map(|(term, strength)| strength * term.allan_variance(m, filtered))
@@ -190,7 +196,13 @@ pub fn expected(kind: Kind, samples: usize, strengths: &Strengths, filtered: &Lo
 
 /// Equivalent degrees of freedom of a variance at an averaging time, of noise of those strengths; `own` is what it
 /// shares with itself.
-pub fn freedom(kind: Kind, samples: usize, own: &Shared, strengths: &Strengths, filtered: &LowPass) -> f64 {
+pub fn freedom(
+    kind: VarianceKind,
+    samples: usize,
+    own: &Shared,
+    strengths: &Strengths,
+    filtered: &LowPass,
+) -> f64 {
     let expected = expected(kind, samples, strengths, filtered);
     2.0 * expected * expected / own.covariance(strengths) // eq. 23
 }
@@ -201,8 +213,8 @@ mod tests {
 
     fn freedom_in(samples: usize, term: NoiseTerm, stretches: &Stretches) -> f64 {
         let white = LowPass::default();
-        let own = Shared::between(Kind::Allan, samples, samples, stretches, &white);
-        freedom(Kind::Allan, samples, &own, &only(term), &white)
+        let own = Shared::between(VarianceKind::Allan, samples, samples, stretches, &white);
+        freedom(VarianceKind::Allan, samples, &own, &only(term), &white)
     }
 
     fn only(term: NoiseTerm) -> Strengths {

@@ -6,11 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use super::level::{Block, Level};
+use super::level::{Level, LevelBlock};
 
 /// Kinds of variances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum VarianceKind {
     /// Half the mean squared difference of neighbouring averages.
     Allan,
     /// The same of averages that are themselves averaged over all starts within one: distinguishes quantisation from
@@ -20,7 +20,7 @@ pub enum Kind {
     Hadamard,
 }
 
-impl Kind {
+impl VarianceKind {
     /// All of them, in the order of their numbers.
     pub const ALL: [Self; Self::COUNT] = [Self::Allan, Self::Modified, Self::Hadamard];
     /// Number of kinds.
@@ -73,10 +73,10 @@ pub(super) fn stride(samples: usize) -> usize {
 /// Sums over the samples of one channel.
 #[derive(Clone, Debug)]
 pub struct Deviations {
-    kinds: Vec<Kind>,
+    kinds: Vec<VarianceKind>,
     levels: Vec<Level>,
     /// Samples taken in, less the first of them, to go one level up.
-    rising: Vec<Vec<Block>>,
+    rising: Vec<Vec<LevelBlock>>,
     /// First sample of the stretch at hand.
     origin: Option<f64>,
     in_stretch: u64,
@@ -88,7 +88,7 @@ const HANDED: usize = 1024;
 
 impl Deviations {
     /// No samples yet.
-    pub fn new(kinds: &[Kind]) -> Self {
+    pub fn new(kinds: &[VarianceKind]) -> Self {
         Self {
             kinds: kinds.to_vec(),
             levels: Vec::new(),
@@ -109,7 +109,7 @@ impl Deviations {
         let mut blocks = Vec::with_capacity(HANDED);
         for sample in samples {
             self.in_stretch += 1;
-            blocks.push(Block {
+            blocks.push(LevelBlock {
                 sum: sample - origin,
                 sum_of_sums: 0.0,
             });
@@ -121,7 +121,7 @@ impl Deviations {
         self.raise(&blocks);
     }
 
-    fn raise(&mut self, blocks: &[Block]) {
+    fn raise(&mut self, blocks: &[LevelBlock]) {
         if self.levels.is_empty() {
             self.add_level();
         }
@@ -162,11 +162,11 @@ impl Deviations {
     /// Forms the modified differences whose span ends with the last sample. Their last sum of sums is known one sample
     /// early (eq. 18): any sample completes its block, and none of its value enters.
     fn form_last_of_modified(&mut self) {
-        if self.in_stretch == 0 || !self.kinds.contains(&Kind::Modified) {
+        if self.in_stretch == 0 || !self.kinds.contains(&VarianceKind::Modified) {
             return;
         }
-        let kinds = std::mem::replace(&mut self.kinds, vec![Kind::Modified]);
-        self.raise(&[Block::default()]);
+        let kinds = std::mem::replace(&mut self.kinds, vec![VarianceKind::Modified]);
+        self.raise(&[LevelBlock::default()]);
         for level in &mut self.levels {
             level.form(&self.kinds);
         }
@@ -179,7 +179,7 @@ impl Deviations {
     }
 
     /// Variances at all averaging times that have any difference, of the stretches that were ended.
-    pub fn variances(&self, kind: Kind) -> Vec<Variance> {
+    pub fn variances(&self, kind: VarianceKind) -> Vec<Variance> {
         let of_levels = self.levels.iter().flat_map(Level::squares);
         of_levels
             .map(|(samples, squares)| (samples, squares[kind as usize]))
@@ -199,7 +199,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn deviations(records: &[&[f64]]) -> Deviations {
-        let mut found = Deviations::new(&Kind::ALL);
+        let mut found = Deviations::new(&VarianceKind::ALL);
         for record in records {
             found.push(record.iter().copied());
             found.end_stretch();
@@ -213,23 +213,25 @@ mod tests {
     }
 
     /// Samples that enter a difference by its definition.
-    fn span(kind: Kind, m: usize) -> usize {
+    fn span(kind: VarianceKind, m: usize) -> usize {
         match kind {
-            Kind::Allan => 2 * m,
-            Kind::Modified => 3 * m - 1,
-            Kind::Hadamard => 3 * m,
+            VarianceKind::Allan => 2 * m,
+            VarianceKind::Modified => 3 * m - 1,
+            VarianceKind::Hadamard => 3 * m,
         }
     }
 
     /// Sum of squares by the definition, and number of differences.
-    fn by_definition(y: &[f64], m: usize, kind: Kind) -> (f64, u64) {
+    fn by_definition(y: &[f64], m: usize, kind: VarianceKind) -> (f64, u64) {
         let starts = (0..)
             .step_by(stride(m))
             .take_while(|i| i + span(kind, m) <= y.len());
         let difference = |i| match kind {
-            Kind::Allan => (mean(y, i + m, m) - mean(y, i, m)) / 2f64.sqrt(),
-            Kind::Hadamard => (mean(y, i + 2 * m, m) - 2.0 * mean(y, i + m, m) + mean(y, i, m)) / 6f64.sqrt(),
-            Kind::Modified => {
+            VarianceKind::Allan => (mean(y, i + m, m) - mean(y, i, m)) / 2f64.sqrt(),
+            VarianceKind::Hadamard => {
+                (mean(y, i + 2 * m, m) - 2.0 * mean(y, i + m, m) + mean(y, i, m)) / 6f64.sqrt()
+            }
+            VarianceKind::Modified => {
                 let each = (i..i + m).map(|k| mean(y, k + m, m) - mean(y, k, m));
                 each.sum::<f64>() / (m as f64 * 2f64.sqrt())
             }
@@ -257,7 +259,7 @@ mod tests {
         fn every_variance_is_that_of_its_definition(lengths in prop::collection::vec(1usize..1500, 1..4), seed: u64) {
             let records: Vec<Vec<f64>> = lengths.iter().map(|n| series(*n, seed ^ *n as u64)).collect();
             let found = deviations(&records.iter().map(Vec::as_slice).collect::<Vec<_>>());
-            for kind in Kind::ALL {
+            for kind in VarianceKind::ALL {
                 for each in found.variances(kind) {
                     let (sum, count) = records
                         .iter()
@@ -277,10 +279,10 @@ mod tests {
             let mut cuts = cuts;
             cuts.extend([0, y.len()]);
             cuts.sort_unstable();
-            let mut pieces = Deviations::new(&Kind::ALL);
+            let mut pieces = Deviations::new(&VarianceKind::ALL);
             cuts.windows(2).for_each(|pair| pieces.push(y[pair[0]..pair[1]].iter().copied()));
             pieces.end_stretch();
-            for kind in Kind::ALL {
+            for kind in VarianceKind::ALL {
                 let (a, b) = (whole.variances(kind), pieces.variances(kind));
                 prop_assert_eq!(a.len(), b.len());
                 for (a, b) in a.iter().zip(&b) {
@@ -294,7 +296,7 @@ mod tests {
         fn a_scale_and_an_offset_scale_variances_and_leave_them(scale in 0.01f64..100.0, offset in -100f64..100.0, seed: u64) {
             let y = series(3000, seed);
             let other: Vec<f64> = y.iter().map(|v| scale * v + offset).collect();
-            for kind in Kind::ALL {
+            for kind in VarianceKind::ALL {
                 for (a, b) in deviations(&[&y]).variances(kind).iter().zip(&deviations(&[&other]).variances(kind)) {
                     prop_assert!((b.variance / (scale * scale * a.variance) - 1.0).abs() < 1e-6);
                 }
@@ -307,14 +309,14 @@ mod tests {
         let slope = 3e-3;
         let y: Vec<f64> = (0..100_000).map(|i| slope * f64::from(i)).collect();
         let found = deviations(&[&y]);
-        for each in found.variances(Kind::Allan) {
+        for each in found.variances(VarianceKind::Allan) {
             let expected = (slope * each.samples as f64).powi(2) / 2.0;
             assert!(
                 (each.variance / expected - 1.0).abs() < 1e-9,
                 "{each:?} {expected}"
             );
         }
-        for each in found.variances(Kind::Hadamard) {
+        for each in found.variances(VarianceKind::Hadamard) {
             assert!(
                 each.variance < 1e-18 * (1.0 + each.samples as f64).powi(2),
                 "{each:?}"
@@ -329,7 +331,7 @@ mod tests {
         let found = deviations(&[&low, &high]);
         assert!(
             found
-                .variances(Kind::Allan)
+                .variances(VarianceKind::Allan)
                 .iter()
                 .all(|each| each.variance == 0.0)
         );
@@ -338,7 +340,7 @@ mod tests {
 
     #[test]
     fn memory_grows_by_a_level_an_octave_not_with_the_record() {
-        let mut found = Deviations::new(&[Kind::Allan]);
+        let mut found = Deviations::new(&[VarianceKind::Allan]);
         for _ in 0..64 {
             found.push(series(1 << 14, 5).into_iter());
         }

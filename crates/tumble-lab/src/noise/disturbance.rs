@@ -49,7 +49,7 @@ tumble_core::vocabulary! {
 
 /// One disturbance of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disturbance {
+pub struct ChannelDisturbance {
     /// Which channel.
     pub channel: usize,
     /// In which log.
@@ -78,7 +78,7 @@ struct Place {
 }
 
 /// Level of one channel over blocks.
-struct Series<'a> {
+struct LevelSeries<'a> {
     windows: &'a [Window],
     values: Vec<f64>,
     counts: Vec<f64>,
@@ -92,10 +92,10 @@ struct Series<'a> {
 }
 
 /// Disturbances of a channel, the most clear first, and whether there are more than are listed.
-pub fn disturbances(watched: &Watched, channel: usize) -> (Vec<Disturbance>, bool) {
+pub fn disturbances(watched: &Watched, channel: usize) -> (Vec<ChannelDisturbance>, bool) {
     let windows = watched.windows(channel);
     let mut found = knocks(&windows, channel);
-    let mut series = Series::new(&windows, &found);
+    let mut series = LevelSeries::new(&windows, &found);
     let scatters = series.scatters();
     while found.len() <= MOST {
         let Some(place) = series.clearest(&scatters) else {
@@ -111,7 +111,7 @@ pub fn disturbances(watched: &Watched, channel: usize) -> (Vec<Disturbance>, boo
 }
 
 /// Samples far from the mean of their block, and short motion between rests, by blocks.
-fn knocks(windows: &[Window], channel: usize) -> Vec<Disturbance> {
+fn knocks(windows: &[Window], channel: usize) -> Vec<ChannelDisturbance> {
     let mut scatter: Vec<f64> = windows.iter().filter_map(Window::scatter).collect();
     let Some(sigma) = quantile(&mut scatter, 0.5).filter(|sigma| *sigma > 0.0) else {
         return Vec::new();
@@ -120,7 +120,7 @@ fn knocks(windows: &[Window], channel: usize) -> Vec<Disturbance> {
     let is_shaken = |window: &Window| {
         window.count >= FEWEST_SAMPLES && window.scatter().is_some_and(|scatter| scatter > shaken)
     };
-    let mut found: Vec<Disturbance> = Vec::new();
+    let mut found: Vec<ChannelDisturbance> = Vec::new();
     let mut level = None;
     for window in windows {
         let size = excursion(window, level);
@@ -137,7 +137,7 @@ fn knocks(windows: &[Window], channel: usize) -> Vec<Disturbance> {
                     last.size = size;
                 }
             }
-            _ => found.push(Disturbance {
+            _ => found.push(ChannelDisturbance {
                 channel,
                 log: window.log,
                 kind: DisturbanceKind::Knock,
@@ -200,10 +200,10 @@ fn parts(windows: &[Window]) -> Vec<usize> {
         .collect()
 }
 
-impl<'a> Series<'a> {
-    fn new(windows: &'a [Window], knocks: &[Disturbance]) -> Self {
+impl<'a> LevelSeries<'a> {
+    fn new(windows: &'a [Window], knocks: &[ChannelDisturbance]) -> Self {
         let within = |window: &Window| {
-            let touches = |each: &Disturbance| {
+            let touches = |each: &ChannelDisturbance| {
                 each.log == window.log && each.time[0] <= window.time[1] && window.time[0] <= each.time[1]
             };
             knocks.iter().any(touches)
@@ -302,7 +302,7 @@ impl<'a> Series<'a> {
     }
 
     /// A change of level that stays, sudden or not, or an excursion.
-    fn classify(&self, place: Place, channel: usize, scatters: &[(usize, f64, f64)]) -> Disturbance {
+    fn classify(&self, place: Place, channel: usize, scatters: &[(usize, f64, f64)]) -> ChannelDisturbance {
         let near = place.at.saturating_sub(place.width)..(place.at + place.width).min(self.len());
         // The shortest means that show it clearly locate it.
         let sharpest = scatters.iter().find_map(|&(width, scatter, threshold)| {
@@ -327,7 +327,7 @@ impl<'a> Series<'a> {
         };
         let first = at.saturating_sub(half);
         let last = (at + half).clamp(first + 1, self.len()) - 1;
-        Disturbance {
+        ChannelDisturbance {
             channel,
             log: self.windows[at].log,
             kind,
@@ -359,7 +359,7 @@ impl<'a> Series<'a> {
     }
 
     /// Takes a disturbance out of what is looked at: its blocks, and the change of level after them.
-    fn take_out(&mut self, found: &Disturbance, place: Place) {
+    fn take_out(&mut self, found: &ChannelDisturbance, place: Place) {
         let touches = |window: &Window| {
             window.log == found.log && window.time[0] <= found.time[1] && found.time[0] <= window.time[1]
         };

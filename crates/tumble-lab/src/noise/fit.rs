@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chance::{Shared, Strengths, Stretches};
-use super::deviation::{Kind, Variance};
+use super::deviation::{Variance, VarianceKind};
 use super::lowpass::LowPass;
 use super::non_negative::{gain, non_negative};
 use super::skewed::quantile;
@@ -122,7 +122,8 @@ struct Design {
 
 impl Design {
     fn new(stretches: &Stretches, filtered: LowPass) -> Self {
-        let long_enough = |m: &usize| stretches.starts_in_all(Kind::Allan, *m) >= LEAST_STARTS * *m as f64;
+        let long_enough =
+            |m: &usize| stretches.starts_in_all(VarianceKind::Allan, *m) >= LEAST_STARTS * *m as f64;
         let samples: Vec<usize> = (0..48)
             .map(|octave| 1 << octave)
             .take_while(long_enough)
@@ -130,7 +131,7 @@ impl Design {
         let row = |a: &usize| {
             let longer = samples.iter().filter(|b| *b >= a);
             longer
-                .map(|b| Shared::between(Kind::Allan, *a, *b, stretches, &filtered))
+                .map(|b| Shared::between(VarianceKind::Allan, *a, *b, stretches, &filtered))
                 .collect()
         };
         let shared = samples.iter().map(row).collect();
@@ -180,7 +181,7 @@ pub struct Fitter {
 }
 
 /// A fit while it is made.
-struct Solution<'a> {
+struct NoiseSolution<'a> {
     design: &'a Design,
     columns: DMatrix<f64>,
     y: DVector<f64>,
@@ -200,7 +201,7 @@ struct Chance {
     skewness: f64,
 }
 
-impl Solution<'_> {
+impl NoiseSolution<'_> {
     fn likelihood(&self) -> f64 {
         if self.freedom == 0 {
             return 1.0;
@@ -304,7 +305,7 @@ impl Fitter {
 
     /// Terms alone; where they explain too little, with white noise that a filter passed; where that is too little,
     /// with scatter beyond chance.
-    fn explain(&self, y: &DVector<f64>) -> Option<Solution<'_>> {
+    fn explain(&self, y: &DVector<f64>) -> Option<NoiseSolution<'_>> {
         let plain = self.with_terms_shown(&self.design, y, 0.0)?;
         if plain.likelihood() >= UNLIKELY {
             return Some(plain);
@@ -337,7 +338,7 @@ impl Fitter {
     }
 
     /// The fit with as much relative scatter beyond chance as makes chi-square its degrees of freedom.
-    fn beyond_chance<'a>(&self, best: &Solution<'a>) -> Option<Solution<'a>> {
+    fn beyond_chance<'a>(&self, best: &NoiseSolution<'a>) -> Option<NoiseSolution<'a>> {
         let (mut low, mut high) = (
             LARGEST_EXCESS.ln() - EXCESS_DECADES * std::f64::consts::LN_10,
             LARGEST_EXCESS.ln(),
@@ -359,7 +360,7 @@ impl Fitter {
         design: &'a Design,
         y: &DVector<f64>,
         excess: f64,
-    ) -> Option<Solution<'a>> {
+    ) -> Option<NoiseSolution<'a>> {
         let mut terms: Vec<usize> = ALWAYS.iter().map(|term| *term as usize).collect();
         for term in IF_SHOWN {
             let mut more = terms.clone();
@@ -382,7 +383,7 @@ impl Fitter {
         y: &DVector<f64>,
         terms: &[usize],
         excess: f64,
-    ) -> Option<Solution<'a>> {
+    ) -> Option<NoiseSolution<'a>> {
         let columns = design.columns();
         // Before any term is known: as many degrees of freedom as averages fit into the record.
         let mut weight = DVector::from_iterator(
@@ -402,7 +403,7 @@ impl Fitter {
                 return None;
             }
         }
-        let mut solution = Solution {
+        let mut solution = NoiseSolution {
             design,
             columns,
             y: y.clone(),
@@ -417,7 +418,7 @@ impl Fitter {
         Some(solution)
     }
 
-    fn estimate(&self, term: NoiseTerm, solution: &Solution<'_>, bound: f64) -> TermEstimate {
+    fn estimate(&self, term: NoiseTerm, solution: &NoiseSolution<'_>, bound: f64) -> TermEstimate {
         let k = term as usize;
         let with;
         let solution = if solution.terms.contains(&k) {
@@ -453,7 +454,7 @@ impl Fitter {
     }
 
     /// All strengths of a term that leave what was found within 95 % of what chance gives, were they the truth.
-    fn interval_of(&self, solution: &Solution<'_>, k: usize) -> (f64, f64) {
+    fn interval_of(&self, solution: &NoiseSolution<'_>, k: usize) -> (f64, f64) {
         let apart = |strength: f64, side: f64| {
             let Some(chance) = self.chance(solution, k, strength) else {
                 return f64::NAN;
@@ -484,7 +485,7 @@ impl Fitter {
 
     /// Estimate of a term with the weights that are right if it has that strength, the others fitted beside it, and the
     /// scatter of that estimate.
-    fn chance(&self, solution: &Solution<'_>, k: usize, strength: f64) -> Option<Chance> {
+    fn chance(&self, solution: &NoiseSolution<'_>, k: usize, strength: f64) -> Option<Chance> {
         let strengths = solution.beside(k, strength);
         let model = solution.model(&strengths);
         let mut covariance = solution.design.covariance(&strengths);
@@ -506,7 +507,7 @@ impl Fitter {
     }
 
     /// Length, s, of a record without gaps that shows a term half as large as its bound.
-    fn needed(&self, solution: &Solution<'_>, k: usize, bound: f64) -> Option<f64> {
+    fn needed(&self, solution: &NoiseSolution<'_>, k: usize, bound: f64) -> Option<f64> {
         let asked = bound * ASKED * ASKED;
         let strengths = solution.beside(k, asked);
         (1..).zip(&self.longer).find_map(|(doubling, longer)| {
@@ -532,7 +533,7 @@ fn beyond(y: &DVector<f64>, model: &DVector<f64>, excess: f64) -> DVector<f64> {
 }
 
 /// Chi-square of what is left and its degrees of freedom, of variances whose chance is near normal.
-fn misfit(solution: &Solution<'_>) -> (f64, usize) {
+fn misfit(solution: &NoiseSolution<'_>) -> (f64, usize) {
     let model = solution.model(&solution.strengths);
     let chance = solution.design.covariance(&solution.strengths);
     let counts: Vec<usize> = (0..model.len())

@@ -1,6 +1,6 @@
 //! Second and third differences of sums of samples, at one spacing of what they start from (docs/theory/noise.md).
 
-use super::deviation::Kind;
+use super::deviation::VarianceKind;
 
 /// Lengths of averages in blocks of a level: from half as many as begin the next level.
 pub(super) const RATIOS: [usize; 4] = [16, 19, 23, 27];
@@ -13,12 +13,12 @@ const BATCH: usize = 4096;
 
 /// Sum of the samples of a block, and sum of what the sum was before each of them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Block {
+pub(super) struct LevelBlock {
     pub(super) sum: f64,
     pub(super) sum_of_sums: f64,
 }
 
-impl Block {
+impl LevelBlock {
     /// This block and the next, each of `samples`.
     fn with(self, next: Self, samples: f64) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Block {
 
 /// Sum of squared differences of a kind at one length, and how many there are.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Squares {
+pub(super) struct DifferenceSquares {
     pub(super) sum: f64,
     pub(super) count: u64,
 }
@@ -40,13 +40,13 @@ pub(super) struct Squares {
 pub(super) struct Level {
     samples: usize,
     ratios: Vec<usize>,
-    squares: Vec<[Squares; Kind::COUNT]>,
+    squares: Vec<[DifferenceSquares; VarianceKind::COUNT]>,
     /// Sums of samples up to each boundary of blocks, and sums of those sums, from the first boundary still needed.
     sums: Vec<f64>,
     sums_of_sums: Vec<f64>,
     /// First boundaries from which differences were not formed yet.
-    starts: Vec<[usize; Kind::COUNT]>,
-    pending: Option<Block>,
+    starts: Vec<[usize; VarianceKind::COUNT]>,
+    pending: Option<LevelBlock>,
 }
 
 impl Level {
@@ -55,8 +55,8 @@ impl Level {
         let ratios: Vec<usize> = shortest.chain(&RATIOS).copied().collect();
         let mut level = Self {
             samples: 1 << number,
-            squares: vec![[Squares::default(); Kind::COUNT]; ratios.len()],
-            starts: vec![[0; Kind::COUNT]; ratios.len()],
+            squares: vec![[DifferenceSquares::default(); VarianceKind::COUNT]; ratios.len()],
+            starts: vec![[0; VarianceKind::COUNT]; ratios.len()],
             ratios,
             sums: Vec::with_capacity(BATCH + REACH + 1),
             sums_of_sums: Vec::with_capacity(BATCH + REACH + 1),
@@ -72,12 +72,17 @@ impl Level {
         self.sums.push(0.0);
         self.sums_of_sums.clear();
         self.sums_of_sums.push(0.0);
-        self.starts.fill([0; Kind::COUNT]);
+        self.starts.fill([0; VarianceKind::COUNT]);
         self.pending = None;
     }
 
     /// Takes in blocks; gives pairs of them to `above`.
-    pub(super) fn push(&mut self, blocks: &[Block], kinds: &[Kind], above: &mut Vec<Block>) {
+    pub(super) fn push(
+        &mut self,
+        blocks: &[LevelBlock],
+        kinds: &[VarianceKind],
+        above: &mut Vec<LevelBlock>,
+    ) {
         let samples = self.samples as f64;
         for block in blocks {
             let sum = self.sums[self.sums.len() - 1];
@@ -97,7 +102,7 @@ impl Level {
     }
 
     /// Forms all differences that the sums at hand allow.
-    pub(super) fn form(&mut self, kinds: &[Kind]) {
+    pub(super) fn form(&mut self, kinds: &[VarianceKind]) {
         let have = self.sums.len();
         for (i, &ratio) in self.ratios.iter().enumerate() {
             for &kind in kinds {
@@ -107,9 +112,9 @@ impl Level {
                     let count = have - reach - start;
                     let squares = &mut self.squares[i][kind as usize];
                     squares.sum += match kind {
-                        Kind::Allan => squared_second(&self.sums[start..], ratio, count),
-                        Kind::Hadamard => squared_third(&self.sums[start..], ratio, count),
-                        Kind::Modified => squared_third(&self.sums_of_sums[start..], ratio, count),
+                        VarianceKind::Allan => squared_second(&self.sums[start..], ratio, count),
+                        VarianceKind::Hadamard => squared_third(&self.sums[start..], ratio, count),
+                        VarianceKind::Modified => squared_third(&self.sums_of_sums[start..], ratio, count),
                     };
                     squares.count += count as u64;
                     self.starts[i][kind as usize] += count;
@@ -138,7 +143,9 @@ impl Level {
     }
 
     /// Length in samples, and squares, of each kind.
-    pub(super) fn squares(&self) -> impl Iterator<Item = (usize, [Squares; Kind::COUNT])> + '_ {
+    pub(super) fn squares(
+        &self,
+    ) -> impl Iterator<Item = (usize, [DifferenceSquares; VarianceKind::COUNT])> + '_ {
         let lengths = self.ratios.iter().map(|ratio| ratio * self.samples);
         lengths.zip(self.squares.iter().copied())
     }

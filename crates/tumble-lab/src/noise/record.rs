@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::chance::{Shared, Strengths, Stretches, freedom};
-use super::deviation::{Deviations, Kind};
+use super::deviation::{Deviations, VarianceKind};
 use super::fit::{Fitter, NoiseFit};
 use super::lowpass::LowPass;
 use super::term::{NoiseTerm, TERMS};
@@ -14,7 +14,7 @@ const BEYOND: f64 = 0.025;
 
 /// A deviation at one averaging time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deviation {
+pub struct DeviationEstimate {
     /// Averaging time, samples.
     pub samples: usize,
     /// unit.
@@ -30,8 +30,8 @@ pub struct Deviation {
 /// Noise of one channel.
 #[derive(Clone, Debug)]
 pub struct ChannelNoise {
-    /// In the order of [`Kind::ALL`]; empty for a kind that was not asked for.
-    pub deviations: [Vec<Deviation>; Kind::COUNT],
+    /// In the order of [`VarianceKind::ALL`]; empty for a kind that was not asked for.
+    pub deviations: [Vec<DeviationEstimate>; VarianceKind::COUNT],
     /// None where the record is too short to fit anything, or the channel shows no noise.
     pub fit: Option<NoiseFit>,
 }
@@ -39,13 +39,13 @@ pub struct ChannelNoise {
 /// Channels of one sensor, or of several that were sampled together.
 #[derive(Clone, Debug)]
 pub struct NoiseRecord {
-    kinds: Vec<Kind>,
+    kinds: Vec<VarianceKind>,
     channels: Vec<Deviations>,
 }
 
 impl NoiseRecord {
     /// No samples yet.
-    pub fn new(channels: usize, kinds: &[Kind]) -> Self {
+    pub fn new(channels: usize, kinds: &[VarianceKind]) -> Self {
         Self {
             kinds: kinds.to_vec(),
             channels: vec![Deviations::new(kinds); channels],
@@ -80,8 +80,8 @@ impl NoiseRecord {
         };
         let stretches = Stretches::new(first.stretches());
         let fitter = Fitter::new(&stretches, interval);
-        let chances = |filtered: &LowPass| -> Vec<(Kind, Vec<Shared>)> {
-            let of_kind = |kind: &Kind| {
+        let chances = |filtered: &LowPass| -> Vec<(VarianceKind, Vec<Shared>)> {
+            let of_kind = |kind: &VarianceKind| {
                 let variances = first.variances(*kind);
                 let of = |samples| Shared::between(*kind, samples, samples, &stretches, filtered);
                 (*kind, variances.iter().map(|each| of(each.samples)).collect())
@@ -91,11 +91,11 @@ impl NoiseRecord {
         let unfiltered = LowPass::default();
         let usual = chances(&unfiltered);
         let conclude = |channel: &Deviations| {
-            let fit = fitter.fit(&channel.variances(Kind::Allan));
+            let fit = fitter.fit(&channel.variances(VarianceKind::Allan));
             let strengths = fit.as_ref().map_or_else(|| white(channel), |fit| fit.strengths);
             let filtered = fit.as_ref().map_or(&unfiltered, |fit| &fit.filtered);
             let own = (*filtered != unfiltered).then(|| chances(filtered));
-            let mut deviations: [Vec<Deviation>; Kind::COUNT] = Default::default();
+            let mut deviations: [Vec<DeviationEstimate>; VarianceKind::COUNT] = Default::default();
             for (kind, shared) in own.as_ref().unwrap_or(&usual) {
                 deviations[*kind as usize] = with_intervals(channel, *kind, shared, &strengths, filtered);
             }
@@ -109,7 +109,7 @@ impl NoiseRecord {
 fn white(channel: &Deviations) -> Strengths {
     let mut strengths = [0.0; TERMS];
     let shortest = channel
-        .variances(Kind::Allan)
+        .variances(VarianceKind::Allan)
         .first()
         .map_or(1.0, |each| each.variance);
     strengths[NoiseTerm::White as usize] = if shortest > 0.0 { shortest } else { 1.0 };
@@ -118,16 +118,16 @@ fn white(channel: &Deviations) -> Strengths {
 
 fn with_intervals(
     channel: &Deviations,
-    kind: Kind,
+    kind: VarianceKind,
     shared: &[Shared],
     strengths: &Strengths,
     filtered: &LowPass,
-) -> Vec<Deviation> {
+) -> Vec<DeviationEstimate> {
     let variances = channel.variances(kind);
     let each = variances.iter().zip(shared).map(|(found, shared)| {
         let freedom = freedom(kind, found.samples, shared, strengths, filtered).max(1.0); // eq. 23
         let bound = |tail| (found.variance * freedom / chi_square_quantile(tail, freedom)).sqrt();
-        Deviation {
+        DeviationEstimate {
             samples: found.samples,
             deviation: found.variance.sqrt(),
             low: bound(BEYOND),

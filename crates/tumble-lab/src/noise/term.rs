@@ -5,7 +5,7 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use super::deviation::Kind;
+use super::deviation::VarianceKind;
 use super::lowpass::LowPass;
 
 tumble_core::vocabulary! {
@@ -67,17 +67,17 @@ impl NoiseTerm {
 /// Generalised autocovariances at a lag, of the sums that differences of a kind are formed of, for each random term of
 /// strength one (docs/theory/noise.md, eq. 21). White noise is `filtered`; twice summed, for the modified variance, it
 /// is taken as it is without a filter.
-pub(super) fn autocovariances(kind: Kind, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
+pub(super) fn autocovariances(kind: VarianceKind, lag: f64, filtered: &LowPass) -> [f64; RANDOM] {
     let t = lag.abs();
     let log = if t > 0.0 { t.ln() } else { 0.0 };
     match kind {
-        Kind::Allan | Kind::Hadamard => [
+        VarianceKind::Allan | VarianceKind::Hadamard => [
             if t < 0.5 { 1.0 } else { 0.0 },
             -0.5 * filtered.of_sum(t),
             t * t * log / (2.0 * PI),
             t.powi(3) / 12.0,
         ],
-        Kind::Modified => [
+        VarianceKind::Modified => [
             -0.5 * t,
             t.powi(3) / 12.0,
             -t.powi(4) * log / (24.0 * PI),
@@ -102,7 +102,7 @@ mod tests {
     fn the_allan_variance_of_each_term_follows_its_autocovariance() {
         for samples in [1.0, 7.0, 640.0] {
             let white = LowPass::default();
-            let at = |lag| autocovariances(Kind::Allan, lag, &white);
+            let at = |lag| autocovariances(VarianceKind::Allan, lag, &white);
             let (zero, one, two) = (at(0.0), at(samples), at(2.0 * samples));
             for (k, term) in NoiseTerm::ALL.iter().take(RANDOM).enumerate() {
                 let squared = 6.0 * zero[k] - 8.0 * one[k] + 2.0 * two[k];

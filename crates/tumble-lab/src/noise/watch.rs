@@ -44,7 +44,7 @@ struct Sums {
 }
 
 #[derive(Clone, Debug)]
-struct Block {
+struct WatchBlock {
     log: usize,
     time: [f64; 2],
     /// Samples, at rest or not.
@@ -53,7 +53,7 @@ struct Block {
     channels: Vec<Sums>,
 }
 
-impl Block {
+impl WatchBlock {
     fn new(log: usize, time: f64, width: usize) -> Self {
         let nothing = Sums {
             mean: 0.0,
@@ -114,7 +114,7 @@ impl Block {
 pub struct Watched {
     width: usize,
     log: usize,
-    blocks: Vec<Block>,
+    blocks: Vec<WatchBlock>,
     /// Samples of a block.
     length: u64,
 }
@@ -148,7 +148,7 @@ impl Watched {
                 if self.blocks.len() >= MOST_BLOCKS {
                     self.join();
                 }
-                let mut block = Block::new(self.log, time, self.width);
+                let mut block = WatchBlock::new(self.log, time, self.width);
                 block.push(time, row, at_rest);
                 self.blocks.push(block);
             }
@@ -157,7 +157,7 @@ impl Watched {
 
     fn join(&mut self) {
         self.length *= 2;
-        let mut joined: Vec<Block> = Vec::with_capacity(MOST_BLOCKS);
+        let mut joined: Vec<WatchBlock> = Vec::with_capacity(MOST_BLOCKS);
         for block in std::mem::take(&mut self.blocks) {
             match joined.last_mut() {
                 Some(last) if last.log == block.log && last.samples + block.samples <= self.length => {
@@ -171,7 +171,7 @@ impl Watched {
 
     /// All blocks of one channel.
     pub(super) fn windows(&self, channel: usize) -> Vec<Window> {
-        let of_block = |block: &Block| {
+        let of_block = |block: &WatchBlock| {
             let sums = block.channels[channel];
             let [low, high] = sums.moved;
             Window {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 
 fn samples() -> RecordedSamples {
     let row = |i: usize| [i as f64, 10.0 + i as f64, -(i as f64)];
@@ -14,7 +14,7 @@ fn samples() -> RecordedSamples {
 
 fn spoiled(fault: InjectedFault) -> RecordedSamples {
     let mut samples = samples();
-    fault.spoil(&mut samples, |t| t, &mut stream(1, 0, Purpose::Faults));
+    fault.spoil(&mut samples, |t| t, &mut stream(1, 0, StreamPurpose::Faults));
     samples
 }
 
@@ -197,7 +197,7 @@ fn late_samples_keep_their_times_and_those_after_them_wait() {
 /// Rows of zeros at times 0, 0.1 s ..., stirred by a fault.
 fn stirred(fault: InjectedFault, of: Channels) -> Vec<[f64; 3]> {
     let mut rows = vec![[0.0; 3]; 2000];
-    let mut random = stream(1, 0, Purpose::Faults);
+    let mut random = stream(1, 0, StreamPurpose::Faults);
     fault.disturb(of, &mut rows, |index| index as f64 * 0.1, &mut random);
     rows
 }

@@ -11,7 +11,7 @@ use crate::simulate::attitude::roll_pitch_yaw;
 use crate::simulate::carrier::{CarrierMotion, CarrierPlan};
 use crate::simulate::quadrotor::Quadrotor;
 use crate::simulate::scenario::{ScenarioError, check_samples, check_units, positive};
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 use crate::simulate::trajectory::{Trajectory, TrueMotion, earth_rate};
 use crate::simulate::unit::{Conditions, UnitRecord, UnitSetup, record};
 use crate::simulate::vehicle::Vehicle;
@@ -123,14 +123,14 @@ pub fn simulate(scenario: &FlightScenario) -> Result<SimulatedFlight, ScenarioEr
 impl Flight {
     fn new(scenario: &FlightScenario) -> Self {
         let streams = |purpose| stream(scenario.conditions.seed, 0, purpose);
-        let random = &mut streams(Purpose::Ride);
+        let random = &mut streams(StreamPurpose::Ride);
         let carrier_motion: Box<dyn CarrierMotion> = match scenario.carrier {
             Carrier::Quadrotor => Box::new(Quadrotor::new(&scenario.plan, random)),
             Carrier::Vehicle => Box::new(Vehicle::new(&scenario.plan, random)),
         };
         Self {
             carrier_motion,
-            vibration: VibrationLoop::draw(&scenario.vibration, &mut streams(Purpose::Vibration)),
+            vibration: VibrationLoop::draw(&scenario.vibration, &mut streams(StreamPurpose::Vibration)),
             vibration_at_rest: scenario.vibration_at_rest,
             case_from_body: scenario.case_from_body,
             gravity: scenario.plan.gravity,

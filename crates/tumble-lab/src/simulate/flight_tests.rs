@@ -1,7 +1,7 @@
 use super::*;
 use crate::simulate::attitude::mounted;
 use crate::simulate::floor::Floor;
-use crate::simulate::grade::Grade;
+use crate::simulate::grade::SensorGrade;
 use crate::simulate::sensor::Geometry;
 use crate::simulate::unit::{Ageing, ClockSetup, ClockTruth, RotationSetup, Warming};
 use nalgebra::UnitQuaternion;
@@ -11,7 +11,7 @@ const GRAVITY: f64 = 9.81;
 const REST: f64 = 4.0;
 
 fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> UnitOnBoard {
-    let mut grade = Grade::reference();
+    let mut grade = SensorGrade::reference();
     for triad in [&mut grade.accelerometer, &mut grade.gyroscope] {
         triad.noise_density = 0.0;
         triad.turn_on_bias = 0.0;
@@ -308,7 +308,7 @@ fn one_more_unit_changes_nothing_for_the_others() {
 #[test]
 fn ageing_moves_the_bias_as_stated_and_leaves_other_draws_alone() {
     let mut scenario = scenario(Carrier::Vehicle, 8);
-    scenario.units[1].unit.grade = Grade::consumer();
+    scenario.units[1].unit.grade = SensorGrade::consumer();
     scenario.units[1].unit.geometry = Geometry::Drawn;
     let young = simulate(&scenario).unwrap().units[1].clone();
     scenario.units[1].unit.ageing = [Ageing::Drawn(2.0), Ageing::Given(Vector3::new(0.1, 0.0, -0.2))];

@@ -54,7 +54,7 @@ pub struct TriadGrade {
 /// Grade of an inertial measurement unit.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Grade {
+pub struct SensorGrade {
     /// Specific force, m/s^2.
     pub accelerometer: TriadGrade,
     /// Angular rate, rad/s.
@@ -63,7 +63,7 @@ pub struct Grade {
     pub temperature_step: f64,
 }
 
-impl Grade {
+impl SensorGrade {
     /// Looks a grade up by one of [`CoreGrade::NAMES`].
     pub fn named(name: &str) -> Option<Self> {
         CoreGrade::named(name).map(|grade| match grade {
@@ -234,13 +234,13 @@ mod tests {
     #[test]
     fn a_better_grade_has_less_bias_and_less_non_orthogonality() {
         let grades = [
-            Grade::consumer(),
-            Grade::industrial(),
-            Grade::tactical(),
-            Grade::reference(),
+            SensorGrade::consumer(),
+            SensorGrade::industrial(),
+            SensorGrade::tactical(),
+            SensorGrade::reference(),
         ];
         for pair in grades.windows(2) {
-            for triad in [|g: &Grade| g.accelerometer, |g: &Grade| g.gyroscope] {
+            for triad in [|g: &SensorGrade| g.accelerometer, |g: &SensorGrade| g.gyroscope] {
                 assert!(triad(&pair[1]).turn_on_bias < triad(&pair[0]).turn_on_bias);
                 assert!(triad(&pair[1]).non_orthogonality < triad(&pair[0]).non_orthogonality);
             }
@@ -257,12 +257,12 @@ mod tests {
 
     #[test]
     fn the_reference_accelerometer_scatters_by_3_mm_s2_at_200_hz() {
-        let sigma = Grade::reference().accelerometer.noise_density * 200.0_f64.sqrt();
+        let sigma = SensorGrade::reference().accelerometer.noise_density * 200.0_f64.sqrt();
         assert!((sigma - 0.003).abs() < 1e-15);
     }
 
     #[test]
     fn an_unknown_name_is_no_grade() {
-        assert_eq!(Grade::named("navigation"), None);
+        assert_eq!(SensorGrade::named("navigation"), None);
     }
 }

@@ -89,7 +89,7 @@ mod tests {
     use tumble_core::noise::ALLAN_FLOOR;
 
     use super::*;
-    use crate::simulate::stream::{Purpose, stream};
+    use crate::simulate::stream::{StreamPurpose, stream};
 
     const SEED: u64 = 20_240_611;
 
@@ -108,7 +108,7 @@ mod tests {
 
     /// Flicker noise with B = 1.
     fn drawn(run: u64, samples: usize) -> Vec<f64> {
-        let mut random = stream(SEED, run, Purpose::GyroscopeFlicker);
+        let mut random = stream(SEED, run, StreamPurpose::GyroscopeFlicker);
         flicker(1.0, samples, &mut random)
     }
 
@@ -197,7 +197,7 @@ mod tests {
             2e-3,
             100.0,
             count,
-            &mut stream(SEED, 1, Purpose::AccelerometerWhite),
+            &mut stream(SEED, 1, StreamPurpose::AccelerometerWhite),
         );
         let numbers = 3.0 * count as f64;
         let variance = rows.iter().flatten().map(|v| v * v).sum::<f64>() / numbers;

@@ -117,15 +117,15 @@ fn sensing_axes(angles: &Vector3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::grade::Grade;
-    use crate::simulate::stream::{Purpose, stream};
+    use crate::simulate::grade::SensorGrade;
+    use crate::simulate::stream::{StreamPurpose, stream};
     use proptest::prelude::*;
 
     fn perfect() -> TriadErrors {
         let identity = Rotation3::identity();
-        let mut random = stream(1, 0, Purpose::Geometry);
+        let mut random = stream(1, 0, StreamPurpose::Geometry);
         let mut triad = TriadErrors::draw(
-            &Grade::consumer().accelerometer,
+            &SensorGrade::consumer().accelerometer,
             Geometry::Perfect,
             &identity,
             &mut random,
@@ -147,9 +147,9 @@ mod tests {
 
         #[test]
         fn a_drawn_triad_comes_apart_into_the_mounting_of_its_package(seed in any::<u64>(), x in -3.0..3.0f64) {
-            let grade = TriadGrade { alignment: 0.0, ..Grade::consumer().accelerometer };
+            let grade = TriadGrade { alignment: 0.0, ..SensorGrade::consumer().accelerometer };
             let package = Rotation3::new(Vector3::new(x, 0.3, -0.2));
-            let triad = TriadErrors::draw(&grade, Geometry::Drawn, &package, &mut stream(seed, 1, Purpose::Geometry));
+            let triad = TriadErrors::draw(&grade, Geometry::Drawn, &package, &mut stream(seed, 1, StreamPurpose::Geometry));
             let parts = triad.model.decompose().unwrap();
             prop_assert!((parts.mounting.matrix() - package.matrix()).amax() < 1e-12);
             prop_assert!((parts.scale - Vector3::repeat(1.0)).amax() < 7.0 * grade.scale_error);
@@ -176,11 +176,11 @@ mod tests {
 
     #[test]
     fn bias_and_scale_scatter_as_their_grade_says() {
-        let grade = Grade::tactical().gyroscope;
+        let grade = SensorGrade::tactical().gyroscope;
         let count = 2000;
         let (mut bias, mut scale) = (0.0, 0.0);
         for seed in 0..count {
-            let mut random = stream(seed, 1, Purpose::Geometry);
+            let mut random = stream(seed, 1, StreamPurpose::Geometry);
             let triad = TriadErrors::draw(&grade, Geometry::Drawn, &Rotation3::identity(), &mut random);
             bias += triad.model.bias.norm_squared();
             let parts = triad.model.decompose().unwrap();

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use tumble_core::spin::axis::tilt;
 
 use crate::simulate::scenario::{ScenarioError, check_samples, check_units};
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 use crate::simulate::trajectory::Trajectory;
 use crate::simulate::unit::{Conditions, UnitRecord, UnitSetup, record};
 use crate::simulate::wheeled_robot::{RobotMotion, RobotPlan, reported_bearing};
@@ -53,7 +53,10 @@ pub fn simulate(scenario: &SpinScenario) -> Result<SimulatedSpin, ScenarioError>
         unit,
     } = scenario;
     check_units([unit])?;
-    let motion = RobotMotion::new(plan.clone(), &mut stream(conditions.seed, UNIT, Purpose::Floor));
+    let motion = RobotMotion::new(
+        plan.clone(),
+        &mut stream(conditions.seed, UNIT, StreamPurpose::Floor),
+    );
     check_samples(motion.duration(), [unit])?;
     let unit = UnitSetup {
         lever_arm: plan.case_from_floor * unit.lever_arm,

@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 use crate::noise::term::{NoiseTerm, TERMS};
-use crate::simulate::stream::{Purpose, RandomStream, stream};
+use crate::simulate::stream::{RandomStream, StreamPurpose, stream};
 
 /// Ratio of neighbouring correlation times.
 const RATIO: f64 = 4.0;
@@ -93,7 +93,7 @@ impl StillChannel {
     /// `channel` of a record of that many samples at `rate`, Hz, with the coefficient of each term in the units of the
     /// field.
     pub fn new(seed: u64, channel: u64, coefficients: [f64; TERMS], rate: f64, samples: usize) -> Self {
-        let mut random = stream(seed, channel, Purpose::StillNoise);
+        let mut random = stream(seed, channel, StreamPurpose::StillNoise);
         let interval = 1.0 / rate;
         let of = |term: NoiseTerm| term.strength(coefficients[term as usize], interval).sqrt();
         let sigma = of(NoiseTerm::BiasInstability) * (libm::log(RATIO) / core::f64::consts::PI).sqrt();
@@ -146,7 +146,7 @@ impl StillChannel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::deviation::{Deviations, Kind};
+    use crate::noise::deviation::{Deviations, VarianceKind};
     use crate::noise::lowpass::LowPass;
 
     #[test]
@@ -159,10 +159,10 @@ mod tests {
             let (rate, mut found) = (50.0, Vec::new());
             for run in 0..runs {
                 let mut channel = StillChannel::new(seed, run, coefficients, rate, samples);
-                let mut deviations = Deviations::new(&[Kind::Allan]);
+                let mut deviations = Deviations::new(&[VarianceKind::Allan]);
                 deviations.push((0..samples).map(|_| channel.step()));
                 deviations.end_stretch();
-                found.push(deviations.variances(Kind::Allan));
+                found.push(deviations.variances(VarianceKind::Allan));
             }
             let shortest = if *term == NoiseTerm::BiasInstability { 4 } else { 1 };
             for place in (0..found[0].len()).filter(|i| (shortest..=256).contains(&found[0][*i].samples)) {

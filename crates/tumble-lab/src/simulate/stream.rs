@@ -11,7 +11,7 @@ pub type RandomStream = Pcg64Dxsm;
 /// Purposes for which streams are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
-pub enum Purpose {
+pub enum StreamPurpose {
     /// Mounting of the shared structure and errors of the table.
     Table = 1,
     /// Scale, non-orthogonality, mounting, bias and coefficients of a unit.
@@ -41,7 +41,7 @@ pub enum Purpose {
 }
 
 /// Stream of `unit` (0 is the reference) for `purpose`.
-pub fn stream(seed: u64, unit: u64, purpose: Purpose) -> RandomStream {
+pub fn stream(seed: u64, unit: u64, purpose: StreamPurpose) -> RandomStream {
     let key = mix(seed.wrapping_add(mix(unit.wrapping_add(mix(purpose as u64)))));
     RandomStream::seed_from_u64(key)
 }
@@ -79,10 +79,10 @@ mod tests {
                 .map(|_| stream.sample(StandardNormal))
                 .collect::<Vec<f64>>()
         };
-        let base = draw(1, Purpose::AccelerometerWhite);
+        let base = draw(1, StreamPurpose::AccelerometerWhite);
         for other in [
-            draw(2, Purpose::AccelerometerWhite),
-            draw(1, Purpose::GyroscopeWhite),
+            draw(2, StreamPurpose::AccelerometerWhite),
+            draw(1, StreamPurpose::GyroscopeWhite),
         ] {
             let correlation = base.iter().zip(&other).map(|(a, b)| a * b).sum::<f64>() / f64::from(count);
             assert!(
@@ -94,14 +94,14 @@ mod tests {
 
     #[test]
     fn the_same_seed_unit_and_purpose_give_the_same_numbers() {
-        let draw = |seed| normal_vector(&mut stream(seed, 3, Purpose::Geometry));
+        let draw = |seed| normal_vector(&mut stream(seed, 3, StreamPurpose::Geometry));
         assert_eq!(draw(11), draw(11));
         assert_ne!(draw(11), draw(12));
     }
 
     #[test]
     fn directions_have_unit_length_and_no_preferred_side() {
-        let mut stream = stream(5, 0, Purpose::Table);
+        let mut stream = stream(5, 0, StreamPurpose::Table);
         let count = 10_000;
         let mut sum = Vector3::zeros();
         for _ in 0..count {

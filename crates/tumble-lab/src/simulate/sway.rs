@@ -66,7 +66,7 @@ impl Sway {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::stream::{Purpose, stream};
+    use crate::simulate::stream::{StreamPurpose, stream};
     use proptest::prelude::*;
 
     proptest! {
@@ -75,7 +75,7 @@ mod tests {
             seed in any::<u64>(), size in 0.1..10.0f64, order in 0..3i32, waves in 1..5usize,
         ) {
             let swing = SwayStatistics { size, order, band: (0.1, 0.5), waves };
-            let sway = Sway::draw(&swing, &mut stream(seed, 0, Purpose::Ride));
+            let sway = Sway::draw(&swing, &mut stream(seed, 0, StreamPurpose::Ride));
             let count = 200_000;
             let at = |index: i32| sway.at(&Series::<3>::time(f64::from(index) * 0.1)).derivative(order as usize);
             let square = (0..count).map(|index| at(index).powi(2)).sum::<f64>() / f64::from(count);

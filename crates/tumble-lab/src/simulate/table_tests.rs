@@ -1,5 +1,5 @@
 use super::*;
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 use proptest::prelude::*;
 use tumble_core::gravity::EARTH_RATE;
 
@@ -43,7 +43,7 @@ const SIX: [[f64; 3]; 6] = [
 
 fn session(table: &Table, seed: u64) -> TableMotion {
     let mounting = Rotation3::new(Vector3::new(0.02, -0.01, 0.03));
-    TableMotion::new(table, mounting, &mut stream(seed, 0, Purpose::Table))
+    TableMotion::new(table, mounting, &mut stream(seed, 0, StreamPurpose::Table))
 }
 
 /// Attitude after `from` when the true angular rate is followed for the time from `start` to `end`.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::simulate::scenario::{ScenarioError, check_samples, check_units, not_negative, positive};
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 use crate::simulate::table::{Table, TableMotion};
 use crate::simulate::unit::{Conditions, RotationSetup, UnitRecord, UnitSetup, record};
 
@@ -51,7 +51,7 @@ impl SimulatedTurntable {
 /// [`ScenarioError`] where a figure makes no sense.
 pub fn simulate(scenario: &TurntableScenario) -> Result<SimulatedTurntable, ScenarioError> {
     check(scenario)?;
-    let mut random = stream(scenario.conditions.seed, 0, Purpose::Table);
+    let mut random = stream(scenario.conditions.seed, 0, StreamPurpose::Table);
     let case_from_table = scenario.mounting.rotation(&mut random);
     let motion = TableMotion::new(&scenario.table, case_from_table, &mut random);
     check_samples(motion.duration(), scenario.units())?;

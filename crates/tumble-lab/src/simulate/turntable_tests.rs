@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::simulate::fault::InjectedFault;
 use crate::simulate::fault::{Channels, RecordedSamples};
-use crate::simulate::grade::Grade;
+use crate::simulate::grade::SensorGrade;
 use crate::simulate::grade::TriadGrade;
 use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE};
 use crate::simulate::table::TablePose;
@@ -23,7 +23,7 @@ fn six_faces() -> Vec<TablePose> {
         .collect()
 }
 
-fn unit(grade: Grade) -> UnitSetup {
+fn unit(grade: SensorGrade) -> UnitSetup {
     UnitSetup {
         grade,
         geometry: Geometry::Drawn,
@@ -71,9 +71,9 @@ fn scenario(seed: u64) -> TurntableScenario {
         mounting: RotationSetup::Angle(0.02),
         reference: UnitSetup {
             package_from_case: RotationSetup::Given(Vector3::zeros()),
-            ..unit(Grade::reference())
+            ..unit(SensorGrade::reference())
         },
-        targets: vec![unit(Grade::consumer()), unit(Grade::tactical())],
+        targets: vec![unit(SensorGrade::consumer()), unit(SensorGrade::tactical())],
     }
 }
 
@@ -95,10 +95,10 @@ fn noiseless(triad: TriadGrade) -> TriadGrade {
     }
 }
 
-fn noiseless_unit(grade: Grade) -> UnitSetup {
+fn noiseless_unit(grade: SensorGrade) -> UnitSetup {
     let accelerometer = noiseless(grade.accelerometer);
     let gyroscope = noiseless(grade.gyroscope);
-    unit(Grade {
+    unit(SensorGrade {
         accelerometer,
         gyroscope,
         ..grade
@@ -125,7 +125,7 @@ fn a_seed_always_gives_the_same_session_and_others_another() {
 #[test]
 fn one_more_target_changes_nothing_for_the_others() {
     let mut more = scenario(3);
-    more.targets.push(unit(Grade::industrial()));
+    more.targets.push(unit(SensorGrade::industrial()));
     let (two, three) = (simulate(&scenario(3)).unwrap(), simulate(&more).unwrap());
     assert_eq!(two.reference, three.reference);
     assert_eq!(two.targets[..], three.targets[..2]);
@@ -177,12 +177,12 @@ fn a_unit_at_rest_reads_m_times_truth_plus_bias_within_noise() {
 fn the_gyroscope_integrates_a_turn_by_its_error_model() {
     let mut scenario = scenario(6);
     scenario.table.latitude = None;
-    let grade = Grade::industrial();
+    let grade = SensorGrade::industrial();
     let gyroscope = TriadGrade {
         g_sensitivity: 0.0,
         ..grade.gyroscope
     };
-    scenario.targets = vec![noiseless_unit(Grade { gyroscope, ..grade })];
+    scenario.targets = vec![noiseless_unit(SensorGrade { gyroscope, ..grade })];
     let session = simulate(&scenario).unwrap();
     let record = &session.targets[0];
     for pair in session.motion.rests().windows(2) {
@@ -214,7 +214,7 @@ fn a_clock_with_an_offset_stamps_samples_by_its_own_time() {
     let mut scenario = scenario(7);
     scenario.targets = vec![UnitSetup {
         clock: ClockSetup::Given(clock),
-        ..noiseless_unit(Grade::tactical())
+        ..noiseless_unit(SensorGrade::tactical())
     }];
     let session = simulate(&scenario).unwrap();
     let record = &session.targets[0];
@@ -249,7 +249,7 @@ fn a_lever_arm_adds_centripetal_force_in_turns_only() {
         geometry: Geometry::Perfect,
         package_from_case: RotationSetup::Given(Vector3::zeros()),
         lever_arm,
-        ..noiseless_unit(Grade::tactical())
+        ..noiseless_unit(SensorGrade::tactical())
     };
     scenario.targets = vec![with(Vector3::zeros()), with(Vector3::new(0.1, 0.2, 0.3))];
     let session = simulate(&scenario).unwrap();
@@ -277,7 +277,7 @@ fn a_lever_arm_adds_centripetal_force_in_turns_only() {
 #[test]
 fn a_slipped_unit_reads_the_turned_truth_afterwards() {
     let mut scenario = scenario(9);
-    let mut target = noiseless_unit(Grade::tactical());
+    let mut target = noiseless_unit(SensorGrade::tactical());
     target.faults = vec![InjectedFault::Moved {
         start: 2.0,
         axis: 1,
@@ -322,7 +322,7 @@ fn warming_moves_the_bias_and_is_reported_as_drift() {
         rise: 10.0,
         time_constant: 20.0,
     };
-    scenario.targets = vec![noiseless_unit(Grade::consumer())];
+    scenario.targets = vec![noiseless_unit(SensorGrade::consumer())];
     let session = simulate(&scenario).unwrap();
     let record = &session.targets[0];
     let last = record.samples.len() - 1;

@@ -5,10 +5,10 @@ use rand::RngExt;
 use serde::Deserialize;
 
 use crate::simulate::fault::{Channels, InjectedFault, RecordedSamples};
-use crate::simulate::grade::Grade;
+use crate::simulate::grade::SensorGrade;
 use crate::simulate::noise::{flicker, white};
 use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE, TriadErrors, quantised};
-use crate::simulate::stream::{Purpose, RandomStream, direction, normal_vector, stream};
+use crate::simulate::stream::{RandomStream, StreamPurpose, direction, normal_vector, stream};
 use crate::simulate::trajectory::{Trajectory, TrueMotion};
 
 /// A rotation given, or drawn.
@@ -142,7 +142,7 @@ impl Ageing {
 #[serde(deny_unknown_fields)]
 pub struct UnitSetup {
     /// Grade of the unit.
-    pub grade: Grade,
+    pub grade: SensorGrade,
     /// Geometric errors: those of the grade, or none.
     pub geometry: Geometry,
     /// Samples a second, Hz, by its own clock.
@@ -230,8 +230,11 @@ pub struct UnitRecord {
 }
 
 /// Streams of white noise and of bias instability.
-const ACCELEROMETER_NOISE: [Purpose; 2] = [Purpose::AccelerometerWhite, Purpose::AccelerometerFlicker];
-const GYROSCOPE_NOISE: [Purpose; 2] = [Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker];
+const ACCELEROMETER_NOISE: [StreamPurpose; 2] = [
+    StreamPurpose::AccelerometerWhite,
+    StreamPurpose::AccelerometerFlicker,
+];
+const GYROSCOPE_NOISE: [StreamPurpose; 2] = [StreamPurpose::GyroscopeWhite, StreamPurpose::GyroscopeFlicker];
 
 /// Draws a unit and lets it record the motion; `number` 0 is the reference.
 pub fn record(
@@ -242,17 +245,17 @@ pub fn record(
 ) -> UnitRecord {
     let streams = |purpose| stream(conditions.seed, number, purpose);
     let (package_from_case, [mut accelerometer, mut gyroscope]) =
-        unit.draw(conditions, &mut streams(Purpose::Geometry));
+        unit.draw(conditions, &mut streams(StreamPurpose::Geometry));
     let ageing = unit.age(
         [&mut accelerometer, &mut gyroscope],
-        &mut streams(Purpose::Ageing),
+        &mut streams(StreamPurpose::Ageing),
     );
-    let clock = unit.clock.clock(&mut streams(Purpose::Clock));
+    let clock = unit.clock.clock(&mut streams(StreamPurpose::Clock));
     let count = clock.count(unit.rate, motion.duration());
-    let noise = |triad, purposes: [Purpose; 2]| noise(triad, unit.rate, count, purposes.map(streams));
+    let noise = |triad, purposes: [StreamPurpose; 2]| noise(triad, unit.rate, count, purposes.map(streams));
     let (mut forces, force_flicker) = noise(&accelerometer, ACCELEROMETER_NOISE);
     let (mut rates, rate_flicker) = noise(&gyroscope, GYROSCOPE_NOISE);
-    let mut faults = streams(Purpose::Faults);
+    let mut faults = streams(StreamPurpose::Faults);
     let session_time = |index| clock.session_time(unit.rate, index);
     for fault in &unit.faults {
         fault.disturb(Channels::Accelerometer, &mut forces, session_time, &mut faults);

@@ -235,7 +235,7 @@ impl BandPass {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::stream::{Purpose, stream};
+    use crate::simulate::stream::{StreamPurpose, stream};
 
     fn settings() -> VibrationSettings {
         VibrationSettings {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     fn vibration(settings: &VibrationSettings) -> VibrationLoop {
-        VibrationLoop::draw(settings, &mut stream(3, 0, Purpose::Vibration))
+        VibrationLoop::draw(settings, &mut stream(3, 0, StreamPurpose::Vibration))
     }
 
     /// Power of specific force x in a tone of that many waves a loop, over the mean square.

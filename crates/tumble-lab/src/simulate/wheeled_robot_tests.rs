@@ -1,6 +1,6 @@
 use super::*;
 use crate::simulate::attitude::mounted;
-use crate::simulate::stream::{Purpose, stream};
+use crate::simulate::stream::{StreamPurpose, stream};
 use proptest::prelude::*;
 use tumble_core::gravity::EARTH_RATE;
 
@@ -26,7 +26,7 @@ fn plan(steps: Vec<RobotStep>) -> RobotPlan {
 }
 
 fn played(plan: RobotPlan) -> RobotMotion {
-    RobotMotion::new(plan, &mut stream(17, 1, Purpose::Floor))
+    RobotMotion::new(plan, &mut stream(17, 1, StreamPurpose::Floor))
 }
 
 fn rest(duration: f64) -> RobotStep {

@@ -21,7 +21,7 @@ pub(super) struct Delayed {
 
 /// Least delays and means of the odd samples of a block, of the even ones, and of all.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
+pub(super) struct DelayBlock {
     least: [Node; 2],
     sum: [f64; 2],
     time: f64,
@@ -37,7 +37,7 @@ pub enum Follows {
     Mean,
 }
 
-impl Block {
+impl DelayBlock {
     fn new() -> Self {
         let nothing = Node {
             time: 0.0,
@@ -87,13 +87,13 @@ impl Block {
 }
 
 /// Cuts samples, in order of time, into blocks of even length.
-pub(super) fn blocks(samples: impl Iterator<Item = Delayed>, span: f64, period: f64) -> Vec<Block> {
+pub(super) fn blocks(samples: impl Iterator<Item = Delayed>, span: f64, period: f64) -> Vec<DelayBlock> {
     let length = (span / FEWEST_BLOCKS).clamp(FEWEST_SAMPLES * period, BLOCK.max(FEWEST_SAMPLES * period));
-    let mut found: Vec<(f64, Block)> = Vec::new();
+    let mut found: Vec<(f64, DelayBlock)> = Vec::new();
     for sample in samples {
         let place = (sample.time / length).floor();
         if found.last().is_none_or(|(last, _)| place > *last) {
-            found.push((place, Block::new()));
+            found.push((place, DelayBlock::new()));
         }
         if let Some((_, block)) = found.last_mut() {
             block.add(sample);
@@ -103,7 +103,7 @@ pub(super) fn blocks(samples: impl Iterator<Item = Delayed>, span: f64, period: 
 }
 
 /// Chooses the figure of which odd and even samples agree better, and gives 1-sigma of it, s (eq. 11).
-pub(super) fn choose<'a>(blocks: impl Iterator<Item = &'a Block> + Clone) -> (Follows, f64) {
+pub(super) fn choose<'a>(blocks: impl Iterator<Item = &'a DelayBlock> + Clone) -> (Follows, f64) {
     let sigma = |follows| {
         let apart: Vec<f64> = (blocks.clone())
             .filter_map(|block| block.disagreement(follows))

@@ -42,14 +42,14 @@ tumble_core::vocabulary! {
 
 /// Share of the scatter of stamps by which samples were really taken late (eq. 14), gathered over a recording.
 #[derive(Clone, Debug, Default)]
-pub struct Evidence {
+pub struct LatenessEvidence {
     row: usize,
     /// Last samples: row, delay of the stamp behind the fitted time, s, and the channels.
     tail: Vec<(usize, f64, [f64; 6])>,
     blocks: Vec<(f64, f64)>,
 }
 
-impl Evidence {
+impl LatenessEvidence {
     /// Takes in successive samples: stamps, s, and six channels; of the gyroscope and the accelerometer.
     pub fn push(&mut self, times: &SampleTimes, stamps: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) {
         for (k, stamp) in stamps.iter().enumerate() {

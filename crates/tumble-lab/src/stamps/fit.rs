@@ -3,7 +3,7 @@
 //! Equations: docs/theory/clocks.md.
 
 use super::count::{Loss, losses};
-use super::envelope::{Block, Delayed, Follows, blocks, choose};
+use super::envelope::{DelayBlock, Delayed, Follows, blocks, choose};
 use super::period::{FEWEST, Period, measure};
 use super::walk::{Walk, join};
 
@@ -109,7 +109,7 @@ fn span(walk: &Walk) -> f64 {
 
 /// Cuts one stretch into blocks, its times counted from its first stamp.
 #[allow(clippy::cast_precision_loss)]
-fn blocks_of(stamps: &[f64], numbers: &[u64], period: f64) -> Vec<Block> {
+fn blocks_of(stamps: &[f64], numbers: &[u64], period: f64) -> Vec<DelayBlock> {
     let samples = stamps.iter().zip(numbers).map(|(stamp, number)| {
         let time = (number - numbers[0]) as f64 * period;
         Delayed {
@@ -155,7 +155,7 @@ fn fit_by(stamps: &[f64], period: &Period) -> Option<SampleTimes> {
         .map(|loss| loss.first_row)
         .collect();
     firsts.push(stamps.len());
-    let cut: Vec<(usize, Vec<Block>)> = firsts
+    let cut: Vec<(usize, Vec<DelayBlock>)> = firsts
         .windows(2)
         .map(|rows| {
             (

@@ -11,6 +11,6 @@ mod fit;
 pub mod period;
 pub mod walk;
 
-pub use evidence::{Evidence, Sampling};
+pub use evidence::{LatenessEvidence, Sampling};
 pub use fit::{SampleTimes, fit_times};
 pub use period::{Period, are_late};

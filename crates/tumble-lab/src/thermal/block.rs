@@ -20,7 +20,7 @@ const SAME_ORIENTATION: f64 = 0.985;
 
 /// A stretch during which the unit stood still.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct RestBlock {
     /// Which session: errors of different ones have nothing in common.
     pub session: usize,
     /// In which pose it was held: a constant of its own is fitted to each.
@@ -35,7 +35,7 @@ pub struct Block {
     pub leg: f64,
 }
 
-impl Block {
+impl RestBlock {
     /// With the temperature of a sensor that its thermometer is behind by a time constant, s.
     pub fn lagged(&self, lag: f64) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Block {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ThermalBlocks {
     /// In order of time.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<RestBlock>,
     /// m/s^2, then rad/s.
     pub means: Vec<[f64; CHANNELS]>,
     /// Poses, in all sessions.
@@ -81,7 +81,7 @@ impl ThermalBlocks {
         let length = spans.last().map_or(0.0, |last| last.time[1] - spans[0].time[0]) / BLOCKS;
         let rests = rests(spans);
         let usual = usual_interval(spans);
-        let mut stretches: Vec<Stretch> = Vec::new();
+        let mut stretches: Vec<RestStretch> = Vec::new();
         for ((span, temperature), rest) in spans.iter().zip(smooth(spans, step)).zip(rests) {
             let Some(rest) = rest else {
                 self.moved += span.duration();
@@ -92,15 +92,15 @@ impl ThermalBlocks {
                 Some(open) if open.holds(span, rest, length, PAUSE * usual) => {
                     open.append(span, &temperature)
                 }
-                _ => stretches.push(Stretch::of(span, temperature, rest)),
+                _ => stretches.push(RestStretch::of(span, temperature, rest)),
             }
         }
         self.close(&stretches, fixture);
     }
 
     /// Numbers the poses of a session, and keeps the stretches of those that are informative.
-    fn close(&mut self, stretches: &[Stretch], fixture: bool) {
-        let mut poses: Vec<Pose> = Vec::new();
+    fn close(&mut self, stretches: &[RestStretch], fixture: bool) {
+        let mut poses: Vec<BlockPose> = Vec::new();
         let numbers: Vec<usize> = stretches
             .iter()
             .map(|stretch| {
@@ -114,7 +114,7 @@ impl ThermalBlocks {
                 });
                 let number = known.unwrap_or(poses.len());
                 if known.is_none() {
-                    poses.push(Pose {
+                    poses.push(BlockPose {
                         rest: stretch.rest,
                         force,
                         blocks: 0,
@@ -138,7 +138,7 @@ impl ThermalBlocks {
     }
 }
 
-struct Pose {
+struct BlockPose {
     rest: usize,
     force: Vector3<f64>,
     blocks: usize,
@@ -146,13 +146,13 @@ struct Pose {
 }
 
 /// Spans of a rest that follow each other, on the way to a block.
-struct Stretch {
+struct RestStretch {
     span: Span,
     temperature: SmoothTemperature,
     rest: usize,
 }
 
-impl Stretch {
+impl RestStretch {
     fn of(span: &Span, temperature: SmoothTemperature, rest: usize) -> Self {
         Self {
             span: *span,
@@ -179,8 +179,8 @@ impl Stretch {
             .unwrap_or_else(Vector3::zeros)
     }
 
-    fn block(&self, pose: usize) -> Block {
-        Block {
+    fn block(&self, pose: usize) -> RestBlock {
+        RestBlock {
             session: self.span.session,
             pose,
             interval: Interval {

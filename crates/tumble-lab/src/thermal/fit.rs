@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::distributions::{INTERVAL, student_quantile};
 
-use super::block::Block;
+use super::block::RestBlock;
 use super::whitening::Whitening;
 
 /// Ratios `B^2 / N^2`, 1/s, over which is averaged: the bias wanders on an hour's time, or on a second's.
@@ -52,7 +52,7 @@ impl Terms {
 
 /// Regressors of an axis at the blocks: temperatures, legs and poses, and their noise.
 #[derive(Clone, Debug)]
-pub struct Design<'a> {
+pub struct DriftDesign<'a> {
     whitening: &'a Whitening,
     /// Temperature less the reference, over the largest there is, for each block.
     temperature: Vec<f64>,
@@ -66,7 +66,7 @@ pub struct Design<'a> {
 
 /// Fit of one axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AxisFit {
+pub struct DriftFit {
     /// Which terms.
     pub terms: Terms,
     /// Reading of the axis at the reference temperature in each pose, in its unit.
@@ -86,7 +86,7 @@ pub struct AxisFit {
     pub likelihood: f64,
 }
 
-impl AxisFit {
+impl DriftFit {
     /// Coefficients of the powers of the bias.
     pub fn bias(&self) -> &[f64] {
         &self.coefficients.as_slice()[..self.terms.bias]
@@ -136,9 +136,9 @@ impl AxisFit {
     }
 }
 
-impl<'a> Design<'a> {
+impl<'a> DriftDesign<'a> {
     /// Blocks that `whitening` was made of, temperatures counted from `reference`, degC.
-    pub fn new(whitening: &'a Whitening, blocks: &[Block], reference: f64) -> Self {
+    pub fn new(whitening: &'a Whitening, blocks: &[RestBlock], reference: f64) -> Self {
         let off = blocks.iter().map(|block| block.temperature - reference);
         let largest = off.clone().map(f64::abs).fold(f64::MIN_POSITIVE, f64::max);
         Self {
@@ -154,7 +154,7 @@ impl<'a> Design<'a> {
 
     /// Fits the terms to the means of one axis, in the order of the blocks; None where there are too few, or the terms
     /// cannot be separated.
-    pub fn fit(&self, means: &[f64], terms: &Terms) -> Option<AxisFit> {
+    pub fn fit(&self, means: &[f64], terms: &Terms) -> Option<DriftFit> {
         let y = self.whitened(means);
         let mut constants = self.pose_means(means);
         let mut found = None;
@@ -169,7 +169,7 @@ impl<'a> Design<'a> {
     }
 
     /// Fits the terms where the noise is known, `N^2` and `B^2`: with the covariance that no unbiased fit can beat.
-    pub fn fit_with_noise(&self, means: &[f64], terms: &Terms, noise: [f64; 2]) -> Option<AxisFit> {
+    pub fn fit_with_noise(&self, means: &[f64], terms: &Terms, noise: [f64; 2]) -> Option<DriftFit> {
         let rows = self.whitening.apply(&self.rows(terms, &self.pose_means(means)));
         let mut fit = self.with_ratio(&self.whitened(means), &rows, noise[1] / noise[0], terms)?;
         fit.covariance *= noise[0] / fit.noise[0];
@@ -217,8 +217,8 @@ impl<'a> Design<'a> {
 
     /// The mean over all ratios of `B^2` to `N^2`, each as likely as what is left makes it: the data do not show the
     /// ratio well, and a sigma for the most likely one alone would be too small.
-    fn averaged(&self, y: &DVector<f64>, rows: &DMatrix<f64>, terms: &Terms) -> Option<AxisFit> {
-        let fits: Vec<AxisFit> = ratios()
+    fn averaged(&self, y: &DVector<f64>, rows: &DMatrix<f64>, terms: &Terms) -> Option<DriftFit> {
+        let fits: Vec<DriftFit> = ratios()
             .filter_map(|ratio| self.with_ratio(y, rows, ratio, terms))
             .collect();
         let likeliest = fits
@@ -229,7 +229,7 @@ impl<'a> Design<'a> {
             .iter()
             .map(|fit| (fit.restricted_likelihood - likeliest.restricted_likelihood).exp());
         let total: f64 = shares.clone().sum();
-        let weighted: Vec<(&AxisFit, f64)> = fits.iter().zip(shares.map(|share| share / total)).collect();
+        let weighted: Vec<(&DriftFit, f64)> = fits.iter().zip(shares.map(|share| share / total)).collect();
         let none = DVector::zeros(likeliest.coefficients.len());
         let coefficients = weighted
             .iter()
@@ -242,7 +242,7 @@ impl<'a> Design<'a> {
         let freedom = (y.len() - rows.ncols()) as f64;
         let widening = widening(&weighted, &covariance, freedom);
         let covariance = &widening * covariance * &widening;
-        Some(AxisFit {
+        Some(DriftFit {
             coefficients,
             covariance,
             ..likeliest
@@ -255,7 +255,7 @@ impl<'a> Design<'a> {
         rows: &DMatrix<f64>,
         ratio: f64,
         terms: &Terms,
-    ) -> Option<AxisFit> {
+    ) -> Option<DriftFit> {
         let freedom = y.len().checked_sub(rows.ncols()).filter(|freedom| *freedom > 0)? as f64;
         let variance = self.whitening.variances(ratio);
         let weights = variance.map(|v| v.sqrt().recip());
@@ -279,7 +279,7 @@ impl<'a> Design<'a> {
         let of_noise: f64 = variance.iter().map(|v| v.ln()).sum();
         let of_fit: f64 = -2.0 * inverse.diagonal().map(|v| v.abs().ln()).sum();
         let held = self.held;
-        Some(AxisFit {
+        Some(DriftFit {
             terms: *terms,
             constants: x.rows(0, held).iter().copied().collect(),
             coefficients: x.rows(held, x.len() - held).into_owned(),
@@ -294,7 +294,7 @@ impl<'a> Design<'a> {
     }
 
     /// Undoes the scaling of temperature.
-    fn in_kelvin(&self, mut fit: AxisFit) -> AxisFit {
+    fn in_kelvin(&self, mut fit: DriftFit) -> DriftFit {
         let terms = fit.terms;
         let factor = DVector::from_fn(terms.count(), |term, _| {
             let power = if term < terms.bias {
@@ -326,7 +326,7 @@ fn ratios() -> impl Iterator<Item = f64> {
 }
 
 /// By how much the sigma of each coefficient is to be widened, as its variance is itself uncertain.
-fn widening(weighted: &[(&AxisFit, f64)], covariance: &DMatrix<f64>, freedom: f64) -> DMatrix<f64> {
+fn widening(weighted: &[(&DriftFit, f64)], covariance: &DMatrix<f64>, freedom: f64) -> DMatrix<f64> {
     let each = DVector::from_fn(covariance.ncols(), |term, _| {
         let variance = covariance[(term, term)];
         let spread: f64 = weighted
@@ -351,7 +351,7 @@ fn share_of_knot(knots: usize, knot: usize, t: f64, [low, high]: [f64; 2]) -> f6
 }
 
 /// Lowest and highest temperature, degC, that some pose was held at both while it warmed and while it cooled.
-fn shared_by_legs(blocks: &[Block]) -> [f64; 2] {
+fn shared_by_legs(blocks: &[RestBlock]) -> [f64; 2] {
     let nothing = [f64::INFINITY, f64::NEG_INFINITY];
     let range = |pose: usize, leg: f64| {
         let on_leg = blocks.iter().filter(|b| b.pose == pose && leg * b.leg > ON_A_LEG);

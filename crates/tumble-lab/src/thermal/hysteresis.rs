@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{AxisFit, KNOTS};
+use super::fit::{DriftFit, KNOTS};
 use crate::distributions::{INTERVAL, chi_square_tail, median, student_quantile};
 
 /// Chance of a chi-square below which the difference is no constant.
@@ -30,7 +30,7 @@ pub struct Hysteresis {
 
 impl Hysteresis {
     /// Hysteresis of a fit with a constant or a curve; None where it has neither.
-    pub fn of(fit: &AxisFit) -> Option<Self> {
+    pub fn of(fit: &DriftFit) -> Option<Self> {
         let first = fit.terms.bias + fit.terms.scale;
         let count = fit.terms.hysteresis;
         let values = DVector::from_column_slice(fit.hysteresis());
@@ -42,7 +42,7 @@ impl Hysteresis {
         }
     }
 
-    fn constant(fit: &AxisFit, value: f64, sigma: f64) -> Self {
+    fn constant(fit: &DriftFit, value: f64, sigma: f64) -> Self {
         Self {
             knots: vec![[0.5 * (fit.shared[0] + fit.shared[1]), value, sigma]],
             largest: [value, sigma],
@@ -51,7 +51,7 @@ impl Hysteresis {
         }
     }
 
-    fn curve(fit: &AxisFit, values: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<Self> {
+    fn curve(fit: &DriftFit, values: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<Self> {
         let count = values.len();
         let sigmas = covariance.diagonal().map(f64::sqrt);
         let trapezoid = DVector::from_fn(count, |knot, _| {
@@ -84,7 +84,7 @@ impl Hysteresis {
 }
 
 /// True where a fit with a curve shows that the difference is no constant.
-pub fn is_curve(fit: &AxisFit) -> bool {
+pub fn is_curve(fit: &DriftFit) -> bool {
     let first = fit.terms.bias + fit.terms.scale;
     let values = DVector::from_column_slice(fit.hysteresis());
     let covariance = fit.covariance.view((first, first), (KNOTS, KNOTS)).into_owned();

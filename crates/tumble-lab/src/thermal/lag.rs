@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::block::{Block, ThermalBlocks};
-use super::fit::{Design, KNOTS, Terms};
+use super::block::{RestBlock, ThermalBlocks};
+use super::fit::{DriftDesign, KNOTS, Terms};
 use super::whitening::Whitening;
 use crate::distributions::chi_square_tail;
 
@@ -56,7 +56,7 @@ impl Lagging {
 
 /// Loop of a channel that was chosen beside a lag.
 #[derive(Clone, Copy)]
-struct Choice {
+struct LagChoice {
     likelihood: f64,
     has_loop: bool,
 }
@@ -73,7 +73,7 @@ struct Candidates<'a> {
 /// beside it are hysteresis. One axis and a steady ramp cannot separate the two. Axes whose bias does not depend on
 /// temperature show no lag. None as well where one leg is missing.
 pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[Needs]) -> Lagging {
-    let design = Design::new(whitening, &data.blocks, reference_of(&data.blocks));
+    let design = DriftDesign::new(whitening, &data.blocks, reference_of(&data.blocks));
     let channels: Vec<(Vec<f64>, Terms)> = channels
         .iter()
         .filter(|(_, terms)| terms.hysteresis > 0)
@@ -119,8 +119,8 @@ pub fn thermometer_lag(data: &ThermalBlocks, whitening: &Whitening, channels: &[
 impl Candidates<'_> {
     /// Likelihoods of each channel, with that many terms of hysteresis.
     fn likelihoods(&self, lag: f64, hysteresis: usize) -> Vec<f64> {
-        let blocks: Vec<Block> = self.data.blocks.iter().map(|block| block.lagged(lag)).collect();
-        let design = Design::new(self.whitening, &blocks, reference_of(&blocks));
+        let blocks: Vec<RestBlock> = self.data.blocks.iter().map(|block| block.lagged(lag)).collect();
+        let design = DriftDesign::new(self.whitening, &blocks, reference_of(&blocks));
         let of_channel = |(means, terms): &(Vec<f64>, Terms)| {
             let terms = Terms { hysteresis, ..*terms };
             design
@@ -161,12 +161,12 @@ impl Candidates<'_> {
     }
 
     /// Simplest loop of each channel beside a lag, and the likelihood less what the loop costs; `without` lag or loop.
-    fn simplest(&self, lag: f64, without: &[f64]) -> Vec<Choice> {
+    fn simplest(&self, lag: f64, without: &[f64]) -> Vec<LagChoice> {
         let plain = self.likelihoods(lag, 0);
         let loops = [1, KNOTS].map(|terms| (terms, self.likelihoods(lag, terms)));
         let blocks = self.data.blocks.len() as f64;
         let choose = |channel: usize| {
-            let none = Choice {
+            let none = LagChoice {
                 likelihood: plain[channel],
                 has_loop: false,
             };
@@ -175,7 +175,7 @@ impl Candidates<'_> {
                 let cost = (0.5 * *terms as f64 * blocks.ln()).max(CLEARLY) + remains; // eq. 16
                 let likelihood = found[channel] - cost;
                 if likelihood > best.likelihood {
-                    Choice {
+                    LagChoice {
                         likelihood,
                         has_loop: true,
                     }
@@ -206,7 +206,7 @@ impl Candidates<'_> {
     }
 }
 
-fn reference_of(blocks: &[Block]) -> f64 {
+fn reference_of(blocks: &[RestBlock]) -> f64 {
     blocks.first().map_or(0.0, |block| block.temperature)
 }
 
@@ -214,7 +214,7 @@ fn reference_of(blocks: &[Block]) -> f64 {
 ///
 /// A lag moves the legs apart by the slope of the bias. An axis without slope shows none, and its wandering bias would
 /// be explained by any.
-fn has_drift(design: &Design, means: &[f64], most: &Terms) -> bool {
+fn has_drift(design: &DriftDesign, means: &[f64], most: &Terms) -> bool {
     (1..=most.bias).any(|bias| {
         let terms = Terms {
             bias,
@@ -229,7 +229,7 @@ fn sum(values: &[f64]) -> f64 {
     values.iter().sum()
 }
 
-fn sum_of(choices: &[Choice]) -> f64 {
+fn sum_of(choices: &[LagChoice]) -> f64 {
     choices.iter().map(|choice| choice.likelihood).sum()
 }
 

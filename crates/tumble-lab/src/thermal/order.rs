@@ -3,8 +3,8 @@
 //! Stretches of time are held out, not single means: neighbours share their errors, so that one predicts the other
 //! whatever the polynomial.
 
-use super::block::Block;
-use super::fit::{Design, Terms};
+use super::block::RestBlock;
+use super::fit::{DriftDesign, Terms};
 use super::whitening::Whitening;
 
 /// Stretches of equal length that are left out one by one.
@@ -33,7 +33,7 @@ pub struct Folds {
 struct Fold {
     kept: Vec<usize>,
     /// Those that were kept, with their poses numbered anew.
-    blocks: Vec<Block>,
+    blocks: Vec<RestBlock>,
     whitening: Whitening,
     /// Held-out blocks, with the new number of their pose: poses that were held in no other stretch have none.
     out: Vec<(usize, usize)>,
@@ -41,7 +41,7 @@ struct Fold {
 
 impl Folds {
     /// Stretches of blocks in order of time.
-    pub fn new(blocks: &[Block]) -> Self {
+    pub fn new(blocks: &[RestBlock]) -> Self {
         let folds = (0..STRETCHES).filter_map(|stretch| Fold::new(blocks, stretch));
         Self {
             folds: folds.collect(),
@@ -54,7 +54,7 @@ impl Folds {
     /// None where there is too little to leave anything out.
     pub fn choose(
         &self,
-        blocks: &[Block],
+        blocks: &[RestBlock],
         means: &[f64],
         reference: f64,
         candidates: &[Terms],
@@ -80,17 +80,17 @@ impl Folds {
 }
 
 impl Fold {
-    fn new(blocks: &[Block], stretch: usize) -> Option<Self> {
+    fn new(blocks: &[RestBlock], stretch: usize) -> Option<Self> {
         let (out, kept): (Vec<usize>, Vec<usize>) =
             (0..blocks.len()).partition(|place| place * STRETCHES / blocks.len() == stretch);
         let mut poses: Vec<usize> = kept.iter().map(|place| blocks[*place].pose).collect();
         poses.sort_unstable();
         poses.dedup();
         let number = |place: &usize| poses.binary_search(&blocks[*place].pose).ok();
-        let others: Vec<Block> = kept
+        let others: Vec<RestBlock> = kept
             .iter()
             .filter_map(|place| {
-                Some(Block {
+                Some(RestBlock {
                     pose: number(place)?,
                     ..blocks[*place]
                 })
@@ -111,12 +111,12 @@ impl Fold {
     /// Mean squares of the errors of the stretch, for each candidate, when it is predicted from the others.
     fn foretold(
         &self,
-        blocks: &[Block],
+        blocks: &[RestBlock],
         means: &[f64],
         reference: f64,
         candidates: &[Terms],
     ) -> Option<Vec<f64>> {
-        let design = Design::new(&self.whitening, &self.blocks, reference);
+        let design = DriftDesign::new(&self.whitening, &self.blocks, reference);
         let kept: Vec<f64> = self.kept.iter().map(|place| means[*place]).collect();
         candidates
             .iter()

@@ -3,8 +3,8 @@
 use tumble_core::sample::CHANNELS;
 use tumble_core::temperature::HIGHEST_ORDER;
 
-use super::block::{Block, ThermalBlocks, blocks};
-use super::fit::{AxisFit, Design, KNOTS, Terms};
+use super::block::{RestBlock, ThermalBlocks, blocks};
+use super::fit::{DriftDesign, DriftFit, KNOTS, Terms};
 use super::hysteresis::{Hysteresis, is_curve};
 use super::lag::{Lagging, Needs, thermometer_lag};
 use super::order::{Choice, Folds};
@@ -65,7 +65,7 @@ pub struct AxisDrift {
     /// Which of the six channels.
     pub channel: usize,
     /// Fit of the terms that the data bear, hysteresis last where both legs are known.
-    pub fit: AxisFit,
+    pub fit: DriftFit,
     /// Sets of terms among which was chosen.
     pub candidates: Vec<Terms>,
     /// Which of them, and what each left.
@@ -81,7 +81,7 @@ pub struct AxisDrift {
 impl AxisDrift {
     /// By how much each block reads other than at the reference in its pose, less what scale does: unit of the axis.
     pub fn changes(&self, data: &ThermalBlocks, reference: f64) -> Vec<f64> {
-        let change = |(block, means): (&Block, &[f64; CHANNELS])| {
+        let change = |(block, means): (&RestBlock, &[f64; CHANNELS])| {
             means[self.channel] - self.fit.without_bias(block.pose, block.temperature - reference)
         };
         data.blocks.iter().zip(&data.means).map(change).collect()
@@ -127,7 +127,7 @@ pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<
         .unwrap_or(0.5 * (range[0] + range[1]))
         .clamp(range[0], range[1]);
     let folds = Folds::new(&data.blocks);
-    let design = Design::new(&whitening, &data.blocks, reference);
+    let design = DriftDesign::new(&whitening, &data.blocks, reference);
     let axes = settings
         .channels
         .iter()
@@ -168,7 +168,7 @@ fn refuse_unfit(data: &ThermalBlocks) -> Result<(), ThermalError> {
     Ok(())
 }
 
-fn range_of<'a>(blocks: impl IntoIterator<Item = &'a Block>) -> [f64; 2] {
+fn range_of<'a>(blocks: impl IntoIterator<Item = &'a RestBlock>) -> [f64; 2] {
     let nothing = [f64::INFINITY, f64::NEG_INFINITY];
     blocks.into_iter().fold(nothing, |[low, high], block| {
         [low.min(block.temperature), high.max(block.temperature)]
@@ -193,7 +193,7 @@ fn both_legs(data: &ThermalBlocks) -> bool {
 
 fn axis(
     data: &ThermalBlocks,
-    design: &Design,
+    design: &DriftDesign,
     folds: &Folds,
     reference: f64,
     channel: usize,
@@ -201,12 +201,12 @@ fn axis(
 ) -> Option<AxisDrift> {
     let means = data.channel(channel);
     let most = with_shape(design, &means, most_terms(data, channel, hysteresis));
-    let fits: Vec<AxisFit> = candidates(&most)
+    let fits: Vec<DriftFit> = candidates(&most)
         .iter()
         .filter_map(|terms| design.fit(&means, terms))
         .collect();
     let candidates: Vec<Terms> = fits.iter().map(|fit| fit.terms).collect();
-    let certain: Vec<bool> = fits.iter().map(AxisFit::is_certain).collect();
+    let certain: Vec<bool> = fits.iter().map(DriftFit::is_certain).collect();
     let choice = folds.choose(&data.blocks, &means, reference, &candidates, &certain)?;
     let fit = fits[choice.chosen].clone();
     let terms = fit.terms;
@@ -244,7 +244,7 @@ fn most_terms(data: &ThermalBlocks, channel: usize, hysteresis: bool) -> Terms {
 }
 
 /// The same with a difference between warming and cooling that is a curve, where the axis shows one.
-fn with_shape(design: &Design, means: &[f64], most: Terms) -> Terms {
+fn with_shape(design: &DriftDesign, means: &[f64], most: Terms) -> Terms {
     let curve = Terms {
         hysteresis: KNOTS,
         ..most

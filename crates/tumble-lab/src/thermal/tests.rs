@@ -3,8 +3,8 @@
 use tumble_core::noise::Interval;
 use tumble_core::sample::CHANNELS;
 
-use super::block::{Block, ThermalBlocks};
-use super::fit::{AxisFit, Design, Terms};
+use super::block::{RestBlock, ThermalBlocks};
+use super::fit::{DriftDesign, DriftFit, Terms};
 use super::lag::{Lagging, thermometer_lag};
 use super::order::Folds;
 use super::procedure::{ThermalDrift, ThermalError, ThermalSettings, thermal};
@@ -12,7 +12,7 @@ use super::recorder::ThermalRecorder;
 use super::whitening::Whitening;
 use crate::distributions::INTERVAL;
 use crate::simulate::noise::{flicker, white};
-use crate::simulate::stream::{Purpose, RandomStream, stream};
+use crate::simulate::stream::{RandomStream, StreamPurpose, stream};
 
 const SEED: u64 = 20_261_122;
 const BLOCKS: usize = 120;
@@ -32,11 +32,11 @@ fn bias_of(order: usize) -> Terms {
 }
 
 /// Up from -20 to 70 degC and down again, in one pose.
-fn up_and_down() -> Vec<Block> {
+fn up_and_down() -> Vec<RestBlock> {
     let block = |place: usize| {
         let along = 2.0 * (place as f64 + 0.5) / BLOCKS as f64;
         let leg = if along < 1.0 { 1.0 } else { -1.0 };
-        Block {
+        RestBlock {
             session: 0,
             pose: 0,
             interval: Interval {
@@ -56,8 +56,8 @@ fn polynomial(powers: &[f64], t: f64) -> f64 {
 }
 
 /// Means over the blocks of an axis with polynomials, and white noise and flicker noise of a run.
-fn noisy(blocks: &[Block], truth: &[f64], run: u64) -> Vec<f64> {
-    let mut random: RandomStream = stream(SEED, run, Purpose::StillNoise);
+fn noisy(blocks: &[RestBlock], truth: &[f64], run: u64) -> Vec<f64> {
+    let mut random: RandomStream = stream(SEED, run, StreamPurpose::StillNoise);
     let each = (SECONDS * RATE) as usize;
     let noise = white(N, RATE, each * blocks.len(), &mut random);
     let slow = flicker(B, each * blocks.len(), &mut random);
@@ -81,7 +81,7 @@ fn without_noise_every_coefficient_is_found_exactly() {
         .map(|block| 0.3 + polynomial(&truth, block.temperature - REFERENCE) + 0.5 * block.leg * 1e-3)
         .collect();
     let whitening = Whitening::new(&blocks);
-    let fit = Design::new(&whitening, &blocks, REFERENCE)
+    let fit = DriftDesign::new(&whitening, &blocks, REFERENCE)
         .fit(&means, &bias_of(3))
         .unwrap();
     for (found, truth) in fit.bias().iter().zip(truth) {
@@ -95,10 +95,10 @@ fn without_noise_every_coefficient_is_found_exactly() {
 fn poses_of_different_specific_force_tell_scale_from_bias() {
     let felt = [9.8, -9.8, 0.0];
     let poses = felt.len();
-    let blocks: Vec<Block> = up_and_down()
+    let blocks: Vec<RestBlock> = up_and_down()
         .into_iter()
         .enumerate()
-        .map(|(place, block)| Block {
+        .map(|(place, block)| RestBlock {
             pose: place % poses,
             ..block
         })
@@ -116,7 +116,7 @@ fn poses_of_different_specific_force_tell_scale_from_bias() {
         scale: 1,
         ..bias_of(2)
     };
-    let fit = Design::new(&whitening, &blocks, REFERENCE)
+    let fit = DriftDesign::new(&whitening, &blocks, REFERENCE)
         .fit(&means, &terms)
         .unwrap();
     assert!((fit.scale()[0] / scale - 1.0).abs() < 1e-6, "{:?}", fit.scale());
@@ -126,9 +126,9 @@ fn poses_of_different_specific_force_tell_scale_from_bias() {
 #[test]
 fn terms_that_the_blocks_do_not_show_are_no_fit() {
     let blocks = up_and_down();
-    let cold: Vec<Block> = blocks
+    let cold: Vec<RestBlock> = blocks
         .iter()
-        .map(|block| Block {
+        .map(|block| RestBlock {
             temperature: 20.0,
             ..*block
         })
@@ -136,12 +136,12 @@ fn terms_that_the_blocks_do_not_show_are_no_fit() {
     let means = noisy(&blocks, &[], 0);
     let (shown, hidden) = (Whitening::new(&blocks), Whitening::new(&cold));
     assert!(
-        Design::new(&shown, &blocks, REFERENCE)
+        DriftDesign::new(&shown, &blocks, REFERENCE)
             .fit(&means, &bias_of(3))
             .is_some()
     );
     assert!(
-        Design::new(&hidden, &cold, REFERENCE)
+        DriftDesign::new(&hidden, &cold, REFERENCE)
             .fit(&means, &bias_of(1))
             .is_none()
     );
@@ -157,7 +157,7 @@ struct Figures {
 fn figures(runs: u64) -> Figures {
     let blocks = up_and_down();
     let whitening = Whitening::new(&blocks);
-    let design = Design::new(&whitening, &blocks, REFERENCE);
+    let design = DriftDesign::new(&whitening, &blocks, REFERENCE);
     let mut found = Figures {
         normalised: Vec::new(),
         squares: [0.0; 2],
@@ -200,7 +200,7 @@ fn chosen(truth: &[f64], runs: u64) -> [usize; 4] {
     let folds = Folds::new(&blocks);
     let candidates = [0, 1, 2, 3].map(bias_of);
     let whitening = Whitening::new(&blocks);
-    let design = Design::new(&whitening, &blocks, REFERENCE);
+    let design = DriftDesign::new(&whitening, &blocks, REFERENCE);
     let mut orders = [0; 4];
     for run in 0..runs {
         let means = noisy(&blocks, truth, run);
@@ -225,11 +225,11 @@ fn the_order_found_is_that_of_the_drift() {
 }
 
 /// Blocks of six axes with the same drift and loop, each with noise of its own.
-fn session_of_six(blocks: &[Block], truth: &[f64], hysteresis: f64, run: u64) -> ThermalBlocks {
+fn session_of_six(blocks: &[RestBlock], truth: &[f64], hysteresis: f64, run: u64) -> ThermalBlocks {
     let axes: Vec<Vec<f64>> = (0..CHANNELS as u64)
         .map(|axis| noisy(blocks, truth, run * CHANNELS as u64 + axis))
         .collect();
-    let means = |(place, block): (usize, &Block)| {
+    let means = |(place, block): (usize, &RestBlock)| {
         core::array::from_fn(|axis| axes[axis][place] + 0.5 * block.leg * hysteresis)
     };
     ThermalBlocks {
@@ -240,7 +240,7 @@ fn session_of_six(blocks: &[Block], truth: &[f64], hysteresis: f64, run: u64) ->
     }
 }
 
-fn lag_of_six(blocks: &[Block], truth: &[f64], hysteresis: f64, run: u64) -> Lagging {
+fn lag_of_six(blocks: &[RestBlock], truth: &[f64], hysteresis: f64, run: u64) -> Lagging {
     let data = session_of_six(blocks, truth, hysteresis, run);
     let needs = core::array::from_fn::<_, CHANNELS, _>(|channel| (channel, bias_of(3)));
     thermometer_lag(&data, &Whitening::new(blocks), &needs)
@@ -293,7 +293,7 @@ fn plain() -> Log<'static> {
 
 fn record(recorder: &mut ThermalRecorder, log: &Log) {
     recorder.begin_session();
-    let mut random = stream(SEED, log.seed, Purpose::StillNoise);
+    let mut random = stream(SEED, log.seed, StreamPurpose::StillNoise);
     let samples = (LOG_SECONDS * LOG_RATE) as usize;
     let noise: Vec<_> = (0..2)
         .map(|_| white(2e-3, LOG_RATE, samples, &mut random))
@@ -340,7 +340,7 @@ fn found(logs: &[Log], fixture: bool) -> Result<ThermalDrift, ThermalError> {
     thermal(&recorder.spans(), recorder.step(), &settings)
 }
 
-fn assert_within(fit: &AxisFit, power: usize, truth: f64, what: &str) {
+fn assert_within(fit: &DriftFit, power: usize, truth: f64, what: &str) {
     let sigma = fit.covariance[(power, power)].sqrt();
     let off = fit.coefficients[power] - truth;
     assert!(off.abs() < 4.5 * sigma, "{what}: {off} of {truth}, sigma {sigma}");
@@ -395,7 +395,7 @@ fn a_gap_and_a_pause_lose_nothing_but_what_is_missing() {
     };
     let drift = found(&[gap], false).unwrap();
     assert_drift(&drift, "gaps");
-    let touches = |block: &Block| block.interval.start < 400.0 && block.interval.end > 320.0;
+    let touches = |block: &RestBlock| block.interval.start < 400.0 && block.interval.end > 320.0;
     assert!(!drift.data.blocks.iter().any(touches));
 }
 

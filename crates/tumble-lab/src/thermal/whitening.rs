@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use tumble_core::noise::{Interval, Noise};
 
-use super::block::Block;
+use super::block::RestBlock;
 
 /// Rotates the errors of blocks into ones that have nothing in common, whatever the ratio of flicker to white noise:
 /// worked out once for all axes and all polynomials.
@@ -19,7 +19,7 @@ pub struct Whitening {
 
 impl Whitening {
     /// Whitening of blocks, session after session.
-    pub fn new(blocks: &[Block]) -> Self {
+    pub fn new(blocks: &[RestBlock]) -> Self {
         let mut sessions = Vec::new();
         let mut wandering = Vec::with_capacity(blocks.len());
         let mut first = 0;
@@ -51,7 +51,7 @@ impl Whitening {
     }
 }
 
-fn of_session(blocks: &[Block]) -> (DMatrix<f64>, DVector<f64>) {
+fn of_session(blocks: &[RestBlock]) -> (DMatrix<f64>, DVector<f64>) {
     let span = Interval {
         start: blocks.first().map_or(0.0, |first| first.interval.start),
         end: blocks.last().map_or(0.0, |last| last.interval.end),

@@ -14,7 +14,7 @@ use super::pairing::PairedRest;
 use super::reference::force_at;
 use super::session::{LARGEST_FORCE_BIAS, TargetSession};
 use super::settings::FEWEST_RESTS;
-use super::triad::{Label, TriadCalibration, finish};
+use super::triad::{ResidualLabel, TriadCalibration, finish};
 use crate::distributions::{chi_square_tail, f_tail};
 
 impl TargetSession<'_> {
@@ -64,11 +64,11 @@ impl TargetSession<'_> {
         Ok(if explains(&with_drift) { with_drift } else { triad })
     }
 
-    fn forces(&self) -> Result<(Vec<Label>, Vec<ForceObservation<f64>>), TurntableError> {
+    fn forces(&self) -> Result<(Vec<ResidualLabel>, Vec<ForceObservation<f64>>), TurntableError> {
         let (mut labels, mut observations) = (Vec::new(), Vec::new());
         for pair in &self.pairing.pairs {
             if let Some(observation) = self.force(pair)? {
-                labels.push(Label::Rest(pair.reference));
+                labels.push(ResidualLabel::Rest(pair.reference));
                 observations.push(observation);
             }
         }

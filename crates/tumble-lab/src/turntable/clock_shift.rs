@@ -25,12 +25,12 @@ pub(super) struct Shifted {
 
 /// A shift of the target's clock against the reference's.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Shift {
+pub(super) struct TargetShift {
     value: f64,
     variance: f64,
 }
 
-impl Shift {
+impl TargetShift {
     /// Takes the shift out of the truth of an interval, and adds its uncertainty.
     pub fn correct(&self, observation: &mut RateObservation<f64>, by_shift: &Vector3<f64>) {
         let mut truth = observation.regressor.fixed_rows_mut::<3>(0);
@@ -40,13 +40,13 @@ impl Shift {
 }
 
 /// Estimates the shift by turns with the model: first from what it does not touch.
-pub(super) fn find_shift(rates: &[Shifted], inputs: &FitInputs<f64, 6>) -> Result<Shift, Unsolvable> {
+pub(super) fn find_shift(rates: &[Shifted], inputs: &FitInputs<f64, 6>) -> Result<TargetShift, Unsolvable> {
     let steady = |rate: &&Shifted| rate.by_shift == Vector3::zeros();
     if rates.iter().all(|rate| steady(&rate)) {
-        return Ok(Shift::default());
+        return Ok(TargetShift::default());
     }
     let mut observations: Vec<_> = rates.iter().filter(steady).map(|rate| rate.observation).collect();
-    let mut shift = Shift::default();
+    let mut shift = TargetShift::default();
     for _ in 0..=ROUNDS {
         let model = fit::<f64, 4, 6, 18>(&observations, inputs)?;
         let (mut information, mut vector) = (LARGEST.powi(-2), 0.0);
@@ -62,7 +62,7 @@ pub(super) fn find_shift(rates: &[Shifted], inputs: &FitInputs<f64, 6>) -> Resul
                 vector += along[axis] * residual[axis] / (own + of_truth);
             }
         }
-        shift = Shift {
+        shift = TargetShift {
             value: vector / information,
             variance: 1.0 / information,
         };

@@ -18,13 +18,13 @@ use super::pairing::PairedRest;
 use super::rate_response::{AxisResponse, rate_response};
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
 use super::settings::GSensitivity;
-use super::triad::{Label, TriadCalibration, finish};
+use super::triad::{ResidualLabel, TriadCalibration, finish};
 use crate::acquisition::motion::Passage;
 use crate::acquisition::{Acquired, Plateau, interval};
 
 /// The angular rate over one interval, and the mean specific force over it, m/s^2.
 struct Rate {
-    label: Label,
+    label: ResidualLabel,
     observation: RateObservation<f64>,
     force: Vector3<f64>,
     /// Derivative of the truth by a shift of the target's clock, rad/s^2.
@@ -59,7 +59,7 @@ impl TargetSession<'_> {
         let mut rates = self.rates(&back);
         if self.reference.table.is_some() {
             // Ramps and turns between rests are known from the reference only.
-            rates.retain(|rate| matches!(rate.label, Label::Rest(_) | Label::Rate(_)));
+            rates.retain(|rate| matches!(rate.label, ResidualLabel::Rest(_) | ResidualLabel::Rate(_)));
         }
         let labels = rates.iter().map(|rate| rate.label).collect();
         let nominal = match (compensated, mounting) {
@@ -194,7 +194,13 @@ impl TargetSession<'_> {
             self.unit.motion.over(&own),
         );
         let rate = seen.zip(felt).map(|(seen, felt)| {
-            let rate = self.passage(Label::Rate(k), &seen, &felt, Vector3::zeros(), Vector3::zeros());
+            let rate = self.passage(
+                ResidualLabel::Rate(k),
+                &seen,
+                &felt,
+                Vector3::zeros(),
+                Vector3::zeros(),
+            );
             self.as_table_truth(rate, k, plateau)
         });
         ramp.into_iter().chain(rate).collect()
@@ -237,10 +243,10 @@ impl TargetSession<'_> {
             }
         };
         let label = match (from, to) {
-            (End::Rest(pair), End::Rate(k, _)) => Label::RampUp(pair.reference, *k),
-            (End::Rate(k, _), End::Rest(pair)) => Label::RampDown(*k, pair.reference),
-            (End::Rate(i, _), End::Rate(j, _)) => Label::Ramp(*i, *j),
-            (End::Rest(one), End::Rest(other)) => Label::Turn(one.reference, other.reference),
+            (End::Rest(pair), End::Rate(k, _)) => ResidualLabel::RampUp(pair.reference, *k),
+            (End::Rate(k, _), End::Rest(pair)) => ResidualLabel::RampDown(*k, pair.reference),
+            (End::Rate(i, _), End::Rate(j, _)) => ResidualLabel::Ramp(*i, *j),
+            (End::Rest(one), End::Rest(other)) => ResidualLabel::Turn(one.reference, other.reference),
         };
         let seen = self.reference_unit.motion.over(&Interval { start, end })?;
         let felt = self.unit.motion.over(&Interval {
@@ -262,7 +268,7 @@ impl TargetSession<'_> {
     /// One span as both units integrated it.
     fn passage(
         &self,
-        label: Label,
+        label: ResidualLabel,
         seen: &Passage,
         felt: &Passage,
         between_cuts: Vector3<f64>,
@@ -334,7 +340,7 @@ impl TargetSession<'_> {
         let attitude = &self.reference.attitudes[pair.reference];
         let seen = &self.reference_unit.rests[pair.reference];
         Rate {
-            label: Label::Rest(pair.reference),
+            label: ResidualLabel::Rest(pair.reference),
             observation: at_rest(when, reading, attitude, &self.reference.earth),
             force: seen.specific_force() - self.reference.sphere.bias,
             by_shift: Vector3::zeros(),
@@ -368,7 +374,7 @@ impl TargetSession<'_> {
         observation.reading_variance =
             angle_variance(self.unit, &passage_of(&felt)) / by_target.duration().powi(2);
         Some(Rate {
-            label: Label::Turn(pair.reference, next.reference),
+            label: ResidualLabel::Turn(pair.reference, next.reference),
             observation,
             force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
             by_shift: Vector3::zeros(),

@@ -28,4 +28,4 @@ pub use reference_uncertainty::ReferenceUncertainty;
 pub use settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 pub use target::{Target, Triads, as_reference, calibrate};
 pub(crate) use triad::widening;
-pub use triad::{Label, TriadCalibration};
+pub use triad::{ResidualLabel, TriadCalibration};

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use tumble_core::turntable::truth::RateObservation;
 
-use super::triad::{Label, TriadCalibration};
+use super::triad::{ResidualLabel, TriadCalibration};
 
 /// One rate of one sensing axis, and what was found there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,10 +87,11 @@ fn points(
     let along = |k: usize| sensing.dot(&truth(k)).abs() >= ALONG * truth(k).norm();
     let kind = |k: usize| triad.labels[k];
     let turning: Vec<usize> = (0..observations.len())
-        .filter(|&k| matches!(kind(k), Label::Rate(_)) && along(k))
+        .filter(|&k| matches!(kind(k), ResidualLabel::Rate(_)) && along(k))
         .collect();
     let same_up = |k: usize| turning.iter().any(|&j| cosine(&forces[k], &forces[j]) > SAME_UP);
-    let resting = (0..observations.len()).filter(|&k| matches!(kind(k), Label::Rest(_)) && same_up(k));
+    let resting =
+        (0..observations.len()).filter(|&k| matches!(kind(k), ResidualLabel::Rest(_)) && same_up(k));
     let point = |k: usize, turning: bool| {
         let felt = triad
             .g_sensitivity

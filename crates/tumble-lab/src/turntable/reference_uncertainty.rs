@@ -5,7 +5,7 @@
 //! itself: the reference is deviated by a small share of each principal direction, and the target is fitted anew.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};
-use tumble_core::model::{Covariance, ErrorModel};
+use tumble_core::model::{ErrorModel, ModelCovariance};
 use tumble_core::segmenter::Segment;
 
 use super::error::TurntableError;
@@ -20,16 +20,19 @@ use crate::simulate::grade::TriadGrade;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReferenceUncertainty {
     /// Accelerometer: 1 and m/s^2.
-    pub accelerometer: Option<Covariance<f64>>,
+    pub accelerometer: Option<ModelCovariance<f64>>,
     /// Gyroscope: 1 and rad/s.
-    pub gyroscope: Option<Covariance<f64>>,
+    pub gyroscope: Option<ModelCovariance<f64>>,
 }
 
 /// Covariance of `[E row by row, e]` of a reference corrected by a calibration, from that of `[M row by row, b]`; `None`
 /// where M has no inverse.
-pub fn of_calibration(matrix: &Matrix3<f64>, covariance: &Covariance<f64>) -> Option<Covariance<f64>> {
+pub fn of_calibration(
+    matrix: &Matrix3<f64>,
+    covariance: &ModelCovariance<f64>,
+) -> Option<ModelCovariance<f64>> {
     let correction = matrix.try_inverse()?;
-    let mut jacobian = Covariance::zeros();
+    let mut jacobian = ModelCovariance::zeros();
     for i in 0..3 {
         for k in 0..3 {
             for column in 0..3 {
@@ -42,8 +45,8 @@ pub fn of_calibration(matrix: &Matrix3<f64>, covariance: &Covariance<f64>) -> Op
 }
 
 /// Covariance of `[E row by row, e]` of a unit of a grade as delivered.
-pub fn of_grade(grade: &TriadGrade) -> Covariance<f64> {
-    let mut covariance = Covariance::zeros();
+pub fn of_grade(grade: &TriadGrade) -> ModelCovariance<f64> {
+    let mut covariance = ModelCovariance::zeros();
     let mut add = |elements: &[(usize, f64)], sigma: f64| {
         let mut direction = SVector::<f64, 12>::zeros();
         for &(at, sign) in elements {
@@ -73,7 +76,7 @@ pub struct DeviatedReference {
 }
 
 /// Deviation of one triad: `u + E u + e`.
-type Deviation = (Matrix3<f64>, Vector3<f64>);
+type ModelDeviation = (Matrix3<f64>, Vector3<f64>);
 
 impl Reference {
     /// Takes in how uncertain the reference is.
@@ -89,7 +92,7 @@ impl Reference {
         uncertainty: ReferenceUncertainty,
     ) -> Result<Self, TurntableError> {
         if uncertainty.accelerometer.is_some() || settings.gravity_sigma > 0.0 {
-            let stated = uncertainty.accelerometer.unwrap_or_else(Covariance::zeros);
+            let stated = uncertainty.accelerometer.unwrap_or_else(ModelCovariance::zeros);
             self.norm_explained = explains_norm(unit, &self, &stated, settings)?;
         }
         if uncertainty != ReferenceUncertainty::default() {
@@ -118,7 +121,7 @@ pub type Response = SVector<f64, 12>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inheritance {
     /// Derivative by the `[E row by row, e]` of the reference, in the directions that its uncertainty has.
-    pub by_reference: Covariance<f64>,
+    pub by_reference: ModelCovariance<f64>,
     /// Change by 1 sigma of gravity.
     pub by_gravity: Response,
     /// Change by 1 sigma of the rates of the table.
@@ -128,7 +131,7 @@ pub struct Inheritance {
 impl Default for Inheritance {
     fn default() -> Self {
         Self {
-            by_reference: Covariance::zeros(),
+            by_reference: ModelCovariance::zeros(),
             by_gravity: Response::zeros(),
             by_table: Response::zeros(),
         }
@@ -149,7 +152,7 @@ fn response(found: &ErrorModel<f64>, deviated: &ErrorModel<f64>) -> Response {
 }
 
 /// Sum of the squared responses of a target's `[M row by row, b]` to the principal directions.
-pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) -> Covariance<f64> {
+pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) -> ModelCovariance<f64> {
     let responses = responses.iter().map(|deviated| response(found, deviated));
     responses.map(|response| response * response.transpose()).sum() // eq. 5
 }
@@ -158,10 +161,10 @@ pub(super) fn inherited(found: &ErrorModel<f64>, responses: &[ErrorModel<f64>]) 
 pub(super) fn derivative(
     found: &ErrorModel<f64>,
     responses: &[ErrorModel<f64>],
-    stated: &Covariance<f64>,
-) -> Covariance<f64> {
+    stated: &ModelCovariance<f64>,
+) -> ModelCovariance<f64> {
     let eigen = stated.symmetric_eigen();
-    let mut derivative = Covariance::zeros();
+    let mut derivative = ModelCovariance::zeros();
     for (k, deviated) in responses.iter().enumerate() {
         let size = eigen.eigenvalues[k].max(0.0).sqrt();
         if size > 0.0 {
@@ -184,7 +187,7 @@ pub(super) fn scaled(found: &ErrorModel<f64>, sigma: f64) -> Response {
 }
 
 /// Covariance of `[M row by row, b]` where all truths are wrong by one factor, of this relative variance.
-pub(crate) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> Covariance<f64> {
+pub(crate) fn scaled_alike(found: &ErrorModel<f64>, variance: f64) -> ModelCovariance<f64> {
     let response = scaled(found, 1.0);
     response * response.transpose() * variance // turntable.md, eq. 42
 }
@@ -223,7 +226,7 @@ const UNEXPLAINED: f64 = 1e-3;
 fn explains_norm(
     unit: &Acquired,
     reference: &Reference,
-    stated: &Covariance<f64>,
+    stated: &ModelCovariance<f64>,
     settings: &TurntableSettings,
 ) -> Result<bool, TurntableError> {
     let rests = unit.rests.len();
@@ -260,8 +263,8 @@ fn explains_norm(
 }
 
 /// Columns of a square root of a covariance, twelve; zero where there is none.
-fn roots(covariance: Option<Covariance<f64>>) -> Vec<Deviation> {
-    let covariance = covariance.unwrap_or_else(Covariance::zeros);
+fn roots(covariance: Option<ModelCovariance<f64>>) -> Vec<ModelDeviation> {
+    let covariance = covariance.unwrap_or_else(ModelCovariance::zeros);
     let eigen = covariance.symmetric_eigen();
     (0..12)
         .map(|k| {
@@ -274,7 +277,7 @@ fn roots(covariance: Option<Covariance<f64>>) -> Vec<Deviation> {
         .collect()
 }
 
-fn deviated(unit: &Acquired, force: &Deviation, rate: &Deviation) -> Acquired {
+fn deviated(unit: &Acquired, force: &ModelDeviation, rate: &ModelDeviation) -> Acquired {
     let mut unit = unit.clone();
     for segment in unit.rests.iter_mut().chain(&mut unit.turns) {
         *segment = deviated_segment(segment, force, rate);
@@ -293,11 +296,11 @@ fn deviated(unit: &Acquired, force: &Deviation, rate: &Deviation) -> Acquired {
 }
 
 /// An integral over a length, s, or a mean, of length 1, of a triad that deviates.
-fn moved(of: &Vector3<f64>, length: f64, by: &Deviation) -> Vector3<f64> {
+fn moved(of: &Vector3<f64>, length: f64, by: &ModelDeviation) -> Vector3<f64> {
     of + (by.0 * of + by.1 * length) * STEP
 }
 
-fn deviated_segment(segment: &Segment<f64>, force: &Deviation, rate: &Deviation) -> Segment<f64> {
+fn deviated_segment(segment: &Segment<f64>, force: &ModelDeviation, rate: &ModelDeviation) -> Segment<f64> {
     let mut other = *segment;
     let mean = [
         moved(&segment.specific_force(), 1.0, force),

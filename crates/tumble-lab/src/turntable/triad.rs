@@ -1,7 +1,7 @@
 //! Calibration of one triad with all that goes with it.
 
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::model::{Covariance, Decomposition, ErrorModel};
+use tumble_core::model::{Decomposition, ErrorModel, ModelCovariance};
 use tumble_core::turntable::fit::TriadFit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
 
@@ -16,10 +16,10 @@ pub struct TriadCalibration {
     /// M and b.
     pub model: ErrorModel<f64>,
     /// Covariance of `[M row by row, b]`.
-    pub covariance: Covariance<f64>,
+    pub covariance: ModelCovariance<f64>,
     /// Covariance of `[M row by row, b]` that all targets of this reference, or of this gravity, have in common, beside the
     /// above; `None` where neither is stated.
-    pub inherited: Option<Covariance<f64>>,
+    pub inherited: Option<ModelCovariance<f64>>,
     /// Responses that it follows from; zero where nothing is stated.
     pub inheritance: Inheritance,
     /// True for each of `[M row by row, b]` that the data showed.
@@ -27,7 +27,7 @@ pub struct TriadCalibration {
     /// `M = K L Q`.
     pub parts: Decomposition<f64>,
     /// Covariance of `[bias, scale, non-orthogonality, mounting]`.
-    pub parts_covariance: Covariance<f64>,
+    pub parts_covariance: ModelCovariance<f64>,
     /// g-sensitivity and its sigma.
     pub g_sensitivity: Option<(Matrix3<f64>, Matrix3<f64>)>,
     /// Change of the bias over the session and its sigma, where the residuals asked for it.
@@ -45,7 +45,7 @@ pub struct TriadCalibration {
     /// Residual and 1-sigma of each interval.
     pub residuals: Vec<(Vector3<f64>, Vector3<f64>)>,
     /// Label of each residual.
-    pub labels: Vec<Label>,
+    pub labels: Vec<ResidualLabel>,
 }
 
 impl TriadCalibration {
@@ -55,8 +55,8 @@ impl TriadCalibration {
     }
 
     /// Adds to what all targets have in common.
-    pub(super) fn add_inherited(&mut self, covariance: Covariance<f64>) {
-        self.inherited = Some(self.inherited.unwrap_or_else(Covariance::zeros) + covariance);
+    pub(super) fn add_inherited(&mut self, covariance: ModelCovariance<f64>) {
+        self.inherited = Some(self.inherited.unwrap_or_else(ModelCovariance::zeros) + covariance);
     }
 
     /// The same where local gravity, which its scale rests on, is uncertain by this relative sigma; 0 where nobody states it.
@@ -81,7 +81,7 @@ impl TriadCalibration {
 
 /// The interval a residual belongs to, by index of the reference's rests and constant rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Label {
+pub enum ResidualLabel {
     /// A rest.
     Rest(usize),
     /// The turn between two rests.
@@ -146,7 +146,7 @@ fn between_poses(
 pub(super) fn finish<const P: usize, const Q: usize>(
     solved: &TriadFit<f64, Q>,
     observations: &[Observation<f64, P, Q>],
-    labels: Vec<Label>,
+    labels: Vec<ResidualLabel>,
     inputs: &FitInputs<f64, Q>,
     systematic: f64,
     repeats: &[bool],

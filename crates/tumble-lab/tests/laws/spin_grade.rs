@@ -5,9 +5,9 @@ use tumble_core::sample::Sample;
 use tumble_core::spin::estimate::SpinEstimate;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
-use tumble_lab::simulate::grade::Grade as Figures;
+use tumble_lab::simulate::grade::SensorGrade as Figures;
 use tumble_lab::simulate::noise::{flicker, white_sigma};
-use tumble_lab::simulate::stream::{Purpose, stream};
+use tumble_lab::simulate::stream::{StreamPurpose, stream};
 
 use crate::spin_stream::{INTERVAL, Truth, narrowed};
 
@@ -21,9 +21,9 @@ fn wandering(truth: &Truth, figures: &Figures, seed: u64) -> Vec<Sample<f64>> {
     let mut samples = truth.stream(noise.into(), 0.0, seed);
     for channel in 0..6_usize {
         let (purpose, triad) = if channel < 3 {
-            (Purpose::AccelerometerFlicker, figures.accelerometer)
+            (StreamPurpose::AccelerometerFlicker, figures.accelerometer)
         } else {
-            (Purpose::GyroscopeFlicker, figures.gyroscope)
+            (StreamPurpose::GyroscopeFlicker, figures.gyroscope)
         };
         let mut random = stream(seed, channel as u64, purpose);
         let wander = flicker(triad.bias_instability, samples.len(), &mut random);

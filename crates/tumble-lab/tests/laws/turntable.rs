@@ -7,8 +7,8 @@ use tumble_core::model::ErrorModel;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
-    Clocks, GSensitivity, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
-    TurntableSettings, calibrate, fit_reference,
+    Clocks, GSensitivity, PairingError, Reference, ResidualLabel, Target, TriadCalibration, Triads,
+    TurntableError, TurntableSettings, calibrate, fit_reference,
 };
 
 use crate::common::{Draws, cases, rotation};
@@ -116,7 +116,7 @@ proptest! {
             let freedom = f64::from(triad.degrees_of_freedom);
             prop_assert!((triad.chi_square - freedom).abs() < 6.0 * (2.0 * freedom).sqrt(), "{} {}", triad.chi_square, freedom);
         }
-        let rests = gyroscope(&target).labels.iter().filter(|label| matches!(label, Label::Rest(_))).count();
+        let rests = gyroscope(&target).labels.iter().filter(|label| matches!(label, ResidualLabel::Rest(_))).count();
         prop_assert_eq!((rests, gyroscope(&target).labels.len()), (12, 23));
     }
 

@@ -13,7 +13,7 @@ pub(crate) use frame::{sensor, sensor_code};
 
 use nalgebra::{convert, convert_unchecked};
 use tumble_core::real::Real;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::temperature::TemperatureDrift;
 
@@ -98,18 +98,8 @@ pub enum Field {
     Sensor,
     /// Model that was fitted.
     FitModel,
-    /// M.
-    Matrix,
-    /// b.
-    Bias,
-    /// From primary to secondary.
-    LeverArm,
-    /// 1-sigma of M, b and lever arm.
-    Sigmas,
-    /// Residuals after the fit, and before it.
-    Residuals,
-    /// Shift by which the calibrations have followed the primary.
-    Followed,
+    /// Numbers of the error.
+    Numbers(RecordPart),
     /// While it was calibrated.
     Temperature,
     /// Reference, range or coefficients of a drift.
@@ -162,7 +152,7 @@ pub fn encode_drift<'b>(record: &DriftRecord, buffer: &'b mut [u8]) -> Result<&'
 pub fn decode_drift(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
     match frame::version_of(bytes)? {
         DRIFT_VERSION => drift::read(bytes),
-        found if found < DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
+        found if sensor_error::flag_of(found).is_some() => Err(DecodeError::OtherKind { found }),
         found => Err(DecodeError::UnknownVersion { found }),
     }
 }
@@ -172,6 +162,19 @@ pub fn length(bytes: &[u8]) -> Option<usize> {
     match frame::version_in(bytes)? {
         DRIFT_VERSION => Some(DRIFT_ENCODED),
         version => sensor_error::length(bytes, sensor_error::flag_of(version)?),
+    }
+}
+
+impl Field {
+    /// Name in files and Python.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::FitModel => "fit_model",
+            Self::Numbers(part) => part.name(),
+            Self::Temperature => "temperature",
+            Self::Drift => "drift",
+        }
     }
 }
 

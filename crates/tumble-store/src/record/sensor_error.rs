@@ -1,8 +1,8 @@
-//! Versions 1 and 2, byte by byte as in `docs/record-format.md`: the error of one sensor of one unit. This encoding
-//! never changes: another order, or another field, is another version.
+//! The error of one sensor of one unit, byte by byte as in `docs/record-format.md`. The encoding of a version never changes:
+//! another order, or another field, is another version.
 
 use tumble_core::real::Real;
-use tumble_core::redundancy::record::{PART_NAMES, Record};
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::settings::FitModel;
 
 use crate::checksum::CHECKSUM;
@@ -10,8 +10,11 @@ use crate::record::frame::{HEAD, begin, code, end, field, put, subject};
 use crate::record::numbers::{self, NUMBER, words, words_mut};
 use crate::record::{DecodeError, EncodeError, Field, StoredRecord};
 
-/// The version that is written.
-pub const VERSION: u8 = 2;
+/// The version that is written: that of the newest part.
+pub const VERSION: u8 = PARTS[PARTS.len() - 1].version();
+
+/// Parts in the order of their numbers; a version has those up to its last.
+const PARTS: [RecordPart; RecordPart::COUNT] = RecordPart::ALL;
 
 /// Offsets of what is not a number of single precision.
 const FIT_MODEL: usize = HEAD;
@@ -22,20 +25,6 @@ const SEQUENCE: usize = 18;
 /// Offset of the first number; the others follow.
 const NUMBERS: usize = 22;
 
-/// Fields of the numbers, with their counts: M, b, sigmas of both, lever arm and its sigma, residuals, and the shift by
-/// which the primary was followed, which version 1 lacks.
-const PARTS: [(Field, u8); PART_NAMES.len()] = [
-    (Field::Matrix, 9),
-    (Field::Bias, 3),
-    (Field::Sigmas, 9),
-    (Field::Sigmas, 3),
-    (Field::LeverArm, 3),
-    (Field::Sigmas, 3),
-    (Field::Residuals, 1),
-    (Field::Residuals, 1),
-    (Field::Followed, 3),
-];
-
 /// In the order of their codes.
 const FIT_MODELS: [FitModel; 4] = [
     FitModel::Offset,
@@ -44,25 +33,27 @@ const FIT_MODELS: [FitModel; 4] = [
     FitModel::AffineAndLeverArm,
 ];
 
-/// Offset of the flag for a temperature that follows, in versions 1 and 2.
-const FLAGS: [usize; 2] = [numbers_end(PARTS.len() - 1), numbers_end(PARTS.len())];
-
-/// Most bytes of a record: a temperature is there.
-pub const MAX_ENCODED: usize = FLAGS[1] + 1 + NUMBER + CHECKSUM;
-
-/// Where the numbers of so many parts end.
-const fn numbers_end(parts: usize) -> usize {
-    let (mut part, mut end) = (0, NUMBERS);
-    while part < parts {
-        end += NUMBER * PARTS[part].1 as usize;
+/// Where the numbers of each part end.
+const ENDS: [usize; PARTS.len()] = {
+    let (mut ends, mut part, mut end) = ([0; PARTS.len()], 0, NUMBERS);
+    while part < PARTS.len() {
+        end += NUMBER * PARTS[part].count();
+        ends[part] = end;
         part += 1;
     }
-    end
-}
+    ends
+};
 
-/// Offset of the flag of a version, if it is of this kind.
+/// Offset of the flag for a temperature that follows, in the version that is written.
+const FLAG: usize = ENDS[PARTS.len() - 1];
+
+/// Most bytes of a record: a temperature is there.
+pub const MAX_ENCODED: usize = FLAG + 1 + NUMBER + CHECKSUM;
+
+/// Offset of the flag of a version, if it is of this kind: behind the last of its parts.
 pub fn flag_of(version: u8) -> Option<usize> {
-    FLAGS.get(usize::from(version).checked_sub(1)?).copied()
+    let mut parts = PARTS.iter().zip(ENDS).rev();
+    parts.find_map(|(part, end)| (part.version() == version).then_some(end))
 }
 
 /// Bytes of a record whose flag is at an offset, if that has a meaning.
@@ -82,21 +73,20 @@ pub fn write<T: Real>(
     temperature: Option<f32>,
     buffer: &mut [u8],
 ) -> Result<usize, EncodeError> {
-    let [_, flag] = FLAGS;
     let known = temperature.map_or(0, |_| NUMBER);
-    let length = flag + 1 + known + CHECKSUM;
+    let length = FLAG + 1 + known + CHECKSUM;
     let bytes = buffer.get_mut(..length).ok_or(EncodeError::NoRoom)?;
     begin(bytes, VERSION, record.identity, record.sensor);
     put(bytes, FIT_MODEL, [code(&FIT_MODELS, record.fit_model)]);
     put(bytes, DIRECTIONS, [record.directions]);
     put(bytes, PAIRS, record.pairs.to_le_bytes());
     put(bytes, SEQUENCE, record.sequence.to_le_bytes());
-    numbers::write(words_mut(bytes, NUMBERS, flag), &record.parts());
-    put(bytes, flag, [u8::from(temperature.is_some())]);
+    numbers::write(words_mut(bytes, NUMBERS, FLAG), &record.parts());
+    put(bytes, FLAG, [u8::from(temperature.is_some())]);
     if let Some(temperature) = temperature {
-        put(bytes, flag + 1, temperature.to_le_bytes());
+        put(bytes, FLAG + 1, temperature.to_le_bytes());
     }
-    check(bytes, flag).map_err(EncodeError::NotFinite)?;
+    check(bytes, FLAG).map_err(EncodeError::NotFinite)?;
     end(bytes);
     Ok(length)
 }
@@ -108,9 +98,9 @@ pub fn read<T: Real>(bytes: &[u8], flag: usize) -> Result<StoredRecord<T>, Decod
         return Err(DecodeError::Corrupt);
     }
     let (identity, sensor) = subject(bytes)?;
-    // Zeros where an older version has no numbers.
+    // It stays so where an older version has no numbers.
     let mut stored = StoredRecord {
-        record: Record::blank(identity, sensor),
+        record: Record::unknown(identity, sensor),
         temperature: temperature(bytes, flag),
     };
     let record = &mut stored.record;
@@ -134,18 +124,17 @@ fn temperature(bytes: &[u8], flag: usize) -> Option<f32> {
     (known == 1).then_some(f32::from_le_bytes(number))
 }
 
-/// Finds what is not a number that a record may hold. Sigmas and residuals may be infinite: nothing is known then.
+/// Finds what is not a number that a record may hold.
 fn check(bytes: &[u8], flag: usize) -> Result<(), Field> {
     let mut words = words(bytes, NUMBERS, flag).iter();
-    for (field, count) in &PARTS {
-        let may_be_infinite = matches!(field, Field::Sigmas | Field::Residuals);
+    for part in PARTS {
         for number in words
             .by_ref()
-            .take(usize::from(*count))
+            .take(part.count())
             .map(|word| f32::from_le_bytes(*word))
         {
-            if !(number.is_finite() || may_be_infinite && number.is_infinite()) {
-                return Err(*field);
+            if !(number.is_finite() || part.may_be_infinite() && number.is_infinite()) {
+                return Err(Field::Numbers(part));
             }
         }
     }

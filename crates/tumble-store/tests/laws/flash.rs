@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use tumble_core::model::ErrorModel;
 use tumble_core::real::Real;
 use tumble_core::redundancy::platform::PrimaryCalibration;
-use tumble_core::redundancy::record::{Record, Storage};
+use tumble_core::redundancy::record::{Record, RecordPart, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{RecordStore, Saved, StoreError, Which, WriteLimit};
 use tumble_store::record::{DRIFT_VERSION, DecodeError, EncodeError, Field, StoredRecord};
@@ -302,7 +302,9 @@ fn what_cannot_be_a_record_is_not_stored() {
     let mut store = open(Simulated::<4>::new(2));
     let mut record = numbered(UNIT, SENSOR, 1);
     record.record.model.bias[1] = f32::NAN;
-    let wanted = Err(StoreError::Encode(EncodeError::NotFinite(Field::Bias)));
+    let wanted = Err(StoreError::Encode(EncodeError::NotFinite(Field::Numbers(
+        RecordPart::Bias,
+    ))));
     assert_eq!(store.save(0, &record), wanted);
     assert!(store.into_flash().operations.is_empty());
 }

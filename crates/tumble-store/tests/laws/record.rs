@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
@@ -154,44 +154,34 @@ fn what_is_whole_but_means_nothing_is_named() {
     let infinite = [(24, 0x80), (25, 0x7f)];
     assert_eq!(
         decode(&rewritten(&infinite)),
-        Err(DecodeError::NotFinite(Field::Matrix))
+        Err(DecodeError::NotFinite(Field::Numbers(RecordPart::Matrix)))
     );
 }
 
 #[test]
 fn what_is_not_a_number_is_refused_field_by_field() {
-    type Change = fn(&mut StoredRecord, f32);
-    let finite: [(Field, Change); 5] = [
-        (Field::Matrix, |r, x| r.record.model.matrix[(2, 1)] = x),
-        (Field::Bias, |r, x| r.record.model.bias[2] = x),
-        (Field::LeverArm, |r, x| r.record.lever_arm[0] = x),
-        (Field::Followed, |r, x| r.record.followed[2] = x),
-        (Field::Temperature, |r, x| r.temperature = Some(x)),
-    ];
-    let numbers: [(Field, Change); 5] = [
-        (Field::Sigmas, |r, x| r.record.matrix_sigma[(0, 1)] = x),
-        (Field::Sigmas, |r, x| r.record.bias_sigma[1] = x),
-        (Field::Sigmas, |r, x| r.record.lever_arm_sigma[2] = x),
-        (Field::Residuals, |r, x| r.record.residual = x),
-        (Field::Residuals, |r, x| r.record.residual_before = x),
-    ];
-    let outcome = |change: Change, x| {
+    let outcome = |change: &dyn Fn(&mut StoredRecord)| {
         let mut record = example();
-        change(&mut record, x);
+        change(&mut record);
         encode(&record, &mut [0; MAX_ENCODED]).map(<[u8]>::len)
     };
-    for (field, change) in finite {
-        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert_eq!(outcome(change, x), Err(EncodeError::NotFinite(field)));
+    for (index, part) in RecordPart::ALL.into_iter().enumerate() {
+        let wanted = Err(EncodeError::NotFinite(Field::Numbers(part)));
+        for element in 0..part.count() {
+            let outcome_of = |x: f32| outcome(&|stored| stored.record.parts_mut()[index][element] = x);
+            let infinite = if part.may_be_infinite() {
+                Ok(MAX_ENCODED)
+            } else {
+                wanted
+            };
+            assert_eq!(outcome_of(f32::NAN), wanted);
+            assert_eq!(outcome_of(f32::INFINITY), infinite);
+            assert_eq!(outcome_of(f32::NEG_INFINITY), infinite);
         }
     }
-    for (field, change) in numbers {
-        assert_eq!(outcome(change, f32::NAN), Err(EncodeError::NotFinite(field)));
-        assert_eq!(
-            outcome(change, f32::INFINITY),
-            Ok(MAX_ENCODED),
-            "nothing is known of it"
-        );
+    for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let wanted = Err(EncodeError::NotFinite(Field::Temperature));
+        assert_eq!(outcome(&|stored| stored.temperature = Some(x)), wanted);
     }
 }
 
@@ -201,7 +191,10 @@ fn a_number_too_large_for_single_precision_is_refused() {
     record.model.bias[0] = 1e39;
     let stored = StoredRecord::of(&record, None);
     let outcome = encode(&stored, &mut [0; MAX_ENCODED]).map(<[u8]>::len);
-    assert_eq!(outcome, Err(EncodeError::NotFinite(Field::Bias)));
+    assert_eq!(
+        outcome,
+        Err(EncodeError::NotFinite(Field::Numbers(RecordPart::Bias)))
+    );
 }
 
 #[test]

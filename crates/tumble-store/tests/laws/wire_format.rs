@@ -95,9 +95,8 @@ fn fields(record: &Record<f32>) -> Fields {
 
 fn record_of(fields: &Fields, followed: [f32; 3]) -> Option<Record<f32>> {
     let matrix = |rows: &[f32; 9]| nalgebra::Matrix3::from_row_slice(rows);
+    let sensor = *SENSORS.get(usize::from(fields.sensor))?;
     Some(Record {
-        identity: fields.identity,
-        sensor: *SENSORS.get(usize::from(fields.sensor))?,
         model: ErrorModel {
             matrix: matrix(&fields.matrix),
             bias: fields.bias.into(),
@@ -113,6 +112,7 @@ fn record_of(fields: &Fields, followed: [f32; 3]) -> Option<Record<f32>> {
         pairs: fields.pairs,
         sequence: fields.sequence,
         followed: followed.into(),
+        ..Record::unknown(fields.identity, sensor)
     })
 }
 

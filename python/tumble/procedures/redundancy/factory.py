@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.error_decomposition import propagated
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.procedures.redundancy.result import SecondaryError, Sensor
+from tumble.procedures.redundancy.result import UNKNOWN, SecondaryError, Sensor
 from tumble.procedures.redundancy.units import UnitSettings
 
 Factory: TypeAlias = Mapping[str, Calibration | str | Path] | Sequence[Calibration | str | Path]
@@ -71,25 +71,20 @@ def _error(
     matrix = triad.M @ turn @ np.linalg.inv(first_matrix)
     sigma = np.sqrt(np.diag(_covariance(triad, turn, matrix, primary)))
     sigma = np.where(np.isnan(sigma), np.inf, sigma)
-    known_arm = sensor == "accelerometer"
-    return SecondaryError(
-        unit=name,
-        sensor=sensor,
-        matrix=matrix,
-        bias=triad.b - matrix @ first_bias,
-        matrix_sigma=sigma[:9].reshape(3, 3),
-        bias_sigma=sigma[9:],
-        lever_arm=np.zeros(3) if known_arm else None,
-        lever_arm_sigma=np.full(3, np.inf) if known_arm else None,
-        fit_model="affine",
-        directions=3,
-        residual=triad.residual,
-        residual_before=np.nan,
-        pairs=0,
-        sequence=0,
-        followed=np.zeros(3),
-        adopted=None,
-    )
+    known: dict[str, Any] = {
+        "unit": name,
+        "sensor": sensor,
+        "matrix": matrix,
+        "bias": triad.b - matrix @ first_bias,
+        "matrix_sigma": sigma[:9].reshape(3, 3),
+        "bias_sigma": sigma[9:],
+        "fit_model": "affine",
+        "directions": 3,
+        "residual": triad.residual,
+    }
+    if sensor == "accelerometer":
+        known |= {"lever_arm": np.zeros(3), "lever_arm_sigma": np.full(3, np.inf)}
+    return SecondaryError(**(UNKNOWN | known))
 
 
 def _covariance(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,6 +130,17 @@ def _parameters(
 
 RECORDED = tuple(each.name for each in fields(SecondaryError) if each.name not in ("unit", "adopted"))
 """Fields of it that the core's record and the file of a stored error hold."""
+UNKNOWN: Mapping[str, Any] = {
+    "lever_arm": None,
+    "lever_arm_sigma": None,
+    "residual": math.nan,
+    "residual_before": math.nan,
+    "pairs": 0,
+    "sequence": 0,
+    "followed": np.zeros(3),
+    "adopted": None,
+}
+"""Values of fields while they are not known."""
 
 
 @dataclass(frozen=True, slots=True)

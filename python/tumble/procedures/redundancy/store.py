@@ -33,7 +33,14 @@ from tumble.foundation.plain import finite
 from tumble.foundation.provenance import date_now
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import STORED_ERROR
-from tumble.procedures.redundancy.result import RECORDED, FitModel, Identified, SecondaryError, Sensor
+from tumble.procedures.redundancy.result import (
+    RECORDED,
+    UNKNOWN,
+    FitModel,
+    Identified,
+    SecondaryError,
+    Sensor,
+)
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
@@ -256,17 +263,12 @@ def _content(error: SecondaryError, unit: Identified, primary: Identified) -> di
 
 
 def _error(stored: StoredError, name: str) -> SecondaryError:
-    recorded = {field: _in_memory(field, getattr(stored, _KEYS.get(field, field))) for field in RECORDED}
-    return SecondaryError(unit=name, adopted=None, **recorded)
-
-
-def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
-    """Values without a number in the file: infinite sigma where unobservable, NaN for no residual."""
-    if field == "followed" and value is None:
-        return np.zeros(3)
-    if field.endswith("_sigma") and value is not None:
-        return np.where(np.isnan(value), np.inf, value)
-    return np.nan if field.startswith("residual") and value is None else value
+    recorded = {field: getattr(stored, _KEYS.get(field, field)) for field in RECORDED}
+    known = {field: value for field, value in recorded.items() if value is not None}
+    for field in known:
+        if field.endswith("_sigma"):
+            known[field] = np.where(np.isnan(known[field]), np.inf, known[field])
+    return SecondaryError(**(UNKNOWN | {"unit": name} | known))
 
 
 def keep_adopted(

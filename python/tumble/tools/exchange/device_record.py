@@ -13,12 +13,9 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.document import Calibration, TriadCalibration
-from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.errors import CalibrationFileError, ProcedureError
 from tumble.foundation.files import FileKind
-from tumble.foundation.plain import plain
 from tumble.foundation.units import TRIADS, UNITS
-from tumble.foundation.units import Triad as TriadName
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, Part
 from tumble.tools.exchange.target import (
     AS_CALIBRATED,
@@ -34,7 +31,8 @@ from tumble.tools.exchange.target import (
 BYTES = "latin-1"
 """Encoding by which text is bytes."""
 _HELD: tuple[Part, ...] = (*BIAS, *MATRIX, "bias over temperature", "scale over temperature")
-_MAGIC = b"TR"
+_DRIFT = "temperature_drift"
+"""Key of a temperature drift in a section and in a record."""
 _LARGEST_IDENTITY = 2**64 - 1
 _A_LINE = 12
 """Bytes of a line of C."""
@@ -74,45 +72,33 @@ def _records(calibrations: Sequence[Calibration], settings: Settings) -> Iterato
         section = getattr(calibration, triad)
         if section is None:
             continue
+        subject = {"identity": identity, "sensor": triad}
         drift = section.temperature_drift
         held_at = temperature if drift is None else drift.reference
         try:
-            yield triad, _core.encode_record(_record(identity, triad, section), held_at)
+            yield triad, _core.encode_record(subject | _error(section), held_at)
             if drift is not None:
-                yield f"{triad}_drift", _core.encode_drift_record(identity, triad, _drift(drift))
+                yield f"{triad}_drift", _core.encode_record(subject | {_DRIFT: drift.content()})
         except _core.CoreError as error:
             raise ProcedureError(f"{calibration.name}: {triad}: {error}") from None
 
 
-def _record(identity: int, triad: TriadName, section: TriadCalibration) -> dict[str, Any]:
+def _error(section: TriadCalibration) -> dict[str, Any]:
+    """Returns the error of a section, which was fitted to no pairs with a primary, as a record has it."""
     stated = section.total_covariance
-    sigma = np.full(12, np.nan) if stated is None else np.sqrt(np.diag(stated))
-    known = np.where(np.isfinite(sigma), sigma, np.inf)
+    sigma = np.full(12, np.inf) if stated is None else np.sqrt(np.diag(stated))
+    sigma[np.isnan(sigma)] = np.inf
     has_matrix = not np.array_equal(section.M, np.eye(3))
     return {
-        "identity": identity,
-        "sensor": triad,
         "matrix": np.ascontiguousarray(section.M),
         "bias": section.b,
-        "matrix_sigma": known[:9].reshape(3, 3),
-        "bias_sigma": known[9:],
+        "matrix_sigma": sigma[:9].reshape(3, 3),
+        "bias_sigma": sigma[9:],
         "fit_model": "affine" if has_matrix else "offset",
         "directions": 3 if has_matrix else 0,
-        # It was fitted to no pairs with a primary, and has followed none.
-        "residual": np.inf,
-        "residual_before": np.inf,
         "pairs": 0,
         "sequence": 1,
-        "followed": np.zeros(3),
     }
-
-
-_DRIFT = ("reference", "range", "bias", "scale")
-"""Fields of a temperature drift that records keep."""
-
-
-def _drift(drift: TemperatureDrift) -> dict[str, Any]:
-    return {name: plain(getattr(drift, name)) for name in _DRIFT}
 
 
 def read_bytes(text: str) -> list[Content]:
@@ -154,30 +140,26 @@ def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
     units: dict[int, dict[str, Any]] = {}
     try:
         for record in records:
-            is_drift = record.startswith(_MAGIC + bytes([_core.DRIFT_RECORD_VERSION]))
-            found = _core.decode_drift_record(record) if is_drift else _core.decode_record(record)
-            identity, triad = found.pop("identity"), found.pop("sensor")
+            found = _core.decode_record(record)
+            identity, triad = found["identity"], found["sensor"]
             unit = units.setdefault(identity, {"name": f"unit-{identity}", "serial": str(identity)})
             section = unit.setdefault(triad, {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3)})
-            section |= {"temperature_drift": _drift_section(found)} if is_drift else _error_section(found)
-            if not is_drift and found["temperature"] is not None:
-                unit["temperature"] = dict.fromkeys(("low", "mean", "high"), found["temperature"])
+            section |= {_DRIFT: found[_DRIFT]} if _DRIFT in found else _section(found)
+            if (held_at := found.get("temperature")) is not None:
+                unit["temperature"] = dict.fromkeys(("low", "mean", "high"), held_at)
     except _core.CoreError as error:
         raise CalibrationFileError(f"a record {error}") from None
     return list(units.values())
 
 
-def _error_section(found: dict[str, Any]) -> dict[str, Any]:
-    sigma = np.concatenate([found["matrix_sigma"].ravel(), found["bias_sigma"]])
-    section = {"M": found["matrix"], "b": found["bias"]}
+def _section(error: dict[str, Any]) -> dict[str, Any]:
+    """Returns the section of a calibration file for the error in a record."""
+    sigma = np.concatenate([error["matrix_sigma"].ravel(), error["bias_sigma"]])
+    section = {"M": error["matrix"], "b": error["bias"]}
     if np.isfinite(sigma).any():
         # A record keeps no covariance between its numbers.
         section["covariance"] = np.diag(np.where(np.isfinite(sigma), sigma, np.nan) ** 2)
     return section
-
-
-def _drift_section(found: dict[str, Any]) -> dict[str, Any]:
-    return {name: found[name] for name in _DRIFT}
 
 
 def _form(

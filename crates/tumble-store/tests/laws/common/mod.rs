@@ -8,7 +8,7 @@ use proptest::array::{uniform3, uniform9};
 use proptest::num::f32::{INFINITE, NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
 use tumble_core::model::ErrorModel;
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
@@ -19,8 +19,6 @@ pub fn example() -> StoredRecord {
     let seen = 1.0 / 8192.0;
     let unseen = f32::INFINITY;
     let record = Record {
-        identity: 0x0123_4567_89ab_cdef,
-        sensor: Sensor::Accelerometer,
         model: ErrorModel {
             matrix: Matrix3::new(
                 1.0 + 1.0 / 1024.0,
@@ -46,6 +44,7 @@ pub fn example() -> StoredRecord {
         pairs: 412,
         sequence: 7,
         followed: Vector3::new(1.0 / 64.0, -1.0 / 32.0, 0.0),
+        ..Record::unknown(0x0123_4567_89ab_cdef, Sensor::Accelerometer)
     };
     StoredRecord {
         record,
@@ -81,38 +80,31 @@ fn sigma() -> impl Strategy<Value = f32> {
     POSITIVE | NORMAL | SUBNORMAL | ZERO | INFINITE
 }
 
+/// Draws the numbers of a part.
+fn numbers(part: RecordPart) -> BoxedStrategy<Vec<f32>> {
+    let number = if part.may_be_infinite() {
+        sigma().boxed()
+    } else {
+        finite().boxed()
+    };
+    prop::collection::vec(number, part.count()).boxed()
+}
+
 prop_compose! {
     /// Any record.
     pub fn record()(
         identity in any::<u64>(),
         sensor in prop::sample::select(SENSORS.to_vec()),
-        matrix in uniform9(finite()),
-        vectors in uniform3(finite()),
-        lever_arm in uniform3(finite()),
-        followed in uniform3(finite()),
-        matrix_sigma in uniform9(sigma()),
-        sigmas in (uniform3(sigma()), uniform3(sigma())),
         fit_model in prop::sample::select(vec![FitModel::Offset, FitModel::Gain, FitModel::Affine, FitModel::AffineAndLeverArm]),
         counts in any::<(u8, u32, u32)>(),
-        residuals in (sigma(), sigma()),
+        parts in RecordPart::ALL.map(numbers).to_vec(),
         temperature in prop::option::of(finite()),
     ) -> StoredRecord {
-        let record = Record {
-            identity,
-            sensor,
-            model: ErrorModel { matrix: Matrix3::from_row_slice(&matrix), bias: Vector3::from(vectors) },
-            matrix_sigma: Matrix3::from_row_slice(&matrix_sigma),
-            bias_sigma: Vector3::from(sigmas.0),
-            lever_arm: Vector3::from(lever_arm),
-            lever_arm_sigma: Vector3::from(sigmas.1),
-            fit_model,
-            directions: counts.0,
-            residual: residuals.0,
-            residual_before: residuals.1,
-            pairs: counts.1,
-            sequence: counts.2,
-            followed: Vector3::from(followed),
-        };
+        let (directions, pairs, sequence) = counts;
+        let mut record = Record { fit_model, directions, pairs, sequence, ..Record::unknown(identity, sensor) };
+        for (to, from) in record.parts_mut().into_iter().zip(parts) {
+            to.copy_from_slice(&from);
+        }
         StoredRecord { record, temperature }
     }
 }
