@@ -199,6 +199,8 @@ NO_MATHEMATICS = {"numpy", "scipy"}
 
 ON_THE_COMMAND_LINE = {"cli", "command"}
 
+LABORATORY_CRATE = ROOT / "crates" / "tumble-lab" / "src"
+
 RUST_TYPE = r"^(?: *pub(?:\([\w: ]+\))? )?(?:struct|enum|union|trait|type) (\w+)"
 """Definition of a type, with its name; public ones stand within macros too."""
 AWAITING_RENAME = {"Judgement", "Step", "Surroundings", "Verdict"}
@@ -318,6 +320,26 @@ def rust_name_breaches(root: Path = ROOT) -> Iterator[str]:
             yield f"{name}: is a type of {', '.join(found)}; a type's name means one thing"
 
 
+def rust_circles(source: Path = LABORATORY_CRATE) -> Iterator[str]:
+    """Finds files of a folder that use one another around; a folder in it counts as one file."""
+    for room in sorted(path for path in source.rglob("*") if path.is_dir()):
+        modules: dict[str, str] = {}
+        for path in sorted({*room.rglob("*.rs")} - {room / "mod.rs"}):
+            code = re.sub(r"//.*", "", _without_tests(path.read_text(encoding="utf-8")))
+            modules[_module_of(path, room)] = modules.get(_module_of(path, room), "") + code
+        within = "::".join(("crate", *room.relative_to(source).parts))
+        uses = {
+            name: {other for other in modules if re.search(rf"\b(?:super|{within})::{other}\b", code)}
+            for name, code in modules.items()
+            if not name.endswith("tests")
+        }
+        yield from (f"{room.name}: {circle}" for circle in _circles(uses))
+
+
+def _module_of(path: Path, room: Path) -> str:
+    return path.relative_to(room).with_suffix("").parts[0]
+
+
 def _type_named(node: ast.stmt) -> str:
     """Returns the name of a class or alias that a statement defines; empty for another statement."""
     if isinstance(node, ast.ClassDef):
@@ -393,7 +415,8 @@ def _absolute(path: Path, node: ast.ImportFrom) -> str:
 
 def main() -> int:
     """Prints every breach; 1 if there was any."""
-    breaches = [*rust_breaches(), *python_breaches(), *name_breaches(), *rust_name_breaches()]
+    of_rust = [*rust_breaches(), *rust_name_breaches(), *rust_circles()]
+    breaches = [*of_rust, *python_breaches(), *name_breaches()]
     for breach in breaches:
         print(breach, file=sys.stderr)
     print(f"layers: {len(breaches)} breaches" if breaches else "layers: every import points up the page")

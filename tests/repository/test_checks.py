@@ -152,6 +152,21 @@ def test_a_rust_type_has_one_name_in_the_whole_repository():
     assert list(script("check_layers").rust_name_breaches()) == []
 
 
+def test_no_files_of_a_rust_folder_use_one_another_around():
+    assert list(script("check_layers").rust_circles()) == []
+
+
+def test_rust_files_that_use_one_another_around_are_found(tmp_path):
+    (tmp_path / "noise").mkdir()
+    (tmp_path / "noise" / "level.rs").write_text("use super::kind::Kind;\n")
+    (tmp_path / "noise" / "kind.rs").write_text("use crate::noise::level::Level;\n")
+    (tmp_path / "noise" / "fit.rs").write_text("use super::kind::Kind;\n#[cfg(test)]\nuse super::fit::Fit;\n")
+    (circle,) = script("check_layers").rust_circles(tmp_path)
+    room, _, around = circle.partition(": ")
+    assert room == "noise"
+    assert in_circle(around) == {"kind", "level"}
+
+
 def test_a_rust_name_of_two_types_is_found_tests_and_c_aside(tmp_path):
     for crate, source in [
         ("tumble-core", "pub(crate) struct Row;\n#[cfg(test)]\nmod tests {\n    pub struct Row;\n}\n"),

@@ -54,7 +54,7 @@ impl SampleInterval {
     /// Late stamps make up for each other; missing samples do not. The interval comes from the samples that are there and
     /// those that both the pauses and the length of the block show to be missing. Where nearly every step is a pause, the
     /// rate is another.
-    fn judge(&mut self, duration: u64, samples: u32, pauses: u32, hidden: u64) -> bool {
+    fn lacks_samples(&mut self, duration: u64, samples: u32, pauses: u32, hidden: u64) -> bool {
         let another_rate = pauses > samples / 4 * 3;
         let samples = i64::from(samples);
         let (known, duration) = (signed(self.interval), signed(duration));
@@ -180,7 +180,7 @@ impl<T: Real> Pauses<T> {
         duration: u64,
         interval: &mut SampleInterval,
     ) -> (RunningSums<T, CHANNELS>, Interpolation<T>) {
-        let lacks = interval.judge(duration, sums.samples(), self.number, self.hidden);
+        let lacks = interval.lacks_samples(duration, sums.samples(), self.number, self.hidden);
         let bridged = self.bridged.filter(|_| lacks);
         let missing = self.lost + if lacks { self.hidden } else { 0 };
         let interpolation = Interpolation {

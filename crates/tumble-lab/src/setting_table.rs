@@ -42,7 +42,7 @@ pub fn spin<T: Real + SettingField>() -> Vec<Setting<SpinSettings<T>>> {
             rate,
             "rad/s",
             Positive,
-            "Speed to turn at. It is not judged: it is what a robot may be asked for."
+            "Speed to turn at, which a robot may be asked for; no limit depends on it."
         ),
         row!(largest_floor_tilt, "rad", Positive, "Largest floor tilt."),
         row!(

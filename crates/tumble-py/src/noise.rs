@@ -4,11 +4,11 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use tumble_lab::noise::deviation::VarianceKind;
 use tumble_lab::noise::disturbance::{ChannelDisturbance, disturbances};
 use tumble_lab::noise::fit::{NoiseFit, TermEstimate};
 use tumble_lab::noise::record::{ChannelNoise, DeviationEstimate, NoiseRecord};
 use tumble_lab::noise::term::{NoiseTerm, TERMS};
+use tumble_lab::noise::variance_kind::VarianceKind;
 use tumble_lab::noise::watch::Watched;
 use tumble_lab::simulate::still::StillChannel;
 

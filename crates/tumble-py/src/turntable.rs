@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use tumble_core::model::ModelCovariance;
 use tumble_core::turntable::truth::TruthSource;
-use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
+use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyroscope};
 use tumble_lab::simulate::grade::SensorGrade;
 use tumble_lab::turntable::{
     AxisResponse, Clocks, CommandedRates, GSensitivity, PairingError, RESPONSE_FALSE_ALARM, RateLevel,
@@ -395,15 +395,15 @@ fn sphere_residual(unit: &PyAcquired, gravity: f64) -> Option<f64> {
     own_sphere(&unit.inner, gravity).map(|sphere| sphere.norm_residual)
 }
 
-/// Checks that gyroscope and accelerometer measure the same turns: (verdict, figure or axes).
+/// Checks that gyroscope and accelerometer measure the same turns: (consistency, figure or axes).
 #[pyfunction]
-fn judge_gyroscope(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f64)>) {
-    match judge_rate(&unit.inner) {
-        RateVerdict::Consistent => ("consistent", 0.0, Vec::new()),
-        RateVerdict::Unknown => ("unknown", 0.0, Vec::new()),
-        RateVerdict::Scaled(scale) => ("scaled", scale, Vec::new()),
-        RateVerdict::Permuted(axes) => ("permuted", 0.0, axes.to_vec()),
-        RateVerdict::Inconsistent(angle) => ("inconsistent", angle, Vec::new()),
+fn gyroscope_consistency(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f64)>) {
+    match compare_gyroscope(&unit.inner) {
+        GyroscopeConsistency::Consistent => ("consistent", 0.0, Vec::new()),
+        GyroscopeConsistency::Unknown => ("unknown", 0.0, Vec::new()),
+        GyroscopeConsistency::Scaled(scale) => ("scaled", scale, Vec::new()),
+        GyroscopeConsistency::Permuted(axes) => ("permuted", 0.0, axes.to_vec()),
+        GyroscopeConsistency::Inconsistent(angle) => ("inconsistent", angle, Vec::new()),
     }
 }
 
@@ -456,7 +456,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
     module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
     module.add_function(wrap_pyfunction!(normal_gravity, module)?)?;
-    module.add_function(wrap_pyfunction!(judge_gyroscope, module)?)
+    module.add_function(wrap_pyfunction!(gyroscope_consistency, module)?)
 }
 
 /// WGS 84 normal gravity, m/s^2, at a latitude in rad and a height in m.

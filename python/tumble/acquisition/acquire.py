@@ -273,22 +273,22 @@ def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None
 
 
 def _gyroscope_unit(unit: _core.Acquired) -> _Misread | None:
-    verdict, figure, axes = _core.judge_gyroscope(unit)
-    if verdict == "scaled" and figure > 1.0:
+    consistency, figure, axes = _core.gyroscope_consistency(unit)
+    if consistency == "scaled" and figure > 1.0:
         return _Misread(
             "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s",
             "gyroscope-unit",
             "deg/s",
         )
-    if verdict == "scaled":
+    if consistency == "scaled":
         return _Misread(
             "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s",
             "gyroscope-unit",
             "rad/s",
         )
-    if verdict == "permuted":
+    if consistency == "permuted":
         return _axes(axes)
-    if verdict == "inconsistent":
+    if consistency == "inconsistent":
         return _Misread(
             f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any "
             "unit and order of axes; check that both belong to one unit"

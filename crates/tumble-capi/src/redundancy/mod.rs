@@ -170,8 +170,8 @@ pub unsafe extern "C" fn tumble_redundancy_init(
 }
 
 /// Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
-/// long as none is more than a window behind the others. Readings that are no numbers are for the monitor to judge:
-/// hand them in as they are. `on_event` and `output` may be null. A calibration whose pairs are complete is fitted in steps, one
+/// long as none is more than a window behind the others. Hand readings that are no numbers in as they
+/// are: the monitor detects them. `on_event` and `output` may be null. A calibration whose pairs are complete is fitted in steps, one
 /// with each of about 14 samples.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.

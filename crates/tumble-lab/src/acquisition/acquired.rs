@@ -2,14 +2,14 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use tumble_core::noise::{Interval, Noise};
-use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 
 use super::channels::ChannelFault;
-use super::constant_rates::RestLadders;
+use super::interval::{interval, microseconds};
 use super::motion::Motion;
 use super::plateaus::{Plateau, PlateauKind};
+use super::rest_ladders::RestLadders;
 use super::soft_edge::{SoftEdge, SoftTurn};
 use super::trace::Trace;
 
@@ -207,19 +207,5 @@ impl Acquired {
             .moments
             .about(&rest.integral.map(|integral| integral / duration));
         Some(rest)
-    }
-}
-
-/// Microseconds of a time since the origin, s.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-pub(crate) fn microseconds(time: f64) -> u64 {
-    (time * 1e6).round().max(0.0) as u64
-}
-
-/// When a segment took place, s since the origin.
-pub fn interval(segment: &Segment<f64>) -> Interval<f64> {
-    Interval {
-        start: seconds(segment.start),
-        end: seconds(segment.end),
     }
 }

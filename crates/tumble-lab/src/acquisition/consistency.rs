@@ -5,12 +5,12 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use super::acquired::Acquired;
 use crate::distributions::median;
 
-/// Verdicts on a gyroscope.
+/// Consistency of a gyroscope with the accelerometer of its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RateVerdict {
+pub enum GyroscopeConsistency {
     /// It turns gravity as the accelerometer sees it turned.
     Consistent,
-    /// Too few turns to judge.
+    /// Too few turns to compare.
     Unknown,
     /// Its readings are this many times too large: 57.3 if degrees were taken for radians.
     Scaled(f64),
@@ -48,23 +48,29 @@ impl GravityTurn {
     }
 }
 
-/// Judges the gyroscope of a unit by its accelerometer.
-pub fn judge_rate(unit: &Acquired) -> RateVerdict {
+/// Compares the gyroscope of a unit with its accelerometer.
+pub fn compare_gyroscope(unit: &Acquired) -> GyroscopeConsistency {
     let turns = turned(unit);
     if turns.len() < 3 {
-        return RateVerdict::Unknown;
+        return GyroscopeConsistency::Unknown;
     }
     let mut plain: Vec<f64> = turns.iter().map(GravityTurn::misfit).collect();
-    let others = hypotheses().map(|(matrix, verdict)| {
+    let others = hypotheses().map(|(matrix, consistency)| {
         let mut misfits: Vec<f64> = turns.iter().map(|turn| turn.misfit_with(&matrix)).collect();
-        (explained(&misfits), median(&mut misfits).unwrap_or(0.0), verdict)
+        (
+            explained(&misfits),
+            median(&mut misfits).unwrap_or(0.0),
+            consistency,
+        )
     });
     let best = others.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     let most = |count: usize| 2 * count > turns.len();
     match best {
-        Some((count, _, verdict)) if most(count) && count >= explained(&plain) + CLEARLY_MORE => verdict,
-        _ if most(explained(&plain)) => RateVerdict::Consistent,
-        _ => RateVerdict::Inconsistent(median(&mut plain).unwrap_or(0.0).to_degrees()),
+        Some((count, _, consistency)) if most(count) && count >= explained(&plain) + CLEARLY_MORE => {
+            consistency
+        }
+        _ if most(explained(&plain)) => GyroscopeConsistency::Consistent,
+        _ => GyroscopeConsistency::Inconsistent(median(&mut plain).unwrap_or(0.0).to_degrees()),
     }
 }
 
@@ -92,11 +98,11 @@ fn turned(unit: &Acquired) -> Vec<GravityTurn> {
 }
 
 /// Wrong units first, then all ways to exchange and turn axes.
-fn hypotheses() -> impl Iterator<Item = (Matrix3<f64>, RateVerdict)> {
+fn hypotheses() -> impl Iterator<Item = (Matrix3<f64>, GyroscopeConsistency)> {
     let degrees = 180.0 / core::f64::consts::PI;
     let scales = [degrees, 1.0 / degrees]
         .into_iter()
-        .map(|scale| (Matrix3::identity() / scale, RateVerdict::Scaled(scale)));
+        .map(|scale| (Matrix3::identity() / scale, GyroscopeConsistency::Scaled(scale)));
     const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let permutations = ORDERS.into_iter().flat_map(|order| {
         (0..8_u8).map(move |signs| {
@@ -106,7 +112,7 @@ fn hypotheses() -> impl Iterator<Item = (Matrix3<f64>, RateVerdict)> {
             for (row, (column, sign)) in axes.iter().enumerate() {
                 matrix[(row, *column)] = *sign;
             }
-            (matrix, RateVerdict::Permuted(axes))
+            (matrix, GyroscopeConsistency::Permuted(axes))
         })
     });
     scales.chain(permutations)

@@ -5,28 +5,13 @@ use tumble_core::noise::{AllanLadder, Interval};
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 
-use super::acquired::{Acquired, interval};
+use super::acquired::Acquired;
+use super::interval::interval;
 use super::motion::{Motion, SecondDifferences};
 use super::plateaus::{Plateau, PlateauKind, RateGate, find_plateaus, label_plateaus};
-use super::recorder::noise_of;
 use super::rejection::take_out;
+use super::rest_ladders::{RestLadders, noise_of};
 use super::vibration::soften;
-
-/// Noise as the blocks, and the windows with soft edges, of rests show it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RestLadders {
-    /// Ladder of blocks.
-    pub flat: AllanLadder<f64>,
-    /// Ladder of windows.
-    pub soft: AllanLadder<f64>,
-}
-
-impl RestLadders {
-    fn merge(&mut self, other: &Self) {
-        self.flat.merge(&other.flat);
-        self.soft.merge(&other.soft);
-    }
-}
 
 /// Gathers what constant rates are found in.
 pub(super) struct RateFinder {

@@ -11,7 +11,7 @@ use tumble_core::rotation::rotation_of;
 use tumble_core::segmenter::Segment;
 use tumble_core::stillness::Scatter;
 
-use super::acquired::interval;
+use super::interval::interval;
 
 /// Sums over successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,10 +7,11 @@ use tumble_core::soft_mean::SoftMeans;
 
 use super::acquired::{Acquired, Part};
 use super::channels::{ChannelMonitor, is_calm};
-use super::constant_rates::{RateFinder, RestLadders};
+use super::constant_rates::RateFinder;
 use super::motion::Motion;
 use super::plateaus::RateGate;
 use super::rejection::{leave_out_saturated, reject_rests};
+use super::rest_ladders::{RestLadders, noise_of};
 use super::soft_edge::{RecentBlocks, SoftRest};
 use super::trace::Trace;
 use super::vibration::soften;
@@ -264,10 +265,4 @@ impl Acquisition {
         }
         self.leading = false;
     }
-}
-
-/// Noise of the six channels, with the flicker that the axes of a triad share.
-pub(super) fn noise_of(ladder: &AllanLadder<f64>) -> [Noise<f64>; CHANNELS] {
-    let ([fx, fy, fz], [wx, wy, wz]) = (ladder.fit_jointly([0, 1, 2]), ladder.fit_jointly([3, 4, 5]));
-    [fx, fy, fz, wx, wy, wz]
 }

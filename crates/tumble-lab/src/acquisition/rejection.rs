@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::stillness::Scatter;
 
-use super::acquired::{Acquired, RestRejection, interval};
-use super::consistency::{RateVerdict, judge_rate};
+use super::acquired::{Acquired, RestRejection};
+use super::consistency::{GyroscopeConsistency, compare_gyroscope};
+use super::interval::interval;
 
 /// Takes out what only looked like a rest, now that the whole recording is known, given the noise at rest.
 pub(super) fn reject_rests(
@@ -15,7 +16,10 @@ pub(super) fn reject_rests(
 ) {
     reject(found, |found, i| disturbed(&found.rests[i], settings, floor));
     // In a wrong unit g-sensitivity looks like slow turns; the unit is the thing to complain of then.
-    if matches!(judge_rate(found), RateVerdict::Consistent | RateVerdict::Unknown) {
+    if matches!(
+        compare_gyroscope(found),
+        GyroscopeConsistency::Consistent | GyroscopeConsistency::Unknown
+    ) {
         reject(found, |found, i| {
             is_turning(found, i).then_some(RestRejection::Turning)
         });

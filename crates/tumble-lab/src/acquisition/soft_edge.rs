@@ -11,7 +11,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 use tumble_core::soft_mean::{SoftMeans, rise, slope_of_rise};
 
-use super::acquired::interval;
+use super::interval::interval;
 
 /// Length of an edge, s: as half a window of the soft means of rests.
 const LENGTH: f64 = 0.4;

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 
-use super::procedure::MultiposeSamples;
+use super::samples::MultiposeSamples;
 use super::sections::{Section, SectionLabel};
 use crate::turntable::TriadCalibration;
 

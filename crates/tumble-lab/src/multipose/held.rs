@@ -10,8 +10,8 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::SegmenterSettings;
 use tumble_core::soft_mean::rise;
 
-use super::procedure::MultiposeSamples;
 use super::rest_selection::BY_HAND;
+use super::samples::MultiposeSamples;
 use crate::acquisition::{Restlessness, Tremor};
 use crate::distributions::median;
 

@@ -26,6 +26,7 @@ use super::next_turn::{NextTurn, next_turn};
 use super::nominal_scale::{NominalScale, counts, rounded, start};
 use super::rest_selection::{BY_HAND, TOLERANCES, acquire};
 use super::rotation_response::TurnSamples;
+use super::samples::MultiposeSamples;
 use super::sections::{Section, take_labelled, take_rests};
 use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use super::time_base::implausible_scale;
@@ -33,17 +34,6 @@ use crate::acquisition::{Acquired, Tremor, interval};
 use crate::turntable::flicker::remembered;
 use crate::turntable::reference_uncertainty::Inheritance;
 use crate::turntable::{ResidualLabel, TriadCalibration, force_sigma, rate_sigma, widening};
-
-/// The samples of one unit, all finite, in order of time.
-#[derive(Clone, Copy, Debug)]
-pub struct MultiposeSamples<'a> {
-    /// s.
-    pub time: &'a [f64],
-    /// Specific force, m/s^2, or counts.
-    pub force: &'a [[f64; 3]],
-    /// Angular rate, rad/s, or counts; zero where there is no gyroscope.
-    pub rate: &'a [[f64; 3]],
-}
 
 /// A rest and what the calibration makes of it.
 #[derive(Clone, Copy, Debug)]
@@ -246,13 +236,13 @@ impl<'a> Centred<'a> {
             nominal: None,
         };
         if settings.raw {
-            let judged = counts(samples.force, samples.rate, settings.gravity);
-            let judged = judged.ok_or(MultiposeError::Unsolvable)?;
-            centre(&mut unit.force, &judged.force_zero, judged.scale.force);
-            centre(&mut unit.rate, &judged.rate_zero, judged.scale.rate);
-            unit.force_zero = judged.force_zero * judged.scale.force;
-            unit.rate_zero = judged.rate_zero * judged.scale.rate;
-            unit.nominal = Some(judged.scale);
+            let counted = counts(samples.force, samples.rate, settings.gravity);
+            let counted = counted.ok_or(MultiposeError::Unsolvable)?;
+            centre(&mut unit.force, &counted.force_zero, counted.scale.force);
+            centre(&mut unit.rate, &counted.rate_zero, counted.scale.rate);
+            unit.force_zero = counted.force_zero * counted.scale.force;
+            unit.rate_zero = counted.rate_zero * counted.scale.rate;
+            unit.nominal = Some(counted.scale);
         }
         Ok(unit)
     }

@@ -8,7 +8,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::soft_mean::SoftSum;
 
-use super::procedure::MultiposeSamples;
+use super::samples::MultiposeSamples;
 use crate::acquisition::{Acquired, leave_out_saturated, microseconds};
 use crate::distributions::median;
 

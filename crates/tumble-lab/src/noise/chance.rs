@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use super::deviation::{VarianceKind, stride};
+use super::deviation::stride;
 use super::lowpass::LowPass;
 use super::term::{NoiseTerm, RANDOM, TERMS, autocovariances};
+use super::variance_kind::VarianceKind;
 
 /// Strengths of all terms, in their order.
 pub type Strengths = [f64; TERMS];

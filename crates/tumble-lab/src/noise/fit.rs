@@ -10,11 +10,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chance::{Shared, Strengths, Stretches};
-use super::deviation::{Variance, VarianceKind};
+use super::deviation::Variance;
 use super::lowpass::LowPass;
 use super::non_negative::{gain, non_negative};
 use super::skewed::quantile;
 use super::term::{NoiseTerm, TERMS};
+use super::variance_kind::VarianceKind;
 use crate::distributions::{INTERVAL, chi_square_quantile, chi_square_tail};
 
 /// Terms that every fit has: where chance could stand for one of them, the others must be as uncertain as that makes them.

@@ -1,6 +1,6 @@
 //! Second and third differences of sums of samples, at one spacing of what they start from (docs/theory/noise.md).
 
-use super::deviation::VarianceKind;
+use super::variance_kind::VarianceKind;
 
 /// Lengths of averages in blocks of a level: from half as many as begin the next level.
 pub(super) const RATIOS: [usize; 4] = [16, 19, 23, 27];

@@ -14,4 +14,5 @@ mod non_negative;
 pub mod record;
 mod skewed;
 pub mod term;
+pub mod variance_kind;
 pub mod watch;

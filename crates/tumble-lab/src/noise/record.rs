@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::chance::{Shared, Strengths, Stretches, freedom};
-use super::deviation::{Deviations, VarianceKind};
+use super::deviation::Deviations;
 use super::fit::{Fitter, NoiseFit};
 use super::lowpass::LowPass;
 use super::term::{NoiseTerm, TERMS};
+use super::variance_kind::VarianceKind;
 use crate::distributions::chi_square_quantile;
 
 /// Share of records whose truth lies beyond one end of an interval.

@@ -5,8 +5,8 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use super::deviation::VarianceKind;
 use super::lowpass::LowPass;
+use super::variance_kind::VarianceKind;
 
 tumble_core::vocabulary! {
     /// A term of noise, as IEEE Std 952-1997, annex C, has it.

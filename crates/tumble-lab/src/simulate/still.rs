@@ -146,8 +146,9 @@ impl StillChannel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::deviation::{Deviations, VarianceKind};
+    use crate::noise::deviation::Deviations;
     use crate::noise::lowpass::LowPass;
+    use crate::noise::variance_kind::VarianceKind;
 
     #[test]
     fn each_term_has_the_allan_variance_of_theory() {

@@ -9,7 +9,7 @@ use tumble_core::turntable::reference::earth_variance;
 use tumble_core::turntable::truth::RateObservation;
 
 use super::error::TurntableError;
-use super::reference::Reference;
+use super::reference::{Reference, TableTruth};
 use super::settings::TurntableSettings;
 use crate::acquisition::plateaus::LARGEST_REFERENCE_BIAS;
 use crate::acquisition::{Acquired, Plateau};
@@ -21,17 +21,6 @@ pub struct CommandedRates {
     pub rates: Vec<f64>,
     /// 1-sigma of what all of them are wrong by alike, relative.
     pub accuracy: f64,
-}
-
-/// Commanded rate of each constant rate of the reference, and what the Earth adds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TableTruth {
-    /// Magnitude at each constant rate of the reference, rad/s; zero where the table stood.
-    pub by_rate: Vec<f64>,
-    /// 1-sigma of what all of them are wrong by alike, relative.
-    pub accuracy: f64,
-    /// Up at the first rest; any direction where there is no rest.
-    up: Vector3<f64>,
 }
 
 /// Largest deviation of the reference's rate from the commanded one, relative.

@@ -19,12 +19,14 @@ mod settings;
 mod target;
 mod triad;
 
-pub use commanded::{CommandedRates, TableTruth};
+pub use commanded::CommandedRates;
 pub use error::{PairingError, TurntableError};
 pub use g_sensitivity::FALSE_ALARM as RESPONSE_FALSE_ALARM;
 pub use rate_response::{AxisResponse, RateLevel};
-pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
-pub use reference_uncertainty::ReferenceUncertainty;
+pub use reference::{
+    Reference, ReferenceUncertainty, TableTruth, Ups, fit_reference, force_sigma, own_sphere, poses,
+    rate_sigma,
+};
 pub use settings::{Clocks, FEWEST_RESTS, GSensitivity, TurntableSettings};
 pub use target::{Target, Triads, as_reference, calibrate};
 pub(crate) use triad::widening;

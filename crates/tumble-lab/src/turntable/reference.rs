@@ -2,14 +2,13 @@
 
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 use tumble_core::gravity::vertical_earth_rate;
+use tumble_core::model::ModelCovariance;
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::turntable::mounting::{MountingFit, PoseMean, fit_mounting};
 use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_earth, fit_sphere};
 use tumble_core::turntable::truth::Attitude;
 
-use super::commanded::TableTruth;
 use super::error::TurntableError;
-use super::reference_uncertainty::{DeviatedReference, ReferenceUncertainty};
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::plateaus::LARGEST_REFERENCE_BIAS;
 use crate::acquisition::{Acquired, interval};
@@ -36,6 +35,33 @@ pub struct Reference {
     pub norm_explained: bool,
     /// The reference, deviated along each principal direction of its uncertainty; empty where that is not stated.
     pub(super) deviated: Vec<DeviatedReference>,
+}
+
+/// Commanded rate of each constant rate of the reference, and what the Earth adds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableTruth {
+    /// Magnitude at each constant rate of the reference, rad/s; zero where the table stood.
+    pub by_rate: Vec<f64>,
+    /// 1-sigma of what all of them are wrong by alike, relative.
+    pub accuracy: f64,
+    /// Up at the first rest; any direction where there is no rest.
+    pub(super) up: Vector3<f64>,
+}
+
+/// Covariance of `[E row by row, e]` of each triad of the corrected reference; `None` where nobody states it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReferenceUncertainty {
+    /// Accelerometer: 1 and m/s^2.
+    pub accelerometer: Option<ModelCovariance<f64>>,
+    /// Gyroscope: 1 and rad/s.
+    pub gyroscope: Option<ModelCovariance<f64>>,
+}
+
+/// The reference as it would be if it erred by a small share of one principal direction of its uncertainty.
+#[derive(Clone, Debug)]
+pub struct DeviatedReference {
+    pub(super) unit: Acquired,
+    pub(super) reference: Reference,
 }
 
 impl Reference {

@@ -9,21 +9,12 @@ use tumble_core::model::{ErrorModel, ModelCovariance};
 use tumble_core::segmenter::Segment;
 
 use super::error::TurntableError;
-use super::reference::{Reference, Ups, fit_reference, force_at};
+use super::reference::{DeviatedReference, Reference, ReferenceUncertainty, Ups, fit_reference, force_at};
 use super::session::TargetSession;
 use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::Acquired;
 use crate::distributions::chi_square_tail;
 use crate::simulate::grade::TriadGrade;
-
-/// Covariance of `[E row by row, e]` of each triad of the corrected reference; `None` where nobody states it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ReferenceUncertainty {
-    /// Accelerometer: 1 and m/s^2.
-    pub accelerometer: Option<ModelCovariance<f64>>,
-    /// Gyroscope: 1 and rad/s.
-    pub gyroscope: Option<ModelCovariance<f64>>,
-}
 
 /// Covariance of `[E row by row, e]` of a reference corrected by a calibration, from that of `[M row by row, b]`; `None`
 /// where M has no inverse.
@@ -67,13 +58,6 @@ pub fn of_grade(grade: &TriadGrade) -> ModelCovariance<f64> {
 
 /// Step along a principal direction, as a share of its sigma: responses are linear in it.
 const STEP: f64 = 1e-3;
-
-/// The reference as it would be if it erred by a small share of one principal direction of its uncertainty.
-#[derive(Clone, Debug)]
-pub struct DeviatedReference {
-    pub(super) unit: Acquired,
-    pub(super) reference: Reference,
-}
 
 /// Deviation of one triad: `u + E u + e`.
 type ModelDeviation = (Matrix3<f64>, Vector3<f64>);

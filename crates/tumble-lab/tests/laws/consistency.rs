@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
+use tumble_lab::acquisition::consistency::{GyroscopeConsistency, compare_gyroscope};
 
 use crate::common::{Draws, cases, direction};
 use crate::stream::{Phase, Unit};
@@ -21,9 +21,9 @@ fn schedule() -> Vec<Phase> {
     on_the_grid(schedule)
 }
 
-fn verdict(change: impl Fn(Vector3<f64>) -> Vector3<f64>, seed: u64) -> RateVerdict {
+fn consistency(change: impl Fn(Vector3<f64>) -> Vector3<f64>, seed: u64) -> GyroscopeConsistency {
     let recording = Recording::of(&schedule(), &Unit::noisy(0.02, 0.002), &mut Draws::new(seed));
-    judge_rate(&recording.change(|f| f, change).acquire())
+    compare_gyroscope(&recording.change(|f| f, change).acquire())
 }
 
 fn permutation(order: [usize; 3], signs: [f64; 3]) -> Matrix3<f64> {
@@ -37,26 +37,29 @@ fn permutation(order: [usize; 3], signs: [f64; 3]) -> Matrix3<f64> {
 
 #[test]
 fn a_good_gyroscope_is_consistent() {
-    assert_eq!(verdict(|w| w, 1), RateVerdict::Consistent);
+    assert_eq!(consistency(|w| w, 1), GyroscopeConsistency::Consistent);
 }
 
 #[test]
 fn a_poor_gyroscope_with_a_large_bias_is_consistent() {
     let model = poor_model(0.3);
-    assert_eq!(verdict(|w| model.measure(&w), 2), RateVerdict::Consistent);
+    assert_eq!(
+        consistency(|w| model.measure(&w), 2),
+        GyroscopeConsistency::Consistent
+    );
 }
 
 #[test]
 fn degrees_taken_for_radians_and_radians_for_degrees_are_told() {
     let degree = 180.0 / core::f64::consts::PI;
-    let as_found = verdict(|w| w * degree, 3);
+    let as_found = consistency(|w| w * degree, 3);
     assert!(
-        matches!(as_found, RateVerdict::Scaled(scale) if (scale - degree).abs() < 1e-12),
+        matches!(as_found, GyroscopeConsistency::Scaled(scale) if (scale - degree).abs() < 1e-12),
         "{as_found:?}"
     );
-    let as_found = verdict(|w| w / degree, 4);
+    let as_found = consistency(|w| w / degree, 4);
     assert!(
-        matches!(as_found, RateVerdict::Scaled(scale) if (scale * degree - 1.0).abs() < 1e-12),
+        matches!(as_found, GyroscopeConsistency::Scaled(scale) if (scale * degree - 1.0).abs() < 1e-12),
         "{as_found:?}"
     );
 }
@@ -69,22 +72,29 @@ fn every_exchange_of_axes_and_signs_is_told_as_what_it_is() {
             let sign = |i: usize| if signs & (1 << i) == 0 { 1.0 } else { -1.0 };
             let signs = [sign(0), sign(1), sign(2)];
             let case_from_sensor = permutation(order, signs);
-            let found = verdict(|w| case_from_sensor.transpose() * w, 5 + k as u64);
+            let found = consistency(|w| case_from_sensor.transpose() * w, 5 + k as u64);
             if case_from_sensor == Matrix3::identity() {
-                assert_eq!(found, RateVerdict::Consistent);
+                assert_eq!(found, GyroscopeConsistency::Consistent);
             } else {
                 let expected = [0, 1, 2].map(|i| (order[i], signs[i]));
-                assert_eq!(found, RateVerdict::Permuted(expected), "{case_from_sensor}");
+                assert_eq!(
+                    found,
+                    GyroscopeConsistency::Permuted(expected),
+                    "{case_from_sensor}"
+                );
             }
         }
     }
 }
 
 #[test]
-fn fewer_than_three_turns_are_no_ground_to_judge() {
+fn fewer_than_three_turns_are_too_few_to_compare() {
     let schedule = [Phase::Rest(2.0), Phase::Turn(Vector3::x(), 1.0), Phase::Rest(2.0)];
     let recording = Recording::of(&schedule, &Unit::noisy(0.02, 0.002), &mut Draws::new(6));
-    assert_eq!(judge_rate(&recording.acquire()), RateVerdict::Unknown);
+    assert_eq!(
+        compare_gyroscope(&recording.acquire()),
+        GyroscopeConsistency::Unknown
+    );
 }
 
 #[test]
@@ -101,18 +111,21 @@ fn half_turns_that_end_alike_either_way_round_do_not_convict() {
         schedule.extend([Phase::Turn(axis * half, 2.0), Phase::Rest(2.0)]);
     }
     let recording = Recording::of(&schedule, &Unit::noisy(0.02, 0.002), &mut Draws::new(7));
-    assert_eq!(judge_rate(&recording.acquire()), RateVerdict::Consistent);
+    assert_eq!(
+        compare_gyroscope(&recording.acquire()),
+        GyroscopeConsistency::Consistent
+    );
 }
 
 #[test]
 fn a_gyroscope_that_measures_other_turns_is_inconsistent() {
     // Every other turn half as large, every other twice: no single change of units or axes explains it.
-    let found = verdict(
+    let found = consistency(
         |w| Vector3::new(0.4 * w.x - 0.9 * w.y, 2.0 * w.z + 0.7 * w.x, 0.5 * w.y),
         8,
     );
     assert!(
-        matches!(found, RateVerdict::Inconsistent(angle) if angle > 15.0),
+        matches!(found, GyroscopeConsistency::Inconsistent(angle) if angle > 15.0),
         "{found:?}"
     );
 }
@@ -123,6 +136,6 @@ proptest! {
     #[test]
     fn a_gyroscope_misaligned_by_some_degrees_is_consistent(axis in direction(), angle in 0.0..0.12_f64, seed in any::<u64>()) {
         let off = nalgebra::Rotation3::new(axis * angle);
-        prop_assert_eq!(verdict(|w| off * w, seed), RateVerdict::Consistent);
+        prop_assert_eq!(consistency(|w| off * w, seed), GyroscopeConsistency::Consistent);
     }
 }

@@ -32,8 +32,8 @@ class Disagreement:
     """Indicates whether it lasted to the end."""
 
 
-JUDGED = ("out of family", "noisy", "blamed")
-"""Faults that name the unit that is wrong, and so end a disagreement."""
+ISOLATING = ("out of family", "noisy", "blamed")
+"""Faults that isolate a unit, and so end a disagreement."""
 
 
 def between(
@@ -77,7 +77,7 @@ def of_unit(events: Iterable[RedundancyEvent], unit: str) -> list[RedundancyEven
 
 
 def _ends_a_disagreement(event: RedundancyEvent) -> bool:
-    named = event.event == "unhealthy" and event.figures.get("reason") in JUDGED
+    named = event.event == "unhealthy" and event.figures.get("reason") in ISOLATING
     return named or event.event in ("agree", "disagree")
 
 
