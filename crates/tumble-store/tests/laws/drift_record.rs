@@ -4,13 +4,13 @@ use proptest::prelude::*;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{Saved, Which};
 use tumble_store::record::{
-    DRIFT_ENCODED, DRIFT_VERSION, DecodeError, DriftRecord, EncodeError, Field, MAX_ENCODED, decode,
+    DRIFT_ENCODED, DRIFT_VERSION, DecodeError, DriftRecord, EncodeError, Field, MAX_ENCODED, VERSION, decode,
     decode_drift, encode, encode_drift,
 };
 
 use crate::common::history::{numbered, numbered_drift, open};
 use crate::common::simulated::Simulated;
-use crate::common::{drift, drift_record, example, sign};
+use crate::common::{NEWER, drift, drift_record, example, sign};
 
 fn bytes_of(record: &DriftRecord) -> Vec<u8> {
     encode_drift(record, &mut [0; DRIFT_ENCODED]).unwrap().to_vec()
@@ -50,13 +50,16 @@ fn a_drift_is_no_record_of_an_error_nor_the_other_way_round() {
     assert_eq!(decode(&documented()), Err(DecodeError::OtherKind { found: 3 }));
     let mut buffer = [0; MAX_ENCODED];
     let error = encode(&example(), &mut buffer).unwrap();
-    assert_eq!(decode_drift(error), Err(DecodeError::OtherKind { found: 2 }));
+    assert_eq!(
+        decode_drift(error),
+        Err(DecodeError::OtherKind { found: VERSION })
+    );
     let mut newer = documented();
-    newer[2] = 4;
+    newer[2] = NEWER;
     sign(&mut newer);
     assert_eq!(
         decode_drift(&newer),
-        Err(DecodeError::UnknownVersion { found: 4 })
+        Err(DecodeError::UnknownVersion { found: NEWER })
     );
 }
 

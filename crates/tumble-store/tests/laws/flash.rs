@@ -9,11 +9,11 @@ use tumble_core::redundancy::platform::PrimaryCalibration;
 use tumble_core::redundancy::record::{Record, RecordPart, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{RecordStore, Saved, StoreError, Which, WriteLimit};
-use tumble_store::record::{DRIFT_VERSION, DecodeError, EncodeError, Field, StoredRecord};
+use tumble_store::record::{DecodeError, EncodeError, Field, StoredRecord};
 
 use crate::common::history::{Model, Update, drawn, make, numbered, open, whole};
-use crate::common::sign;
 use crate::common::simulated::{Operation, Simulated};
+use crate::common::{NEWER, sign};
 
 const UNIT: u64 = 5;
 const SENSOR: Sensor = Sensor::Accelerometer;
@@ -282,7 +282,7 @@ fn a_record_of_a_newer_version_outlasts_turnovers() {
     let entry = &mut flash.memory[64..64 + 192];
     let length = usize::from(entry[1]);
     let record = &mut entry[12..12 + length];
-    let found = DRIFT_VERSION + 1;
+    let found = NEWER;
     record[2] = found;
     sign(record);
     sign(entry);

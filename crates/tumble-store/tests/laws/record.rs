@@ -6,10 +6,10 @@ use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::FitModel;
 use tumble_store::record::{
-    DRIFT_VERSION, DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
+    DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
 };
 
-use crate::common::{example, record, sign};
+use crate::common::{NEWER, example, record, sign};
 
 fn bytes_of(record: &StoredRecord) -> Vec<u8> {
     encode(record, &mut [0; MAX_ENCODED]).unwrap().to_vec()
@@ -138,7 +138,7 @@ fn rewritten(changes: &[(usize, u8)]) -> Vec<u8> {
 #[test]
 fn what_is_whole_but_means_nothing_is_named() {
     let unknown = |field, found| Err(DecodeError::UnknownCode { field, found });
-    let found = DRIFT_VERSION + 1;
+    let found = NEWER;
     assert_eq!(
         decode(&rewritten(&[(2, found)])),
         Err(DecodeError::UnknownVersion { found })

@@ -12,7 +12,7 @@ use tumble_core::redundancy::record::{Record, RecordPart};
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::FitModel;
 use tumble_core::temperature::TemperatureDrift;
-use tumble_store::record::{DriftRecord, StoredRecord};
+use tumble_store::record::{DRIFT_VERSION, DriftRecord, StoredRecord, VERSION};
 
 /// The example of `docs/record-format.md`.
 pub fn example() -> StoredRecord {
@@ -50,6 +50,25 @@ pub fn example() -> StoredRecord {
         record,
         temperature: Some(36.5),
     }
+}
+
+/// A version that no record has yet.
+pub const NEWER: u8 = if VERSION > DRIFT_VERSION {
+    VERSION
+} else {
+    DRIFT_VERSION
+} + 1;
+
+/// The same record as a version has it that lacks the newer parts.
+pub fn as_of(version: u8, mut stored: StoredRecord) -> StoredRecord {
+    let unknown = Record::unknown(stored.record.identity, stored.record.sensor);
+    let parts = stored.record.parts_mut().into_iter().zip(unknown.parts());
+    for (part, (to, from)) in RecordPart::ALL.into_iter().zip(parts) {
+        if part.version() > version {
+            to.copy_from_slice(from);
+        }
+    }
+    stored
 }
 
 /// The example of a drift in `docs/record-format.md`.
