@@ -231,7 +231,7 @@ def records_in(word, path):
     while content:
         record, content = np.split(np.frombuffer(content, np.uint8), [_core.record_length(content)])
         stated = _core.decode_record(record.tobytes())
-        found.setdefault(stated["sensor"], {}).update(stated)
+        found[stated["sensor"] + ("_drift" if "temperature_drift" in stated else "")] = stated
         content = content.tobytes()
     return found
 

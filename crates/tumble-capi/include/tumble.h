@@ -1871,7 +1871,7 @@ typedef struct tumble_spin_settings {
      */
     float turn;
     /**
-     * Speed to turn at. It is not judged: it is what a robot may be asked for. Default: 1 rad/s.
+     * Speed to turn at, which a robot may be asked for; no limit depends on it. Default: 1 rad/s.
      */
     float rate;
     /**
@@ -2352,8 +2352,8 @@ tumble_status tumble_redundancy_init(struct tumble_redundancy *redundancy,
 
 /**
  * Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
- * long as none is more than a window behind the others. Readings that are no numbers are for the monitor to judge:
- * hand them in as they are. `on_event` and `output` may be null. A calibration whose pairs are complete is fitted in steps, one
+ * long as none is more than a window behind the others. Hand readings that are no numbers in as they
+ * are: the monitor detects them. `on_event` and `output` may be null. A calibration whose pairs are complete is fitted in steps, one
  * with each of about 14 samples.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.

@@ -139,7 +139,7 @@ class MonitorSettings(Document):
     """Select only secondaries that have a stored error."""
 
 class SpinSettings(Document):
-    """How to spin and how to judge it."""
+    """How to spin, and limits of the result."""
 
     still: float = 5.0
     """Time to stand still. In s."""
@@ -158,7 +158,7 @@ class SpinSettings(Document):
     turn: float = 12.566370614359172
     """Angle to turn, both directions together. In rad."""
     rate: float = 1.0
-    """Speed to turn at. It is not judged: it is what a robot may be asked for. In rad/s."""
+    """Speed to turn at, which a robot may be asked for; no limit depends on it. In rad/s."""
     largest_floor_tilt: float = 0.17453292519943295
     """Largest floor tilt. In rad."""
     scale_sigma: float = 0.01

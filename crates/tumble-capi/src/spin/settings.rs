@@ -30,7 +30,7 @@ pub struct SpinSettings {
     pub gravity: f32,
     /// Angle to turn, both directions together. Default: 12.56637 rad.
     pub turn: f32,
-    /// Speed to turn at. It is not judged: it is what a robot may be asked for. Default: 1 rad/s.
+    /// Speed to turn at, which a robot may be asked for; no limit depends on it. Default: 1 rad/s.
     pub rate: f32,
     /// Largest floor tilt. Default: 0.1745329 rad.
     pub largest_floor_tilt: f32,

@@ -12,7 +12,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.procedures.redundancy.known_faults import COVERED
 from tumble.procedures.redundancy.result import Figure, RedundancyEvent, RedundancyResult
 from tumble.procedures.redundancy.spans import (
-    JUDGED,
+    ISOLATING,
     Disagreement,
     Span,
     between,
@@ -109,7 +109,7 @@ def evaluations(result: RedundancyResult, unit: str, sensor: str) -> dict[str, E
 
 def is_verdict(event: RedundancyEvent) -> bool:
     """Returns whether an event isolates a faulty unit, and states the evidence."""
-    return event.event == "unhealthy" and event.figures.get("reason") in (*JUDGED, "refuted")
+    return event.event == "unhealthy" and event.figures.get("reason") in (*ISOLATING, "refuted")
 
 
 def number(figure: Figure | None) -> float:
