@@ -83,7 +83,7 @@ def test_missions_have_one_outcome_and_percentiles_skip_missing_ones():
     told = {"right": [unhealthy(52.0, 1)], "missed": [], "unknown": [disagree(51.0)]}
     known = {"faulty": 0, "sensor": "accelerometer", "velocity": 2.0, "angle": None, "misled": 0}
     missions = [
-        known | {name: getattr(judge([START, *events], FAULTY, ONSET, END), name) for name in ISOLATING}
+        known | {name: getattr(judge([START, *events], FAULTY, ONSET, END), name) for name in JUDGED}
         for events in told.values()
     ]
     figures = of_kind(missions)
@@ -93,7 +93,7 @@ def test_missions_have_one_outcome_and_percentiles_skip_missing_ones():
     assert figures["angle"] == {"number": 0}
 
 
-ISOLATING = ("outcome", "isolated", "seen", "also", "changes", "without_source")
+JUDGED = ("outcome", "isolated", "seen", "also", "changes", "without_source")
 
 
 @pytest.fixture(scope="module")
