@@ -90,12 +90,16 @@ def test_drawings_keep_their_colours_and_escape_their_text():
 
 def test_help_on_a_terminal_is_drawn_in_colour(monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
-    for words in (
-        ["--help"],
-        ["turntable", "--help"],
-        ["simulate", "--help"],
-        ["simulate", "spin", "--help"],
-    ):
-        done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, check=False)
-        assert "\x1b[" in done.stdout
-        assert "\\x1b" not in done.stdout
+    commands = ("", "turntable", "simulate", "simulate spin")
+    # typer reads FORCE_COLOR as it is imported.
+    code = (
+        "import contextlib, sys\nfrom tumble.cli.main import main\n"
+        f"for words in {commands!r}:\n"
+        "    sys.argv = ['tumble', *words.split(), '--help']\n"
+        "    with contextlib.suppress(SystemExit): main()\n"
+        "    print('END OF HELP')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    shown = done.stdout.split("END OF HELP\n")[:-1]
+    assert len(shown) == len(commands)
+    assert all("\x1b[" in each and "\\x1b" not in each for each in shown)
