@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
+from threading import Lock
 
 from tumble.foundation.procedures import PROCEDURES
 
@@ -111,6 +113,40 @@ def make_targets() -> set[str]:
     return set(re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
+class Simulations:
+    """Recordings that pages simulate: those of the same command are made once, and copied."""
+
+    def __init__(self, kept: Path) -> None:
+        """Keeps recordings in the folder `kept`."""
+        self._kept = kept
+        self._outcomes: dict[str, Outcome] = {}
+        self._locks = {text: Lock() for text in repeated_simulations()}
+
+    def run(self, snippet: Snippet, folder: Path) -> Outcome:
+        """Runs a snippet in `folder`; a simulation that another page has run is copied."""
+        if (lock := self._locks.get(snippet.text)) is None:
+            return run(snippet, folder)
+        made = folder / snippet.text.rpartition(" -o ")[2]
+        with lock:
+            kept = self._kept / str(sorted(self._locks).index(snippet.text))
+            if (known := self._outcomes.get(snippet.text)) is not None:
+                shutil.copytree(kept, made, dirs_exist_ok=True)
+                return known
+            is_new = not made.exists()
+            done = run(snippet, folder)
+            if is_new and not done.wrong:
+                shutil.copytree(made, kept)
+                self._outcomes[snippet.text] = done
+            return done
+
+
+def repeated_simulations() -> set[str]:
+    """Simulations into a folder of their own that more than one page shows."""
+    shown = [{each.text for each in snippets(page.read_text(encoding="utf-8"))} for page in PAGES]
+    texts = {text for text in set().union(*shown) if re.fullmatch(r"tumble simulate [^|<>]* -o \w+", text)}
+    return {text for text in texts if sum(text in page for page in shown) > 1}
+
+
 def run(snippet: Snippet, folder: Path) -> Outcome:
     """Runs a `tumble` command or a Python block in `folder`."""
     if snippet.language == "python":
@@ -129,7 +165,7 @@ def run(snippet: Snippet, folder: Path) -> Outcome:
     return Outcome(wrong=f"exit code {done.returncode}: {' '.join(said)}")
 
 
-def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]:
+def run_all(found: list[Snippet], folder: Path, simulations: Simulations) -> Iterator[tuple[Snippet, str]]:
     """Runs the snippets of a page one after the other, and holds what it shows against what they print.
 
     Python blocks without a command between them are one program, as a reader types them.
@@ -140,7 +176,7 @@ def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]
             yield snippet, not_printed(snippet.text, printed)
             continue
         program = f"{program}{snippet.text}" if snippet.language == "python" else ""
-        outcome = run(replace(snippet, text=program or snippet.text), folder)
+        outcome = simulations.run(replace(snippet, text=program or snippet.text), folder)
         printed = outcome.printed
         yield snippet, outcome.wrong
 
@@ -155,13 +191,13 @@ def not_printed(shown: str, printed: str) -> str:
     return ""
 
 
-def problems(page: Path, wanted_to_run: bool) -> list[str]:
-    """Returns what is wrong with the snippets of a page, each with its place."""
+def problems(page: Path, simulations: Simulations | None) -> list[str]:
+    """Returns what is wrong with the snippets of a page, each with its place; runs them with simulations."""
     found = list(snippets(page.read_text(encoding="utf-8")))
     wrong = [(snippet, problem(snippet)) for snippet in found]
-    if wanted_to_run:
+    if simulations is not None:
         with tempfile.TemporaryDirectory() as folder:
-            wrong += run_all(found, Path(folder))
+            wrong += run_all(found, Path(folder), simulations)
     name = page.relative_to(ROOT)
     told = [f"{name}:{snippet.line}: {text}" for snippet, text in wrong if text]
     if page == README:
@@ -177,8 +213,9 @@ def main() -> int:
         "--run", action="store_true", help="run the tumble commands and the Python blocks too"
     )
     wanted_to_run = parser.parse_args().run
-    with ThreadPoolExecutor(os.cpu_count()) as workers:
-        told = list(chain.from_iterable(workers.map(lambda page: problems(page, wanted_to_run), PAGES)))
+    with tempfile.TemporaryDirectory() as kept, ThreadPoolExecutor(os.cpu_count()) as workers:
+        simulations = Simulations(Path(kept)) if wanted_to_run else None
+        told = list(chain.from_iterable(workers.map(lambda page: problems(page, simulations), PAGES)))
     for line in told:
         print(line, file=sys.stderr)
     print(f"{len(PAGES)} pages with commands, {len(told)} problems")

@@ -253,11 +253,30 @@ def test_pages_have_to_show_the_output_of_their_commands(tmp_path):
 
     def wrong(shown):
         page = [module.Snippet(1, "python", "print('a  b\\nc\\nd')"), module.Snippet(4, "text", shown)]
-        return [text for _, text in module.run_all(page, tmp_path) if text]
+        return [text for _, text in module.run_all(page, tmp_path, module.Simulations(tmp_path)) if text]
 
     assert wrong("a b\n...\nd\n") == []
     assert "`b`" in wrong("b\n")[0]
     assert "`a b`" in wrong("c\na b\n")[0]
+
+
+def test_a_simulation_of_several_pages_is_made_once_and_copied(tmp_path, monkeypatch):
+    module = script("check_commands")
+    text, ran = sorted(module.repeated_simulations())[0], []
+
+    def simulated(snippet, folder):
+        ran.append(folder)
+        (folder / text.split()[-1]).mkdir()
+        (folder / text.split()[-1] / "log.csv").write_text("1")
+        return module.Outcome(printed="made")
+
+    monkeypatch.setattr(module, "run", simulated)
+    simulations = module.Simulations(tmp_path / "kept")
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        assert simulations.run(module.Snippet(1, "sh", text), tmp_path / name).printed == "made"
+        assert (tmp_path / name / text.split()[-1] / "log.csv").read_text() == "1"
+    assert ran == [tmp_path / "one"]
 
 
 @pytest.mark.parametrize("name", ["requirements.txt", "requirements-test.txt"])
