@@ -203,7 +203,6 @@ LABORATORY_CRATE = ROOT / "crates" / "tumble-lab" / "src"
 
 RUST_TYPE = r"^(?: *pub(?:\([\w: ]+\))? )?(?:struct|enum|union|trait|type) (\w+)"
 """Definition of a type, with its name; public ones stand within macros too."""
-AWAITING_RENAME = {"Judgement", "Step", "Surroundings", "Verdict"}
 
 
 def rust_breaches() -> Iterator[str]:
@@ -316,7 +315,7 @@ def rust_name_breaches(root: Path = ROOT) -> Iterator[str]:
                 is_of_c = folder.parent.name == "tumble-capi"
                 homes.setdefault((is_of_c, name), []).append(path.relative_to(root).as_posix())
     for (_, name), found in homes.items():
-        if len(found) > 1 and name not in AWAITING_RENAME:
+        if len(found) > 1:
             yield f"{name}: is a type of {', '.join(found)}; a type's name means one thing"
 
 

@@ -160,7 +160,7 @@ def test_aiding_isolates_the_fault_that_two_units_cannot(flight, tmp_path):
     done = replayed(flight, tmp_path, "--aiding", flight / "velocity.csv")
     said = " ".join(done.out.split())
     assert done.code == 0, done.out + done.err
-    assert re.match(r"primary: accelerometer, blamed \(", said), said
+    assert re.match(r"primary: accelerometer, isolated \(", said), said
     assert "an aiding measurement contradicts it" in said
     assert "secondary_1 took over at" in said
 
@@ -193,7 +193,7 @@ def test_heading_isolates_the_gyroscope_that_drifts_about_vertical(tmp_path):
 
     def blamed(*more, code=None):
         _, events = replay(*units(logs), *QUICK, *more, "-o", tmp_path / f"out{len(more)}", code=code)
-        found = [each for each in events if each["figures"].get("reason") == "blamed"]
+        found = [each for each in events if each["figures"].get("reason") == "isolated"]
         return [(each["unit"], each["figures"]["ground"]) for each in found]
 
     assert blamed() == []

@@ -80,7 +80,7 @@ def test_disagreement_that_ends_in_agreement_or_isolation_is_no_fault():
         "imu3",
         "unhealthy",
         sensor="accelerometer",
-        reason="blamed",
+        reason="isolated",
         ground="rest",
         value=1.0,
         limit=0.1,
@@ -106,7 +106,7 @@ told = st.lists(
 @given(told)
 def test_disagreements_of_a_sensor_are_in_sequence_and_the_last_open(drawn):
     events = [
-        cases.event(float(time), "imu1", name, sensor=sensor, other=("imu2",), reason="blamed")
+        cases.event(float(time), "imu1", name, sensor=sensor, other=("imu2",), reason="isolated")
         for time, (name, sensor) in enumerate(drawn)
     ]
     found = list(disagreements(events, 100.0))
@@ -166,10 +166,10 @@ def test_secondary_as_source_without_error_or_rest_is_reported():
 def test_secondary_unhealthy_at_the_end_is_reported_beside_its_source():
     from tumble.procedures.redundancy.report.text import output_sentences, unit_state
 
-    blamed = {"reason": "blamed", "ground": "own step", "value": 0.93, "limit": 0.5}
+    blamed = {"reason": "isolated", "ground": "own step", "value": 0.93, "limit": 0.5}
     made = with_events(DISAGREE, cases.event(45.0, "imu2", "unhealthy", sensor="accelerometer", **blamed))
     (sentence,) = output_sentences(made)
-    assert sentence.startswith("imu2 does not count at the end: accelerometer, blamed")
+    assert sentence.startswith("imu2 does not count at the end: accelerometer, isolated")
     assert unit_state(made, "imu1") == ("healthy", "")
 
 
@@ -189,7 +189,7 @@ def test_time_line_marks_disagreements_and_verdicts_with_figures():
         "imu2",
         "unhealthy",
         sensor="accelerometer",
-        reason="blamed",
+        reason="isolated",
         ground="own step",
         value=0.93,
         limit=0.5,
@@ -201,5 +201,5 @@ def test_time_line_marks_disagreements_and_verdicts_with_figures():
     drawn = str(timeline_figure(line, "line"))
     assert drawn.count("<title>40.00 to 45.00 s: imu1: accelerometer, with imu2 (1.00 m/s² apart") == 2
     assert (
-        "<title>45.00 s: blamed, accelerometer, blamed (share of the difference 0.930 against 0.500" in drawn
+        "<title>45.00 s: isolated, accelerometer, isolated (share of the difference 0.930 against 0.500" in drawn
     )

@@ -132,11 +132,11 @@ def test_verdict_figures_carry_unit_time_and_agreeing_units():
 
     assert said(sensor="gyroscope", reason="noisy") == "gyroscope, noisy (0.400 rad/s against 0.100 rad/s)"
     likelihood = "(log-likelihood ratio 0.400 against 0.100)"
-    step = said(sensor="accelerometer", reason="blamed", ground="own step")
+    step = said(sensor="accelerometer", reason="isolated", ground="own step")
     assert "(share of the difference 0.400 against 0.100)" in step
-    assert likelihood in said(sensor="accelerometer", reason="blamed", ground="rest")
-    assert likelihood in said(sensor="gyroscope", reason="blamed", ground="own gyroscope")
-    assert likelihood in said(sensor="gyroscope", reason="blamed", ground="aiding")
+    assert likelihood in said(sensor="accelerometer", reason="isolated", ground="rest")
+    assert likelihood in said(sensor="gyroscope", reason="isolated", ground="own gyroscope")
+    assert likelihood in said(sensor="gyroscope", reason="isolated", ground="aiding")
     outlier = said(sensor="accelerometer", reason="out of family", scale=10.0, agreeing=("imu1", "imu3"))
     assert "(0.400 m/s² apart against 0.100 m/s²), over 10.0 s, agreeing: imu1 and imu3" in outlier
 

@@ -74,7 +74,7 @@ EVERY_EVENT = {
         }
     ]
     + [
-        {"sensor": "gyroscope", "reason": "blamed", "ground": ground, "value": 0.93, "limit": 0.5}
+        {"sensor": "gyroscope", "reason": "isolated", "ground": ground, "value": 0.93, "limit": 0.5}
         for ground in VOCABULARY["ground"]
     ],
     "healthy": [{}],

@@ -6,7 +6,7 @@ use tumble_core::redundancy::aiding::{AidingKind, AidingRejection};
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::HealthFault;
-use tumble_core::redundancy::judgement::attribution::Ground;
+use tumble_core::redundancy::isolation::attribution::Ground;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::monitor::event::{Abandoned, Check, EventKind, RecordRejection};
 use tumble_core::redundancy::platform::PlatformError;

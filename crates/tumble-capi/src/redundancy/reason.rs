@@ -4,7 +4,7 @@ use tumble_core::redundancy::aiding::AidingRejection;
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::HealthFault;
-use tumble_core::redundancy::judgement::attribution::Ground;
+use tumble_core::redundancy::isolation::attribution::Ground;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
 
@@ -160,7 +160,7 @@ impl Reason {
             HealthFault::Spikes { .. } => Self::Spikes,
             HealthFault::OutOfFamily { .. } => Self::OutOfFamily,
             HealthFault::Noisy { .. } => Self::Noisy,
-            HealthFault::Blamed { ground, .. } => Self::of_ground(ground),
+            HealthFault::Isolated { ground, .. } => Self::of_ground(ground),
             HealthFault::Refuted { .. } => Self::Refuted,
             HealthFault::ImplausibleAtRest { .. } => Self::ImplausibleAtRest,
             HealthFault::ClockJumped => Self::ClockJumped,

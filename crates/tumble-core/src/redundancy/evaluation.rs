@@ -31,7 +31,7 @@ impl<T: Real> Deviation<T> {
 }
 
 /// Standard deviations, m/s^2 and rad/s: of the change of a bias between runs; of its drift in a second; and of
-/// the error of a calibrated sensor at a rest that depends on the attitude (docs/theory/judgement.md, section
+/// the error of a calibrated sensor at a rest that depends on the attitude (docs/theory/isolation.md, section
 /// 14).
 const AGEING: [f32; 2] = [0.1, 0.006];
 const DRIFT: [f32; 2] = [1.3e-3, 1.3e-4];
@@ -121,10 +121,10 @@ impl<T: Real> StoredCalibration<T> {
         (self.aged, self.trim_variance) = (true, aged * aged);
     }
 
-    /// Adds the drift by bias instability and warming over a time, s (docs/theory/judgement.md, eq. 26).
+    /// Adds the drift by bias instability and warming over a time, s (docs/theory/isolation.md, eq. 26).
     pub fn drift(&mut self, sensor: Sensor, passed: T) {
         let drift = tabulated::<T>(*sensor.of(&DRIFT));
-        self.trim_variance += drift * drift * passed; // judgement.md, eq. 26
+        self.trim_variance += drift * drift * passed; // isolation.md, eq. 26
     }
 
     /// Updates the trim with the difference from a valid primary at a rest, in the axes of the primary; returns
@@ -132,7 +132,7 @@ impl<T: Real> StoredCalibration<T> {
     pub fn trim(&mut self, sensor: Sensor, apart: &Vector3<T>) -> Vector3<T> {
         let by_attitude = tabulated::<T>(*sensor.of(&BY_ATTITUDE));
         let noise = by_attitude * by_attitude;
-        let gain = self.trim_variance / (self.trim_variance + noise); // judgement.md, eq. 27
+        let gain = self.trim_variance / (self.trim_variance + noise); // isolation.md, eq. 27
         let before = self.trimmed;
         let trimmed = sum(&before, &scaled(apart, gain));
         let (size, most) = (trimmed.length(), tabulated::<T>(*sensor.of(&SLOW_OFFSET)));

@@ -8,7 +8,7 @@
 //! 4. [`fit`]: moments of pairs, the fit to them, and its adoption; [`relative_error`] and [`record`]:
 //!    its result;
 //! 5. [`health`] and [`selection`]: usable units, and the source; [`output`]: the output of the set;
-//! 6. [`judgement`] and [`aiding`]: isolation of faulty units by comparison with each other and with
+//! 6. [`isolation`] and [`aiding`]: isolation of faulty units by comparison with each other and with
 //!    aiding measurements;
 //! 7. [`monitor`]: the whole process, and its events.
 //!
@@ -22,7 +22,7 @@ pub mod evaluation;
 pub mod fit;
 pub mod gate;
 pub mod health;
-pub mod judgement;
+pub mod isolation;
 mod leaky;
 pub mod monitor;
 pub mod output;

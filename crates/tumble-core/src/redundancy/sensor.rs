@@ -20,7 +20,7 @@ crate::vocabulary! {
 /// Both sensors, in the order of the channels.
 pub const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
 
-/// Largest drift of a sensor within its specification, m/s^2 and rad/s (docs/theory/judgement.md, table 1); any
+/// Largest drift of a sensor within its specification, m/s^2 and rad/s (docs/theory/isolation.md, table 1); any
 /// deviation beyond counts as a fault.
 pub(crate) const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
 

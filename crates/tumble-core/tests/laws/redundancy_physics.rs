@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
 use tumble_core::redundancy::health::HealthFault;
-use tumble_core::redundancy::judgement::attribution::Ground;
+use tumble_core::redundancy::isolation::attribution::Ground;
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
@@ -136,7 +136,7 @@ fn a_vote_of_two_that_shift_alike_is_taken_back_at_rest() {
                 flight,
                 unit,
                 EventKind::Unhealthy {
-                    fault: HealthFault::Blamed {
+                    fault: HealthFault::Isolated {
                         ground: Ground::Rest,
                         ..
                     }
@@ -280,7 +280,7 @@ fn three_of_four_that_aged_and_shift_alike_are_named_at_rest() {
                 flight,
                 unit,
                 EventKind::Unhealthy {
-                    fault: HealthFault::Blamed {
+                    fault: HealthFault::Isolated {
                         ground: Ground::Rest,
                         ..
                     }

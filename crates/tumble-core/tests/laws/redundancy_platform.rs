@@ -27,7 +27,7 @@ fn named<const N: usize>(flight: &Flight<f32, N>) -> usize {
 
 /// The same of what a unit's own samples show, nobody else's.
 fn named_by_itself<const N: usize>(flight: &Flight<f32, N>) -> usize {
-    let own = |kind: &EventKind<f32>| matches!(kind, EventKind::Unhealthy { fault } if !fault.is_judged());
+    let own = |kind: &EventKind<f32>| matches!(kind, EventKind::Unhealthy { fault } if !fault.is_found_by_comparison());
     (0..N).map(|unit| flight.told(unit, own)).sum()
 }
 

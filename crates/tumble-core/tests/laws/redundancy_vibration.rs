@@ -40,7 +40,7 @@ fn shaken_at(period: [u64; 3], seed: u64, vibration: f64, faulty: usize, jump: f
 
 #[test]
 fn a_tenth_of_the_vibration_is_isolated_in_half_a_second() {
-    // A tenth of 1 m/s^2 is less than what passes over 0.1 s in any calm (0.128 m/s^2, judgement.md, eq. 8): it shows over 1 s.
+    // A tenth of 1 m/s^2 is less than what passes over 0.1 s in any calm (0.128 m/s^2, isolation.md, eq. 8): it shows over 1 s.
     for (vibration, within) in [(1.0, 2.0), (3.0, 0.5), (10.0, 0.5), (30.0, 0.5)] {
         for seed in 0..3 {
             let faulty = seed as usize % 3;

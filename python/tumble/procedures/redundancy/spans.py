@@ -32,7 +32,7 @@ class Disagreement:
     """Indicates whether it lasted to the end."""
 
 
-ISOLATING = ("out of family", "noisy", "blamed")
+ISOLATING = ("out of family", "noisy", "isolated")
 """Faults that isolate a unit, and so end a disagreement."""
 
 

@@ -66,7 +66,7 @@ impl<T: Real> Errors<T> {
     }
 }
 
-/// Transition of errors over a window (docs/theory/judgement.md, eq. 17).
+/// Transition of errors over a window (docs/theory/isolation.md, eq. 17).
 pub(super) struct Moves<T: Real> {
     pub velocity_by_attitude: Matrix3<T>,
     pub attitude_by_rate: Matrix3<T>,
@@ -106,7 +106,7 @@ impl<T: Real> Covariance<T> {
         let carried = |square: &Square<T>| square.map(|row| moves.carry(&Errors::of(&row)).all());
         // The matrix is symmetric, so the function for rows moves columns once they are transposed.
         let mut square = carried(&transposed(&carried(&self.square())));
-        add_to_diagonal(&mut square, noise); // judgement.md, eq. 17
+        add_to_diagonal(&mut square, noise); // isolation.md, eq. 17
         *self = Self::packed(&square);
     }
 

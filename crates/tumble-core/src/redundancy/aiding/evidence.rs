@@ -3,11 +3,13 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, seconds, tabulated};
-use crate::redundancy::aiding::navigation::{Aided, AidedHeading, Innovation, Navigation, Step, candidates};
+use crate::redundancy::aiding::navigation::{
+    Aided, AidedHeading, Innovation, Navigation, NavigationStep, candidates,
+};
 use crate::redundancy::aiding::track::{EARLY, LATE};
 use crate::redundancy::aiding::{Aiding, AidingRejection};
-use crate::redundancy::judgement::UnitReading;
-use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
+use crate::redundancy::isolation::UnitReading;
+use crate::redundancy::isolation::attribution::{DECIDES, Ground, Proof};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 
@@ -60,7 +62,7 @@ pub(crate) enum Trust<T: Real> {
 }
 
 /// State of the set in a window, for the comparison with aiding measurements.
-pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
+pub(crate) struct AidingWindow<'a, T: Real, const UNITS: usize> {
     pub units: &'a [Option<UnitReading<T>>; UNITS],
     /// Median reading of the set, m/s^2 and rad/s.
     pub measured: [&'a Vector3<T>; 2],
@@ -203,7 +205,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
     }
 
     /// Advances by a window.
-    pub fn advance(&mut self, around: &Surroundings<'_, T, UNITS>) {
+    pub fn advance(&mut self, around: &AidingWindow<'_, T, UNITS>) {
         let follows = around.number == self.number.saturating_add(1);
         (self.number, self.span, self.calm) = (around.number, around.span.max(1), around.calm);
         self.silent += around.length;
@@ -216,7 +218,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
         self.forget(around);
     }
 
-    fn navigate(&mut self, around: &Surroundings<'_, T, UNITS>) {
+    fn navigate(&mut self, around: &AidingWindow<'_, T, UNITS>) {
         let [force, _] = around.measured;
         let rests = around.units.iter().flatten().any(|unit| unit.at_rest.is_some());
         let deviations: [[Vector3<T>; 2]; UNITS] = core::array::from_fn(|number| {
@@ -237,7 +239,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
                 navigation.leave_out(sensor, number, |other| !is_faulty(other));
             }
         }
-        navigation.advance(&Step {
+        navigation.advance(&NavigationStep {
             measured: around.measured,
             deviations: &deviations,
             length: around.length,
@@ -248,7 +250,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
 
     /// Reduces the evidence, fast while a unit does not depart from the others: differences of healthy units
     /// are no evidence.
-    fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
+    fn forget(&mut self, around: &AidingWindow<'_, T, UNITS>) {
         let units = self.against.iter_mut().zip(&around.faulty).zip(&around.departs);
         for ((against, faulty), gathers) in units {
             for ((against, faulty), gathers) in against.iter_mut().zip(faulty).zip(gathers) {
@@ -272,7 +274,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
                 continue;
             }
             let beyond = (*value - T::one()) * real(0.5);
-            let added = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
+            let added = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // isolation.md, eq. 22
             for against in against {
                 against.evidence = (against.evidence + added).min(real(MOST));
             }
@@ -436,7 +438,7 @@ impl<T: Real, const UNITS: usize> AidingEvidence<T, UNITS> {
             }
             if fits_any && confidence.trusted && sensor == concerned {
                 let set_within = of_set.max(-most).min(most);
-                let added = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
+                let added = (own_within * own_within - set_within * set_within) * real(0.5); // isolation.md, eq. 20
                 against.evidence = (against.evidence + added).max(real(-MOST)).min(real(MOST));
             }
         }

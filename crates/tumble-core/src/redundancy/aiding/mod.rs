@@ -1,14 +1,14 @@
 //! Aiding measurements: measurements of the motion of the set by other equipment on board.
 //!
 //! Two units that disagree may leave open which one is faulty. A satellite receiver, wheels, a barometer or the
-//! innovations of an estimator are independent of both and decide (docs/theory/judgement.md, section 12).
+//! innovations of an estimator are independent of both and decide (docs/theory/isolation.md, section 12).
 
 mod errors;
 mod evidence;
 mod navigation;
 mod track;
 
-pub(crate) use evidence::{AidingEvidence, Surroundings, Trust};
+pub(crate) use evidence::{AidingEvidence, AidingWindow, Trust};
 
 use nalgebra::Vector3;
 

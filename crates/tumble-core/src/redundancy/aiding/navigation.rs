@@ -14,7 +14,7 @@ use crate::redundancy::settings::ForceAndRate;
 use crate::rotation::{rotation_by_series as rotation_of, rotation_onto};
 
 /// Noise densities of the angular rate, rad/s/sqrt(Hz), and of the specific force of the set, m/s^2/sqrt(Hz):
-/// at rest, and as shares of the angular rate and of the acceleration (docs/theory/judgement.md, table 2).
+/// at rest, and as shares of the angular rate and of the acceleration (docs/theory/isolation.md, table 2).
 const RATE_NOISE: [f32; 2] = [2e-4, 5e-4];
 const FORCE_NOISE: [f32; 2] = [0.01, 0.005];
 
@@ -81,7 +81,7 @@ impl<T: Real> Heading<T> {
 }
 
 /// Readings of the set over a window, and deviations of each sensor of each unit.
-pub(super) struct Step<'a, T: Real, const UNITS: usize> {
+pub(super) struct NavigationStep<'a, T: Real, const UNITS: usize> {
     /// Median reading of the set, m/s^2 and rad/s.
     pub measured: [&'a Vector3<T>; 2],
     /// Deviation of each unit from it; zero for a unit that is faulty or has no reading.
@@ -198,17 +198,17 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
     }
 
     /// Advances the state by a window.
-    pub fn advance(&mut self, step: &Step<'_, T, UNITS>) {
+    pub fn advance(&mut self, step: &NavigationStep<'_, T, UNITS>) {
         let ([f, w], h) = (step.measured, step.length);
         let turn: Vector3<T> = (w - self.rate_error) * h;
         let coning: Vector3<T> = self.turn.cross(&turn) * real::<T>(1.0 / 12.0);
         let half: Vector3<T> = turn * real::<T>(0.5);
         let middle = self.level_from_primary * rotation_of(&half);
-        self.level_from_primary = middle * rotation_of(&(half + coning)); // judgement.md, eq. 16
+        self.level_from_primary = middle * rotation_of(&(half + coning)); // isolation.md, eq. 16
         self.turn = turn;
         let force: Vector3<T> = middle * *f;
         let acceleration: Vector3<T> = force - Vector3::z() * (step.gravity + self.vertical_error);
-        self.velocity += acceleration * h; // judgement.md, eq. 16
+        self.velocity += acceleration * h; // isolation.md, eq. 16
         self.track.push(&self.velocity, &acceleration);
         let level = *middle.to_rotation_matrix().matrix();
         let moves = Moves {
@@ -222,9 +222,9 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             let [of_force, of_rate] = deviations;
             let [force, rate] = measured;
             *of_force = moves.carry(of_force);
-            of_force.velocity += level * force * h; // judgement.md, eq. 18
+            of_force.velocity += level * force * h; // isolation.md, eq. 18
             *of_rate = moves.carry(of_rate);
-            of_rate.attitude += level * rate * h; // judgement.md, eq. 18
+            of_rate.attitude += level * rate * h; // isolation.md, eq. 18
         }
         if let Heading::Sought { since, .. } = &mut self.heading {
             *since += h;
@@ -291,10 +291,10 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             across,
         } = innovation;
         for deviation in self.deviations.iter_mut().flatten() {
-            *deviation = deviation.plus(across, -row.dot(deviation) / *variance); // judgement.md, eq. 19
+            *deviation = deviation.plus(across, -row.dot(deviation) / *variance); // isolation.md, eq. 19
         }
         self.covariance.narrow(across, *variance);
-        self.correct(&Errors::none().plus(across, *of_set / *variance)); // judgement.md, eq. 19
+        self.correct(&Errors::none().plus(across, *of_set / *variance)); // isolation.md, eq. 19
     }
 
     fn correct(&mut self, errors: &Errors<T>) {
@@ -318,7 +318,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         let across = self.covariance.across(&row);
         Innovation {
             of_set,
-            variance: row.dot(&across) + variance, // judgement.md, eq. 19
+            variance: row.dot(&across) + variance, // isolation.md, eq. 19
             row,
             across,
         }
@@ -390,7 +390,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
         let tilted = -ahead.z / (horizontal * horizontal);
         let row = Errors {
-            attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // judgement.md, eq. 21
+            attitude: Vector3::new(ahead.x * tilted, ahead.y * tilted, T::one()), // isolation.md, eq. 21
             ..Errors::none()
         };
         Some(self.measured(row, beyond, aided.sigma * aided.sigma))
@@ -526,7 +526,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
 }
 
 /// Variances that a window adds, for an angular rate, rad/s, and an acceleration, m/s^2, of the set
-/// (docs/theory/judgement.md, table 2).
+/// (docs/theory/isolation.md, table 2).
 fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Errors<T> {
     let density = |[least, share]: [f32; 2], size: T| {
         let (least, more) = (tabulated::<T>(least), size * tabulated::<T>(share));

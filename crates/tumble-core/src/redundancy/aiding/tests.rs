@@ -5,10 +5,10 @@ use std::vec::Vec;
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::redundancy::aiding::navigation::{Aided, Navigation, Step};
+use crate::redundancy::aiding::navigation::{Aided, Navigation, NavigationStep};
 use crate::redundancy::draws::Draw;
-use crate::redundancy::judgement::attribution::Ground;
-use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
+use crate::redundancy::isolation::attribution::Ground;
+use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
 use crate::redundancy::monitor::Monitor;
 use crate::redundancy::monitor::event::EventKind;
 use crate::redundancy::platform::MountedUnit;
@@ -63,7 +63,7 @@ fn felt(t: f64) -> [Vector3<f64>; 2] {
 /// Finding on a set of N, with its time.
 #[derive(Debug, PartialEq)]
 enum Found {
-    Blamed(usize, Sensor),
+    Isolated(usize, Sensor),
     OutOfFamily(usize, Sensor),
     Disagree(usize, usize),
     Lost,
@@ -123,11 +123,11 @@ fn process<const N: usize>(
 }
 
 fn look<const N: usize>(
-    judge: &mut Judge<f64, N>,
+    isolator: &mut FaultIsolator<f64, N>,
     aiding_evidence: &mut Option<AidingEvidence<f64, N>>,
     number: u64,
     units: &[Option<UnitReading<f64>>; N],
-    emit: &mut dyn FnMut(Sensor, Judgement<f64>),
+    emit: &mut dyn FnMut(Sensor, IsolationEvent<f64>),
 ) {
     let window = SetWindow {
         units,
@@ -148,12 +148,12 @@ fn look<const N: usize>(
             angular_rate: 0.0075,
         },
     };
-    judge.look(&window, aiding_evidence.as_mut(), emit);
+    isolator.look(&window, aiding_evidence.as_mut(), emit);
 }
 
 impl<const N: usize> Flight<N> {
     fn fly(&self) -> Vec<(f64, Found)> {
-        let (mut judge, mut aiding_evidence) = (Judge::<f64, N>::new(), None);
+        let (mut isolator, mut aiding_evidence) = (FaultIsolator::<f64, N>::new(), None);
         let mut draw = Draw(self.seed);
         let mut found = Vec::new();
         // Without an aiding measurement no evidence is stored.
@@ -169,17 +169,17 @@ impl<const N: usize> Flight<N> {
                 })
             });
             look(
-                &mut judge,
+                &mut isolator,
                 &mut aiding_evidence,
                 k,
                 &units,
-                &mut |sensor, judgement| {
-                    let what = match judgement {
-                        Judgement::Blamed { unit, proof } if proof.ground == Ground::Aiding => {
-                            Found::Blamed(unit, sensor)
+                &mut |sensor, found| {
+                    let what = match found {
+                        IsolationEvent::Isolated { unit, proof } if proof.ground == Ground::Aiding => {
+                            Found::Isolated(unit, sensor)
                         }
-                        Judgement::OutOfFamily { unit, .. } => Found::OutOfFamily(unit, sensor),
-                        Judgement::Disagree { units: [i, j], .. } => Found::Disagree(i, j),
+                        IsolationEvent::OutOfFamily { unit, .. } => Found::OutOfFamily(unit, sensor),
+                        IsolationEvent::Disagree { units: [i, j], .. } => Found::Disagree(i, j),
                         _ => return,
                     };
                     found.push((t, what));
@@ -237,7 +237,7 @@ fn flight<const N: usize>(seed: u64) -> Flight<N> {
 
 fn blamed(found: &[(f64, Found)]) -> Vec<(usize, Sensor)> {
     let each = found.iter().filter_map(|(_, found)| match found {
-        Found::Blamed(unit, sensor) | Found::OutOfFamily(unit, sensor) => Some((*unit, *sensor)),
+        Found::Isolated(unit, sensor) | Found::OutOfFamily(unit, sensor) => Some((*unit, *sensor)),
         _ => None,
     });
     each.collect()
@@ -267,7 +267,7 @@ fn a_velocity_isolates_no_gyroscope() {
             ..flight(seed)
         }
         .fly();
-        let of_gyroscope = |found: &(f64, Found)| matches!(found, (_, Found::Blamed(_, Sensor::Gyroscope)));
+        let of_gyroscope = |found: &(f64, Found)| matches!(found, (_, Found::Isolated(_, Sensor::Gyroscope)));
         assert!(!found.iter().any(of_gyroscope), "seed {seed}: {found:?}");
     }
 }
@@ -496,10 +496,10 @@ fn a_faulty_aiding_is_trusted_again_once_it_fits() {
 fn an_aiding_that_comes_seconds_late_or_early_is_left_out() {
     let flown = |latency: f64| {
         let mut rejections = Vec::new();
-        let (mut judge, mut aiding_evidence) = (Judge::<f64, 2>::new(), None);
+        let (mut isolator, mut aiding_evidence) = (FaultIsolator::<f64, 2>::new(), None);
         for k in 1..400 {
             let t = (k + 1) as f64 * H;
-            look(&mut judge, &mut aiding_evidence, k, &resting(), &mut |_, _| {});
+            look(&mut isolator, &mut aiding_evidence, k, &resting(), &mut |_, _| {});
             let at = (t - latency).max(0.0);
             if let Err(why) = process(&mut aiding_evidence, at, &velocity(Vector3::zeros())) {
                 rejections.push(why);
@@ -568,7 +568,7 @@ fn the_share_of_a_unit_equals_that_of_a_filter_of_its_own() {
             let (unit_force, unit_rate) = (f + own_force, w + own_rate);
             let deviations = [[Vector3::zeros(); 2], [own_force, own_rate]];
             let none = [[Vector3::zeros(); 2]; 2];
-            let step = |measured, deviations| Step {
+            let step = |measured, deviations| NavigationStep {
                 measured,
                 deviations,
                 length: H,

@@ -186,7 +186,7 @@ impl<T: Real> FitCandidate<'_, T> {
     /// # Errors
     /// The first [`AdoptionRefusal`].
     #[inline(never)]
-    pub fn judge(&self, settings: &RedundancySettings<T>) -> Result<(), AdoptionRefusal<T>> {
+    pub fn decide(&self, settings: &RedundancySettings<T>) -> Result<(), AdoptionRefusal<T>> {
         let (sensor, residuals) = (self.sensor, self.residuals);
         let tolerated = settings.health.tolerated.of(sensor);
         let settings = &settings.adoption;

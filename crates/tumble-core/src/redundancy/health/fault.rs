@@ -1,7 +1,7 @@
 //! Faults of a unit, with their figures.
 
 use crate::real::Real;
-use crate::redundancy::judgement::attribution::{Ground, Weight};
+use crate::redundancy::isolation::attribution::{Ground, Weight};
 use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::Sensor;
 
@@ -70,7 +70,7 @@ crate::vocabulary! {
             limit: T,
         } = "noisy",
         /// The unit is the faulty one of two that disagree.
-        Blamed {
+        Isolated {
             /// Sensor concerned.
             sensor: Sensor,
             /// Kind of evidence.
@@ -79,7 +79,7 @@ crate::vocabulary! {
             value: T,
             /// Threshold that the figure exceeded.
             limit: T,
-        } = "blamed",
+        } = "isolated",
         /// The deviation from a valid primary at rest is larger than any error that a calibration can find.
         Refuted {
             /// Sensor concerned.
@@ -183,7 +183,7 @@ impl<T: Real> HealthFault<T> {
                 agreeing: Some(agreeing),
                 ..of_sensor(sensor, apart, Some(limit))
             },
-            Self::Blamed {
+            Self::Isolated {
                 sensor,
                 ground,
                 value,
@@ -226,7 +226,7 @@ impl<T: Real> HealthFault<T> {
         match self {
             Self::OutOfFamily { .. }
             | Self::Noisy { .. }
-            | Self::Blamed { .. }
+            | Self::Isolated { .. }
             | Self::Refuted { .. }
             | Self::ImplausibleAtRest { .. }
             | Self::Duplicated
@@ -250,7 +250,7 @@ impl<T: Real> HealthFault<T> {
             Self::Refuted { .. } => Condition::Refuted,
             Self::OutOfFamily { .. }
             | Self::Noisy { .. }
-            | Self::Blamed { .. }
+            | Self::Isolated { .. }
             | Self::Spikes { .. }
             | Self::ImplausibleAtRest { .. }
             | Self::Late { .. }
@@ -265,10 +265,10 @@ impl<T: Real> HealthFault<T> {
 
     /// Returns whether the fault was found by comparing units, so that the comparison must continue in order to
     /// clear it.
-    pub fn is_judged(&self) -> bool {
+    pub fn is_found_by_comparison(&self) -> bool {
         matches!(
             self,
-            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Blamed { .. } | Self::Clock { .. }
+            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Isolated { .. } | Self::Clock { .. }
         )
     }
 
@@ -277,7 +277,7 @@ impl<T: Real> HealthFault<T> {
     fn weight(&self) -> Option<Weight> {
         match self {
             Self::OutOfFamily { .. } => Some(Weight::Vote),
-            Self::Blamed { ground, .. } => Some(ground.weight()),
+            Self::Isolated { ground, .. } => Some(ground.weight()),
             _ => None,
         }
     }
@@ -297,7 +297,7 @@ impl<T: Real> HealthFault<T> {
     pub fn may_be_corrected(&self) -> bool {
         matches!(
             self,
-            Self::OutOfFamily { .. } | Self::Blamed { .. } | Self::Refuted { .. }
+            Self::OutOfFamily { .. } | Self::Isolated { .. } | Self::Refuted { .. }
         )
     }
 }

@@ -308,7 +308,7 @@ impl<T: Real> Health<T> {
                 Sensor::Gyroscope => (&sample.angular_rate, range.angular_rate),
             };
             let watch = sensor.of_mut(&mut self.watches);
-            let judgement = watch.push(&Reading {
+            let check = watch.push(&Reading {
                 sensor,
                 values: (*triad).into(),
                 axes: axes.of(sensor),
@@ -318,12 +318,12 @@ impl<T: Real> Health<T> {
                 shown_late: self.shown_late,
                 settings,
             });
-            *sensor.of_mut(&mut followed) = judgement.followed;
-            *sensor.of_mut(&mut usable) = judgement.usable;
-            is_live &= judgement.is_live;
-            match &judgement.fault {
+            *sensor.of_mut(&mut followed) = check.followed;
+            *sensor.of_mut(&mut usable) = check.usable;
+            is_live &= check.is_live;
+            match &check.fault {
                 Some(fault) => self.exclude(*fault, now),
-                None if judgement.lasts && self.fault.is_some() => self.since = now,
+                None if check.lasts && self.fault.is_some() => self.since = now,
                 None => {}
             }
         }

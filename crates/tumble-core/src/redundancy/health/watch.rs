@@ -139,8 +139,8 @@ struct Look<T: Real> {
     largest: T,
 }
 
-/// Judgement of a reading.
-pub(super) struct Judgement<T: Real> {
+/// Check of a reading.
+pub(super) struct ReadingCheck<T: Real> {
     /// True if the reading may enter a mean.
     pub usable: bool,
     /// True if the reading is finite and does not repeat on all axes.
@@ -265,7 +265,7 @@ impl<T: Real> SensorWatch<T> {
     }
 
     #[inline(never)]
-    pub fn push(&mut self, reading: &Reading<'_, T>) -> Judgement<T> {
+    pub fn push(&mut self, reading: &Reading<'_, T>) -> ReadingCheck<T> {
         let look = reading.look(&self.latest);
         self.spiking.drain(reading.lapse.whole);
         let useless = self.find_useless(look.at_end || !look.finite, reading);
@@ -273,7 +273,7 @@ impl<T: Real> SensorWatch<T> {
             let bad = useless
                 .then(|| reading.first(|value| !value.is_finite()))
                 .flatten();
-            return Judgement {
+            return ReadingCheck {
                 usable: false,
                 is_live: look.finite,
                 fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
@@ -297,7 +297,7 @@ impl<T: Real> SensorWatch<T> {
         } else {
             None
         };
-        Judgement {
+        ReadingCheck {
             usable: !away && !frozen && !look.at_end,
             is_live: !away && (!frozen || self.repeating.is_empty()),
             fault,

@@ -10,7 +10,7 @@ use crate::redundancy::fit::adoption::{AdoptionRefusal, Excess, RefusalReason};
 use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Event, EventKind};
-use crate::redundancy::monitor::judge::may_be_refuted;
+use crate::redundancy::monitor::isolation::may_be_refuted;
 use crate::redundancy::monitor::trial::{FitOutcome, TrialEnd};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::platform::{MountedUnit, Platform};
@@ -104,11 +104,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             Conclusion::NothingNew => {}
             Conclusion::Replaced => {
                 self.rest.adopted();
-                self.judge.recalibrated(sensor, number);
+                self.isolator.recalibrated(sensor, number);
                 health.calibrated(sensor);
             }
             Conclusion::Refuted(excess) => {
-                if may_be_refuted(&self.judge, sensor, number) {
+                if may_be_refuted(&self.isolator, sensor, number) {
                     health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
                 }
             }

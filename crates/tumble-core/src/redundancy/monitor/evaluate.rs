@@ -9,7 +9,7 @@ use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::health::Health;
 use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore, RestPair};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
-use crate::redundancy::monitor::judge::is_contested;
+use crate::redundancy::monitor::isolation::is_contested;
 use crate::redundancy::monitor::rest_state::Purpose;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
@@ -385,7 +385,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             primary_valid,
             primary_healthy,
             secondary_healthy: health.may_be_calibrated(),
-            disputed: SENSORS.map(|sensor| is_contested(&self.judge, &self.stored, sensor)),
+            disputed: SENSORS.map(|sensor| is_contested(&self.isolator, &self.stored, sensor)),
         };
         for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
             deviation.iter().for_each(|deviation| stored.compare(deviation));

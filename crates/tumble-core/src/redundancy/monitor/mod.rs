@@ -5,7 +5,7 @@ mod aiding;
 pub mod calibration;
 mod evaluate;
 pub mod event;
-mod judge;
+mod isolation;
 mod physics;
 mod process_window;
 pub mod rest_state;
@@ -18,14 +18,14 @@ use crate::real::{Real, SECOND, whole_spans};
 use crate::redundancy::components::difference;
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::health::{Health, HealthFault, Overload};
-use crate::redundancy::judgement::Judge;
+use crate::redundancy::isolation::FaultIsolator;
 use crate::redundancy::monitor::aiding::AidingChannel;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestState;
 use crate::redundancy::output::{Compensated, LeverArmCorrection, Output, compensate, lever_arm};
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
+use crate::redundancy::samples::clock::{ClockSettings, CommonClock, TimestampDecision};
 use crate::redundancy::samples::history::{RestMean, WindowHistory};
 use crate::redundancy::samples::pair::products;
 use crate::redundancy::samples::steps::UnitSteps;
@@ -69,7 +69,7 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     products: WindowHistory<T>,
     steps: [UnitSteps<T>; UNITS],
     health: [Health<T>; UNITS],
-    judge: Judge<T, UNITS>,
+    isolator: FaultIsolator<T, UNITS>,
     rest_means: [RestMean<T>; UNITS],
     rest: RestState,
     stored: [[StoredCalibration<T>; 2]; UNITS],
@@ -106,7 +106,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             products: WindowHistory::new(),
             steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
-            judge: Judge::new(),
+            isolator: FaultIsolator::new(),
             rest_means: [RestMean::new(); UNITS],
             rest: RestState::new(),
             stored: [[StoredCalibration::nothing(); 2]; UNITS],
@@ -133,7 +133,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     /// Stores the temperature of a unit, degC, from its next sample on; NaN if unknown. Units that are warmer
     /// or colder than at their calibration may differ by more.
     pub fn set_temperature(&mut self, unit: usize, value: T) {
-        self.judge.set_temperature(unit, value);
+        self.isolator.set_temperature(unit, value);
     }
 
     /// Stored calibrations of the two sensors of a unit, accelerometer first.
@@ -194,21 +194,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let before = self.clock.now().unwrap_or(time);
         let verdict = self.clock.push(number, time, &ClockSettings::DEFAULT);
         let accepted = match verdict {
-            Verdict::Accept => true,
-            Verdict::Drop => false,
-            Verdict::Astray => {
+            TimestampDecision::Accept => true,
+            TimestampDecision::Drop => false,
+            TimestampDecision::Astray => {
                 self.health
                     .get_mut(number)?
                     .clock_jumped(self.clock.now().unwrap_or(time));
                 false
             }
-            Verdict::Jumped { by } => {
+            TimestampDecision::Jumped { by } => {
                 self.restart(time, by, report);
                 true
             }
         };
         let now = self.clock.now().unwrap_or(time);
-        if verdict == Verdict::Accept {
+        if verdict == TimestampDecision::Accept {
             self.excuse_pause(number, now, before, settings, report)?;
         }
         let (mut usable, mut is_live) = ([false; 2], false);
@@ -486,7 +486,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         self.latest_window = None;
         self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
-        self.judge.restart_time();
+        self.isolator.restart_time();
         for slot in &mut self.calibrations {
             abandon(slot, time, Abandoned::TimeJumped, report);
         }
@@ -553,13 +553,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
     #[inline(never)]
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
-        let (units, health, all_stored, judge) = (platform.units(), &self.health, &self.stored, &self.judge);
+        let (units, health, all_stored, isolator) =
+            (platform.units(), &self.health, &self.stored, &self.isolator);
         let is_complete = |unit: usize| {
             units
                 .get(unit)
                 .is_some_and(|unit| platform.replaces_primary(unit))
         };
-        let is_implausible = |unit: usize| judge::is_implausible(judge, all_stored, unit);
+        let is_implausible = |unit: usize| isolation::is_implausible(isolator, all_stored, unit);
         let is_fit = |unit: usize| {
             let healthy = health
                 .get(unit)
@@ -661,7 +662,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     /// Returns whether a unit is faulty or in an unresolved dispute.
     fn is_degraded(&self, number: usize) -> bool {
         let sound = self.health.get(number).is_some_and(Health::is_sound) && !is_stale(&self.stored, number);
-        !sound || SENSORS.into_iter().any(|sensor| self.judge.is_disputed(sensor))
+        !sound
+            || SENSORS
+                .into_iter()
+                .any(|sensor| self.isolator.is_disputed(sensor))
     }
 
     #[inline(never)]

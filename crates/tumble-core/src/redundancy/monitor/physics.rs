@@ -7,7 +7,7 @@ use crate::real::{Real, count, real, seconds};
 use crate::redundancy::components::{difference, scaled, sum};
 use crate::redundancy::evaluation::{Deviation, SecondaryAtRest, across};
 use crate::redundancy::health::{Health, HealthFault};
-use crate::redundancy::judgement::attribution::Proof;
+use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::monitor::Monitor;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
@@ -29,7 +29,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
     /// Uses a primary that agrees with physics at rest to mark secondaries as stale or to trim them
-    /// (docs/theory/judgement.md, section 14). Returns whether a fault of the primary was withdrawn.
+    /// (docs/theory/isolation.md, section 14). Returns whether a fault of the primary was withdrawn.
     #[inline(never)]
     pub(super) fn apply_physics(
         &mut self,
@@ -45,7 +45,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let mut reopened = false;
         for (sensor, deviation) in SENSORS.into_iter().zip(deviations) {
             let fault = self.health.first().and_then(|health| health.fault());
-            let trusted = fault.is_none_or(|fault| fault.is_judged());
+            let trusted = fault.is_none_or(|fault| fault.is_found_by_comparison());
             let Some(primary) = deviation.filter(|deviation| trusted && !deviation.exceeds()) else {
                 continue;
             };
@@ -83,15 +83,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         for sensor in SENSORS {
             let most = thresholds.of(sensor).least();
             for number in 1..UNITS {
-                let known = self.judge.accepted(sensor).contains(number)
+                let known = self.isolator.accepted(sensor).contains(number)
                     || self
                         .stored
                         .get(number)
                         .is_none_or(|stored| sensor.of(stored).calibrated);
                 let sound = |number: usize| self.health.get(number).is_some_and(Health::is_sound);
-                let apart = self.judge.apart_for_long(sensor, [0, number]);
+                let apart = self.isolator.apart_for_long(sensor, [0, number]);
                 if !known && sound(0) && sound(number) && apart.is_some_and(|apart| apart < most) {
-                    self.judge.accept(sensor, number);
+                    self.isolator.accept(sensor, number);
                 }
             }
         }
@@ -143,7 +143,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     ) -> bool {
         let by_physics = off
             .physics
-            .is_some_and(|own| own.exceeds() && primary.value < own.value * real(MUCH_LESS)); // judgement.md, eq. 25
+            .is_some_and(|own| own.exceeds() && primary.value < own.value * real(MUCH_LESS)); // isolation.md, eq. 25
         let (siblings, alike) = self.siblings(platform, sensor, number);
         let alike = alike || self.is_shared(platform, sensor, number);
         let by_primary = first && off.primary.exceeds() && !(siblings && alike);
@@ -192,7 +192,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     }
 
     /// Trims a calibrated secondary to the primary at this rest, as far as one rest allows
-    /// (docs/theory/judgement.md, eq. 27).
+    /// (docs/theory/isolation.md, eq. 27).
     fn trim(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -204,7 +204,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let sound = [0, number]
             .iter()
             .all(|unit| self.health.get(*unit).is_some_and(Health::is_sound));
-        if !(fresh || anew) || !sound || self.judge.is_disputed(sensor) {
+        if !(fresh || anew) || !sound || self.isolator.is_disputed(sensor) {
             return None;
         }
         let apart = self.apart_from_primary(platform, sensor, number)?;
@@ -213,7 +213,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let apart = if anew { apart } else { difference(&apart, common) };
         let stored = sensor.of_mut(self.stored.get_mut(number)?);
         let change = stored.trim(sensor, &apart);
-        self.judge.trimmed(sensor, number, &change, anew);
+        self.isolator.trimmed(sensor, number, &change, anew);
         Some(())
     }
 
@@ -282,7 +282,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         stored.freed |= freed;
         if !stored.stale {
             stored.stale = true;
-            self.judge.withdraw_vote(sensor, number);
+            self.isolator.withdraw_vote(sensor, number);
             health.clear(sensor);
             self.rest.triggered(number);
         }
@@ -298,7 +298,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         fewest: u64,
         contradicted: UnitSet,
     ) -> bool {
-        if contradicted.count() == 0 || !self.judge.is_faulty(sensor, 0) {
+        if contradicted.count() == 0 || !self.isolator.is_faulty(sensor, 0) {
             return false;
         }
         let against = |number: usize| {
@@ -322,7 +322,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 let Proof { ground, value, limit } = Proof::at_rest(sensor, own.value);
                 health.contradict(
                     sensor,
-                    HealthFault::Blamed {
+                    HealthFault::Isolated {
                         sensor,
                         ground,
                         value,

@@ -5,7 +5,7 @@ use crate::real::{Real, SECOND, seconds, whole_spans};
 use crate::redundancy::health::Surroundings;
 use crate::redundancy::monitor::calibration::CalibrationProgress;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
-use crate::redundancy::monitor::judge::is_contested;
+use crate::redundancy::monitor::isolation::is_contested;
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -32,7 +32,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         let settings = platform.settings();
         let length = self.window_length(platform);
         let time = window.saturating_add(1).saturating_mul(length);
-        self.judge(platform, window, time, report);
+        self.isolate(platform, window, time, report);
         let still = self.is_still(platform, window);
         match self
             .rest
@@ -189,7 +189,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
             let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
-                is_contested(&self.judge, &self.stored, sensor) || self.judge.is_doubted(sensor, 0)
+                is_contested(&self.isolator, &self.stored, sensor) || self.isolator.is_doubted(sensor, 0)
             });
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);

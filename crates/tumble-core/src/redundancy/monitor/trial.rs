@@ -183,7 +183,7 @@ impl<T: Real> Trial<T> {
             TrialFit::Motion { half, times } => {
                 let motion = fit.error;
                 fit.weaken(*times);
-                return Some(data.judge(fit, &motion, &data.residuals(half)));
+                return Some(data.decide(fit, &motion, &data.residuals(half)));
             }
             TrialFit::Rests { motion, weighing } => TrialFit::HalfAndRests {
                 motion: *motion,
@@ -207,7 +207,7 @@ impl<T: Real> Trial<T> {
                 ..
             } => {
                 fit.weaken(*times);
-                return Some(data.judge(fit, motion, residuals));
+                return Some(data.decide(fit, motion, residuals));
             }
         };
         None
@@ -268,7 +268,7 @@ impl<T: Real> TrialData<'_, T> {
     }
 
     #[inline(never)]
-    fn judge<'f>(
+    fn decide<'f>(
         &self,
         whole: &'f Fit<T>,
         motion: &RelativeError<T>,
@@ -288,7 +288,7 @@ impl<T: Real> TrialData<'_, T> {
             following: &following,
         };
         FitOutcome {
-            verdict: candidate.judge(self.settings),
+            verdict: candidate.decide(self.settings),
             fit: whole,
             residuals: *residuals,
             following,

@@ -67,7 +67,7 @@ impl Default for ClockSettings {
 
 /// Decision on a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum TimestampDecision {
     /// The sample is used.
     Accept,
     /// The sample is dropped: it is not later than the one before, or too far away.
@@ -241,9 +241,9 @@ impl<const UNITS: usize> CommonClock<UNITS> {
 
     /// Decides on the time stamp of the next sample of a unit, microseconds of the common clock.
     #[inline(never)]
-    pub fn push(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
+    pub fn push(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> TimestampDecision {
         let Some(track) = self.tracks.get_mut(unit) else {
-            return Verdict::Drop;
+            return TimestampDecision::Drop;
         };
         let now = *self.now.get_or_insert(time);
         let near = time.abs_diff(now) <= settings.largest_jump;
@@ -262,7 +262,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         self.drop(unit, settings)
     }
 
-    fn accept(&mut self, unit: usize, time: u64) -> Verdict {
+    fn accept(&mut self, unit: usize, time: u64) -> TimestampDecision {
         for (other, track) in self.tracks.iter_mut().enumerate() {
             if other == unit {
                 track.accept(time);
@@ -271,19 +271,19 @@ impl<const UNITS: usize> CommonClock<UNITS> {
             }
         }
         self.now = self.now.max(Some(time));
-        Verdict::Accept
+        TimestampDecision::Accept
     }
 
-    fn drop(&mut self, unit: usize, settings: &ClockSettings) -> Verdict {
+    fn drop(&mut self, unit: usize, settings: &ClockSettings) -> TimestampDecision {
         let Some(track) = self.tracks.get_mut(unit) else {
-            return Verdict::Drop;
+            return TimestampDecision::Drop;
         };
         track.dropped = track.dropped.saturating_add(1);
         let stands = track.agreeing == 0;
         if track.dropped >= settings.persistent && (stands || track.disputed) {
-            Verdict::Astray
+            TimestampDecision::Astray
         } else {
-            Verdict::Drop
+            TimestampDecision::Drop
         }
     }
 
@@ -333,7 +333,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
 
     /// Moves the set to a new time. Units that agree keep it; the others restart, or they would take the set
     /// back.
-    fn follow(&mut self, time: u64, settings: &ClockSettings) -> Verdict {
+    fn follow(&mut self, time: u64, settings: &ClockSettings) -> TimestampDecision {
         let (pause, tolerance) = (self.is_pause(time, settings), self.tolerance(time, settings));
         let before = self.now.replace(time).unwrap_or(time);
         for track in &mut self.tracks {
@@ -344,10 +344,10 @@ impl<const UNITS: usize> CommonClock<UNITS> {
             }
         }
         if pause {
-            return Verdict::Accept;
+            return TimestampDecision::Accept;
         }
         let by = i64::try_from(time.abs_diff(before)).unwrap_or(i64::MAX);
-        Verdict::Jumped {
+        TimestampDecision::Jumped {
             by: if time < before { -by } else { by },
         }
     }

@@ -14,7 +14,7 @@ fn slow_units_between_others_are_in_time_from_sample_three() {
         for i in 0..100_u64 {
             for (unit, begins) in [(0, 0), (1, phase)] {
                 let time = 1_000_000 + i * 100_000 + begins;
-                let accepted = clock.push(unit, time, &ClockSettings::DEFAULT) == Verdict::Accept;
+                let accepted = clock.push(unit, time, &ClockSettings::DEFAULT) == TimestampDecision::Accept;
                 used[unit] += u32::from(accepted);
             }
         }
@@ -40,16 +40,16 @@ impl<const UNITS: usize> Set<UNITS> {
             true_time: 3_000_000_000,
         };
         for verdicts in set.run(1_000_000, [0; UNITS]) {
-            assert_eq!(verdicts, [Verdict::Accept; UNITS]);
+            assert_eq!(verdicts, [TimestampDecision::Accept; UNITS]);
         }
         set
     }
 
-    fn push(&mut self, unit: usize, time: u64) -> Verdict {
+    fn push(&mut self, unit: usize, time: u64) -> TimestampDecision {
         self.clock.push(unit, time, &self.settings)
     }
 
-    fn run(&mut self, length: u64, offsets: [i64; UNITS]) -> Vec<[Verdict; UNITS]> {
+    fn run(&mut self, length: u64, offsets: [i64; UNITS]) -> Vec<[TimestampDecision; UNITS]> {
         let rounds = length / PERIOD;
         (0..rounds)
             .map(|_| {
@@ -63,15 +63,18 @@ impl<const UNITS: usize> Set<UNITS> {
     }
 }
 
-fn jumps<const UNITS: usize>(verdicts: &[[Verdict; UNITS]]) -> Vec<i64> {
-    let jump = |verdict: &Verdict| match verdict {
-        Verdict::Jumped { by } => Some(*by),
+fn jumps<const UNITS: usize>(verdicts: &[[TimestampDecision; UNITS]]) -> Vec<i64> {
+    let jump = |verdict: &TimestampDecision| match verdict {
+        TimestampDecision::Jumped { by } => Some(*by),
         _ => None,
     };
     verdicts.iter().flatten().filter_map(jump).collect()
 }
 
-fn of_unit<const UNITS: usize>(verdicts: &[[Verdict; UNITS]], unit: usize) -> Vec<Verdict> {
+fn of_unit<const UNITS: usize>(
+    verdicts: &[[TimestampDecision; UNITS]],
+    unit: usize,
+) -> Vec<TimestampDecision> {
     verdicts.iter().map(|verdicts| verdicts[unit]).collect()
 }
 
@@ -80,10 +83,10 @@ fn one_time_far_ahead_is_dropped_and_nobody_else_looks_late() {
     for corrupted in [u64::MAX, 4_000_000_000, 3_002_500_000, 3_001_100_000] {
         let mut set = Set::<3>::running();
         let now = set.clock.now();
-        assert_eq!(set.push(1, corrupted), Verdict::Drop);
+        assert_eq!(set.push(1, corrupted), TimestampDecision::Drop);
         assert_eq!(set.clock.now(), now);
         for verdicts in set.run(1_000_000, [0; 3]) {
-            assert_eq!(verdicts, [Verdict::Accept; 3], "after {corrupted}");
+            assert_eq!(verdicts, [TimestampDecision::Accept; 3], "after {corrupted}");
         }
     }
 }
@@ -91,8 +94,8 @@ fn one_time_far_ahead_is_dropped_and_nobody_else_looks_late() {
 #[test]
 fn a_corrupted_time_is_dropped_from_a_unit_alone_too() {
     let mut set = Set::<1>::running();
-    assert_eq!(set.push(0, u64::MAX), Verdict::Drop);
-    assert_eq!(set.push(0, 0), Verdict::Drop);
+    assert_eq!(set.push(0, u64::MAX), TimestampDecision::Drop);
+    assert_eq!(set.push(0, 0), TimestampDecision::Drop);
     assert_eq!(jumps(&set.run(1_000_000, [0])), [0_i64; 0]);
 }
 
@@ -100,9 +103,9 @@ fn a_corrupted_time_is_dropped_from_a_unit_alone_too() {
 fn samples_that_are_not_later_are_dropped() {
     let mut set = Set::<2>::running();
     let latest = set.clock.now().unwrap();
-    assert_eq!(set.push(1, latest), Verdict::Drop);
-    assert_eq!(set.push(1, latest - 1), Verdict::Drop);
-    assert_eq!(set.push(1, latest + 1), Verdict::Accept);
+    assert_eq!(set.push(1, latest), TimestampDecision::Drop);
+    assert_eq!(set.push(1, latest - 1), TimestampDecision::Drop);
+    assert_eq!(set.push(1, latest + 1), TimestampDecision::Accept);
 }
 
 fn jump_together<const UNITS: usize>(by: i64) {
@@ -113,11 +116,11 @@ fn jump_together<const UNITS: usize>(by: i64) {
         matches!(found[..], [found] if found.abs_diff(by) < 250_000),
         "{by}: {found:?}"
     );
-    assert_eq!(verdicts[10..], [[Verdict::Accept; UNITS]; 190], "{by}");
+    assert_eq!(verdicts[10..], [[TimestampDecision::Accept; UNITS]; 190], "{by}");
     let astray = verdicts
         .iter()
         .flatten()
-        .any(|verdict| *verdict == Verdict::Astray);
+        .any(|verdict| *verdict == TimestampDecision::Astray);
     assert!(!astray, "{by}");
 }
 
@@ -151,11 +154,15 @@ fn leave_and_come_back<const UNITS: usize>(by: i64) {
     let astray = set.run(500_000, offsets);
     assert!(jumps(&astray).is_empty(), "{by}");
     for unit in 0..last {
-        assert_eq!(of_unit(&astray, unit), [Verdict::Accept; 100], "{by}");
+        assert_eq!(of_unit(&astray, unit), [TimestampDecision::Accept; 100], "{by}");
     }
-    assert_eq!(of_unit(&astray, last)[20..], [Verdict::Astray; 80], "{by}");
+    assert_eq!(
+        of_unit(&astray, last)[20..],
+        [TimestampDecision::Astray; 80],
+        "{by}"
+    );
     let back = set.run(500_000, [0; UNITS]);
-    assert_eq!(of_unit(&back, last), [Verdict::Accept; 100], "{by}");
+    assert_eq!(of_unit(&back, last), [TimestampDecision::Accept; 100], "{by}");
 }
 
 #[test]
@@ -176,9 +183,9 @@ fn the_few_that_jump_alike_follow_the_many_that_stay() {
         let settled = &verdicts[20..];
         for unit in 0..5 {
             let expected = if unit < 2 {
-                Verdict::Astray
+                TimestampDecision::Astray
             } else {
-                Verdict::Accept
+                TimestampDecision::Accept
             };
             assert_eq!(of_unit(settled, unit), [expected; 80], "{by}, unit {unit}");
         }
@@ -193,9 +200,9 @@ fn the_many_that_jump_alike_take_the_set_with_them() {
         assert_eq!(jumps(&verdicts).len(), 1, "{by}");
         for unit in 0..5 {
             let expected = if unit < 2 {
-                Verdict::Astray
+                TimestampDecision::Astray
             } else {
-                Verdict::Accept
+                TimestampDecision::Accept
             };
             assert_eq!(
                 of_unit(&verdicts[20..], unit),
@@ -211,8 +218,8 @@ fn a_clock_that_stands_is_reported() {
     let mut set = Set::<1>::running();
     let time = set.clock.now().unwrap();
     let verdicts: Vec<_> = (0..10).map(|_| set.push(0, time)).collect();
-    assert_eq!(verdicts[..4], [Verdict::Drop; 4]);
-    assert_eq!(verdicts[4..], [Verdict::Astray; 6]);
+    assert_eq!(verdicts[..4], [TimestampDecision::Drop; 4]);
+    assert_eq!(verdicts[4..], [TimestampDecision::Astray; 6]);
 }
 
 #[test]
@@ -223,10 +230,14 @@ fn a_first_time_that_was_corrupted_is_left_again() {
             settings: ClockSettings::default(),
             true_time: 3_000_000_000,
         };
-        assert_eq!(set.push(0, corrupted), Verdict::Accept);
+        assert_eq!(set.push(0, corrupted), TimestampDecision::Accept);
         let verdicts = set.run(1_000_000, [0; 2]);
         assert_eq!(jumps(&verdicts).len(), 1, "{corrupted}");
-        assert_eq!(verdicts.last(), Some(&[Verdict::Accept; 2]), "{corrupted}");
+        assert_eq!(
+            verdicts.last(),
+            Some(&[TimestampDecision::Accept; 2]),
+            "{corrupted}"
+        );
     }
 }
 
@@ -236,7 +247,7 @@ fn old_samples_delivered_late_move_nothing() {
     let now = set.clock.now().unwrap();
     for back in [40_000, 30_000, 20_000] {
         for unit in 0..2 {
-            assert_eq!(set.push(unit, now - back), Verdict::Drop);
+            assert_eq!(set.push(unit, now - back), TimestampDecision::Drop);
         }
     }
     assert!(jumps(&set.run(500_000, [0; 3])).is_empty());
@@ -256,19 +267,19 @@ fn after_a_pause_of_all_the_set_goes_on_without_a_jump() {
     set.true_time += 400_000;
     let verdicts = set.run(100_000, [0; 3]);
     assert!(jumps(&verdicts).is_empty());
-    assert_eq!(verdicts[1..], [[Verdict::Accept; 3]; 19]);
+    assert_eq!(verdicts[1..], [[TimestampDecision::Accept; 3]; 19]);
     let mut alone = Set::<1>::running();
     alone.true_time += 400_000;
     let verdicts = alone.run(100_000, [0]);
-    assert_eq!(verdicts[1..], [[Verdict::Accept]; 19]);
+    assert_eq!(verdicts[1..], [[TimestampDecision::Accept]; 19]);
 }
 
 #[test]
 fn one_unit_that_leaps_while_others_go_on_is_astray() {
     let mut set = Set::<2>::running();
     let verdicts = set.run(300_000, [0, 400_000]);
-    assert_eq!(of_unit(&verdicts, 0), [Verdict::Accept; 60]);
-    assert_eq!(of_unit(&verdicts, 1)[5..], [Verdict::Astray; 55]);
+    assert_eq!(of_unit(&verdicts, 0), [TimestampDecision::Accept; 60]);
+    assert_eq!(of_unit(&verdicts, 1)[5..], [TimestampDecision::Astray; 55]);
 }
 
 #[test]
@@ -277,14 +288,17 @@ fn a_slow_unit_alone_loses_one_sample_for_its_interval() {
     let verdicts: Vec<_> = (0..50)
         .map(|i| clock.push(0, i * 200_000, &ClockSettings::default()))
         .collect();
-    assert_eq!(verdicts[1], Verdict::Drop);
-    assert_eq!(verdicts[2..], [Verdict::Accept; 48]);
+    assert_eq!(verdicts[1], TimestampDecision::Drop);
+    assert_eq!(verdicts[2..], [TimestampDecision::Accept; 48]);
 }
 
 #[test]
 fn an_aiding_of_an_unknown_unit_is_rejected() {
     let mut clock = CommonClock::<2>::new();
-    assert_eq!(clock.push(2, 5, &ClockSettings::default()), Verdict::Drop);
+    assert_eq!(
+        clock.push(2, 5, &ClockSettings::default()),
+        TimestampDecision::Drop
+    );
     assert_eq!(clock.now(), None);
 }
 
@@ -331,7 +345,7 @@ proptest! {
         for strays in wild {
             set.true_time += PERIOD;
             for unit in 0..3 {
-                prop_assert_eq!(set.push(unit, set.true_time), Verdict::Accept);
+                prop_assert_eq!(set.push(unit, set.true_time), TimestampDecision::Accept);
             }
             for (unit, (kind, any)) in (3..).zip(strays) {
                 let stray = match kind {
@@ -342,7 +356,7 @@ proptest! {
                     _ => start - any % 1_500_000,
                 };
                 let verdict = set.push(unit, stray);
-                let jumped = matches!(verdict, Verdict::Jumped { .. });
+                let jumped = matches!(verdict, TimestampDecision::Jumped { .. });
                 prop_assert!(!jumped, "to {stray} at {}", set.true_time);
             }
             prop_assert_eq!(set.clock.now(), Some(set.true_time));
@@ -359,16 +373,16 @@ proptest! {
         let mut latest = [None; 4];
         for (unit, time) in times {
             match clock.push(unit, time, &ClockSettings::default()) {
-                Verdict::Accept => {
+                TimestampDecision::Accept => {
                     prop_assert!(latest[unit] < Some(time), "{latest:?} {time}");
                     latest[unit] = Some(time);
                 }
-                Verdict::Jumped { .. } => {
+                TimestampDecision::Jumped { .. } => {
                     latest = [None; 4];
                     latest[unit] = Some(time);
                     prop_assert_eq!(clock.now(), Some(time));
                 }
-                Verdict::Drop | Verdict::Astray => {}
+                TimestampDecision::Drop | TimestampDecision::Astray => {}
             }
             prop_assert!(latest.iter().max() <= Some(&clock.now()));
         }
@@ -389,7 +403,7 @@ fn one_clock_that_leaps_leads_no_other_within_bursts() {
                 let time = start + (4 * frame + sample) * PERIOD + ahead;
                 let verdict = set.clock.push(unit, time, &settings);
                 assert_eq!(
-                    verdict == Verdict::Accept,
+                    verdict == TimestampDecision::Accept,
                     unit != 1,
                     "frame {frame}, unit {unit}"
                 );
@@ -406,9 +420,13 @@ fn one_fast_clock_that_leaps_beside_a_slow_one_takes_it_nowhere() {
         let time = 1_000_000 + i * 1000;
         let ahead = if i > 2000 { 500_000 } else { 0 };
         let fast = clock.push(1, time + ahead, &settings);
-        assert_eq!(fast == Verdict::Accept, i <= 2000, "sample {i}");
+        assert_eq!(fast == TimestampDecision::Accept, i <= 2000, "sample {i}");
         if i % 10 == 0 {
-            assert_eq!(clock.push(0, time, &settings), Verdict::Accept, "sample {i}");
+            assert_eq!(
+                clock.push(0, time, &settings),
+                TimestampDecision::Accept,
+                "sample {i}"
+            );
         }
     }
 }
@@ -424,7 +442,7 @@ fn of_units_that_sample_ten_times_a_second_no_sample_is_lost() {
                 let verdict = clock.push(usize::try_from(unit).unwrap(), time, &settings);
                 // The first samples show the interval; until then one may seem to leap.
                 assert!(
-                    verdict == Verdict::Accept || sample < 3,
+                    verdict == TimestampDecision::Accept || sample < 3,
                     "sample {sample} of unit {unit}, phase {phase}: {verdict:?}"
                 );
             }

@@ -102,7 +102,7 @@ REMEDIES: dict[str, dict[str, str]] = {
         "spikes": "Look at its bus and its power supply.",
         "out of family": "Look at the unit and how it is mounted: the others agree without it.",
         "noisy": "Look at how it is mounted, and at its power supply.",
-        "blamed": "Look at the unit and how it is mounted: what it says contradicts itself.",
+        "isolated": "Look at the unit and how it is mounted: what it says contradicts itself.",
         "refuted": ("Check the axes and units of its log; if they are right, state sensor_from_primary."),
         "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
         "clock jumped": "Repair its time stamps.",

@@ -6,16 +6,16 @@
 //! others agree. Between two, evidence from each unit alone decides; without such evidence the faulty unit
 //! cannot be isolated.
 //!
-//! Derivation: docs/theory/judgement.md.
+//! Derivation: docs/theory/isolation.md.
 
 pub mod attribution;
 mod delay;
-mod isolation;
 mod motion;
 mod noise;
+mod odd_one;
 mod pair;
 mod scales;
-mod sensor_judge;
+mod sensor_isolator;
 mod shaking;
 mod turn;
 mod unit;
@@ -27,16 +27,16 @@ use nalgebra::Vector3;
 
 use crate::products::{squared, zeros};
 use crate::real::{Real, count, real};
-use crate::redundancy::aiding::{AidingEvidence, Surroundings};
+use crate::redundancy::aiding::{AidingEvidence, AidingWindow};
 use crate::redundancy::components::{difference, follow, smaller, sum};
-use crate::redundancy::judgement::attribution::Proof;
-use crate::redundancy::judgement::delay::Delays;
-use crate::redundancy::judgement::motion::SetMotion;
-use crate::redundancy::judgement::pair::ShownByPairs;
-use crate::redundancy::judgement::sensor_judge::{FindAided, SensorJudge};
-use crate::redundancy::judgement::turn::{Turned, UsualError};
-use crate::redundancy::judgement::unit::CarriedGravity;
-use crate::redundancy::judgement::warmth::Temperatures;
+use crate::redundancy::isolation::attribution::Proof;
+use crate::redundancy::isolation::delay::Delays;
+use crate::redundancy::isolation::motion::SetMotion;
+use crate::redundancy::isolation::pair::ShownByPairs;
+use crate::redundancy::isolation::sensor_isolator::{FindAided, SensorIsolator};
+use crate::redundancy::isolation::turn::{Turned, UsualError};
+use crate::redundancy::isolation::unit::CarriedGravity;
+use crate::redundancy::isolation::warmth::Temperatures;
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -111,9 +111,9 @@ pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     pub means_only: bool,
 }
 
-/// Finding of the judge.
+/// Finding of the isolator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Judgement<T: Real> {
+pub enum IsolationEvent<T: Real> {
     /// This unit is wrong: the others agree without it.
     OutOfFamily {
         /// Number of the unit.
@@ -135,7 +135,7 @@ pub enum Judgement<T: Real> {
         limit: T,
     },
     /// This unit is the faulty one of two that disagree.
-    Blamed {
+    Isolated {
         /// Number of the unit.
         unit: usize,
         /// Evidence that decided.
@@ -218,12 +218,12 @@ impl<T: Real> RestInHealth<T> {
     }
 }
 
-/// Judges a set of `UNITS` units.
+/// Isolates faulty units: compares a set of `UNITS` units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judge<T: Real, const UNITS: usize> {
+pub struct FaultIsolator<T: Real, const UNITS: usize> {
     motion: SetMotion<T>,
     shown: ShownByPairs<T, UNITS>,
-    sensors: [SensorJudge<T, UNITS>; 2],
+    sensors: [SensorIsolator<T, UNITS>; 2],
     evidence: [UnitEvidence<T>; UNITS],
     /// Mean angular rate of the set over rests in health, rad/s: its zero rate.
     resting_rate: Vector3<T>,
@@ -239,14 +239,14 @@ pub struct Judge<T: Real, const UNITS: usize> {
 /// Ratio of a difference to its threshold above which neither unit of a pair is trusted.
 const DOUBTED: f64 = 0.9;
 
-impl<T: Real, const UNITS: usize> Default for Judge<T, UNITS> {
+impl<T: Real, const UNITS: usize> Default for FaultIsolator<T, UNITS> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
-    /// Creates a judge that has received no window.
+impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
+    /// Creates an isolator that has received no window.
     pub fn new() -> Self {
         let unit = UnitEvidence {
             gravity: CarriedGravity::new(),
@@ -258,7 +258,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         Self {
             motion: SetMotion::new(),
             shown: ShownByPairs::new(),
-            sensors: [SensorJudge::new(); 2],
+            sensors: [SensorIsolator::new(); 2],
             evidence: [unit; UNITS],
             resting_rate: zeros(),
             turned: Turned::not(),
@@ -338,15 +338,15 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         units: UnitSet,
         rate: &dyn Fn(usize) -> Option<&'a Vector3<T>>,
     ) -> Option<Vector3<T>> {
-        let [_, judge] = &self.sensors;
-        judge.median_of(units, rate)
+        let [_, isolator] = &self.sensors;
+        isolator.median_of(units, rate)
     }
 
     /// Resets all means after a jump of the time of the set; decisions stay.
     pub fn restart_time(&mut self) {
         self.motion = SetMotion::new();
         self.delays = Delays::unknown();
-        self.sensors.iter_mut().for_each(SensorJudge::restart_time);
+        self.sensors.iter_mut().for_each(SensorIsolator::restart_time);
     }
 
     /// Returns whether a sensor of a unit was found faulty and has not been reinstated.
@@ -376,7 +376,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
         aiding_evidence: Option<&mut AidingEvidence<T, UNITS>>,
-        emit: &mut dyn FnMut(Sensor, Judgement<T>),
+        emit: &mut dyn FnMut(Sensor, IsolationEvent<T>),
     ) {
         let [mut voters, mut known] = [[UnitSet::default(); 2]; 2];
         for (number, unit) in window.units.iter().enumerate() {
@@ -405,22 +405,22 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             self.update_aiding(aiding_evidence, window, [&f, &w]);
             &*aiding_evidence
         });
-        let find_aided = aiding_evidence.map(|_| SensorJudge::find_aided as FindAided<T, UNITS>);
+        let find_aided = aiding_evidence.map(|_| SensorIsolator::find_aided as FindAided<T, UNITS>);
         for sensor in SENSORS {
             let measured = match sensor {
                 Sensor::Accelerometer => &f,
                 Sensor::Gyroscope => &w,
             };
             let [accelerometers, gyroscopes] = &mut self.sensors;
-            let (judge, gyroscopes) = match sensor {
+            let (isolator, gyroscopes) = match sensor {
                 Sensor::Accelerometer => (accelerometers, Some((&*gyroscopes, &self.trimmed))),
                 Sensor::Gyroscope => (gyroscopes, None),
             };
-            judge.take(sensor, window, measured, sensor.of(&strains));
+            isolator.take(sensor, window, measured, sensor.of(&strains));
             if window.means_only {
                 continue;
             }
-            let case = sensor_judge::Case {
+            let case = sensor_isolator::Case {
                 sensor,
                 window,
                 gyroscopes,
@@ -436,7 +436,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 known: *sensor.of(&known),
                 late: self.delays.late(window.length),
             };
-            judge.judge(&case, &mut self.shown, &mut |judgement| emit(sensor, judgement));
+            isolator.isolate(&case, &mut self.shown, &mut |found| emit(sensor, found));
         }
         if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
             self.find_late(window, &acceleration, emit);
@@ -448,13 +448,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Finds the unit whose clock drifts: its gyroscope deviates from the set in proportion to angular acceleration
-    /// (docs/theory/judgement.md, eq. 30).
+    /// (docs/theory/isolation.md, eq. 30).
     #[inline(never)]
     fn find_late(
         &mut self,
         window: &SetWindow<'_, T, UNITS>,
         acceleration: &Vector3<T>,
-        emit: &mut dyn FnMut(Sensor, Judgement<T>),
+        emit: &mut dyn FnMut(Sensor, IsolationEvent<T>),
     ) {
         let [_, gyroscopes] = &mut self.sensors;
         let calibrated = |number: usize| {
@@ -469,7 +469,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             gyroscopes.end_dispute();
             emit(
                 Sensor::Gyroscope,
-                Judgement::ClockDrifts {
+                IsolationEvent::ClockDrifts {
                     unit: grown.unit,
                     by: grown.by,
                     limit: grown.limit,
@@ -486,7 +486,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         measured: [&Vector3<T>; 2],
     ) {
         let sensors = &self.sensors;
-        let surroundings = Surroundings {
+        let surroundings = AidingWindow {
             units: window.units,
             measured,
             resting_rate: &self.resting_rate,
@@ -494,7 +494,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             departs: core::array::from_fn(|unit| {
                 SENSORS.map(|sensor| sensor.of(sensors).departs(unit, window.tolerated.of(sensor)))
             }),
-            calm: sensors.iter().all(|judge| judge.is_calm(window.length)),
+            calm: sensors.iter().all(|isolator| isolator.is_calm(window.length)),
             number: window.number,
             span: window.span,
             length: window.length,
@@ -519,7 +519,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// Learns the usual statistics of healthy units, while none disagree.
     fn learn(&mut self, window: &SetWindow<'_, T, UNITS>, rate: &Vector3<T>) {
-        if window.means_only || self.sensors.iter().any(|judge| !judge.is_calm(window.length)) {
+        if window.means_only
+            || self
+                .sensors
+                .iter()
+                .any(|isolator| !isolator.is_calm(window.length))
+        {
             return;
         }
         let mut rests = false;

@@ -17,7 +17,7 @@ const SHAKES: [f32; 2] = [4e-4, 2e-6];
 /// Variance of the second difference of white noise.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// Scatter of the deviation of a unit from the set, window to window: docs/theory/judgement.md, eq. 23.
+/// Scatter of the deviation of a unit from the set, window to window: docs/theory/isolation.md, eq. 23.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shaking<T: Real> {
     /// Deviations from the set in the latest two windows.
@@ -49,7 +49,7 @@ impl<T: Real> Shaking<T> {
         }
         // The second difference removes ramps and smooth motion.
         let bent = difference(&difference(deviation, &latest), &difference(&latest, &earlier));
-        let variance = squared(&bent) * real(1.0 / SECOND_DIFFERENCE); // judgement.md, eq. 23
+        let variance = squared(&bent) * real(1.0 / SECOND_DIFFERENCE); // isolation.md, eq. 23
         self.scatter += (variance - self.scatter) * (window / real(SCATTER_OVER));
         if most <= tabulated(*sensor.of(&SHAKES)) {
             return;
@@ -58,7 +58,7 @@ impl<T: Real> Shaking<T> {
             (self.left, self.most) = (most, most);
         }
         let gain = window / real(SHARE_OVER);
-        self.left += (variance - self.left) * gain; // judgement.md, eq. 23
+        self.left += (variance - self.left) * gain; // isolation.md, eq. 23
         self.most += (most - self.most) * gain;
     }
 

@@ -5,12 +5,12 @@ use nalgebra::Vector3;
 use crate::products::{Length, cross, squared, zeros};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, sum};
-use crate::redundancy::judgement::scales::{LatestShares, SCALES, filled};
-use crate::redundancy::judgement::shaking::Shaking;
+use crate::redundancy::isolation::scales::{LatestShares, SCALES, filled};
+use crate::redundancy::isolation::shaking::Shaking;
 use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 
 /// Largest rate of change of a slow offset, m/s^2 and rad/s per second. Consumer units warm up no faster
-/// (docs/theory/judgement.md, table 1).
+/// (docs/theory/isolation.md, table 1).
 const SLEW: [f32; 2] = [2e-4, 7e-5];
 
 /// Deviation of one sensor of a unit from the set.
@@ -62,7 +62,7 @@ impl<T: Real> SensorDeviation<T> {
         self.filled = filled(self.filled, shares.window(), self.windows);
         let value = difference(deviation, &self.offset);
         for (mean, share) in self.means.iter_mut().zip(shares.after(self.windows)) {
-            follow(mean, &value, *share); // judgement.md, eq. 2
+            follow(mean, &value, *share); // isolation.md, eq. 2
         }
     }
 
@@ -174,7 +174,7 @@ impl<T: Real> CarriedGravity<T> {
     }
 
     /// Updates carried gravity with a window of compensated readings; `g` is the magnitude of gravity, m/s^2
-    /// (docs/theory/judgement.md, eq. 14).
+    /// (docs/theory/isolation.md, eq. 14).
     pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, g: T, window: T) {
         if squared(&self.gravity) == T::zero() {
             self.gravity = *f;
@@ -185,7 +185,7 @@ impl<T: Real> CarriedGravity<T> {
         let first = cross(&turn, carried);
         let second = scaled(&cross(&turn, &first), real(0.5));
         let turned = sum(&sum(carried, &first), &second);
-        let error = difference(f, &turned); // judgement.md, eq. 14
+        let error = difference(f, &turned); // isolation.md, eq. 14
         let mut next = turned;
         follow(&mut next, f, window / real::<T>(CARRIED_OVER));
         let size = squared(&next).square_root();

@@ -75,7 +75,7 @@ pub fn is_quiet<T: Real>(sensor: Sensor, scatter: T) -> bool {
 
 /// Largest scatter that a unit may have: `times` the scatter expected from the others, each scaled by its usual
 /// ratio to the unit, and at least the scatter that does not matter. Where all units shake, a unit may be as
-/// noisy as the others (docs/theory/judgement.md, eq. 11).
+/// noisy as the others (docs/theory/isolation.md, eq. 11).
 pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T, T)>, times: T) -> Option<T> {
     let expected = others
         // A unit that repeats its readings gives no standard of noise.

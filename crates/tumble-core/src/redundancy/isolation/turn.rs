@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::products::squared;
 use crate::real::{Real, real};
 use crate::redundancy::components::smaller;
-use crate::redundancy::judgement::unit::CARRIED_OVER;
+use crate::redundancy::isolation::unit::CARRIED_OVER;
 
 /// Turn beyond which the errors of an accelerometer along gravity are independent, rad.
 const FAR: f64 = 1.0;
@@ -92,8 +92,8 @@ impl<T: Real> UsualError<T> {
             return;
         }
         let gain = window / real(LEARNT_OVER);
-        self.square += (square - self.square) * gain; // judgement.md, eq. 15
-        self.turned += (share - self.turned) * gain; // judgement.md, eq. 15
+        self.square += (square - self.square) * gain; // isolation.md, eq. 15
+        self.turned += (share - self.turned) * gain; // isolation.md, eq. 15
     }
 
     /// Variance after such turns, `(m/s^2)^2`; `None` while it is unknown.

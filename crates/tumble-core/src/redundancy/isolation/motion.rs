@@ -5,17 +5,17 @@ use nalgebra::Vector3;
 use crate::products::{squared, zeros};
 use crate::real::{Real, real};
 use crate::redundancy::components::{difference, follow, larger, scaled};
-use crate::redundancy::judgement::scales::SCALES;
+use crate::redundancy::isolation::scales::SCALES;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 
-/// Tolerance of clocks, s (docs/theory/judgement.md, table 1).
+/// Tolerance of clocks, s (docs/theory/isolation.md, table 1).
 const CLOCKS: f64 = 1e-3;
 
 /// Share of the variance of vibration that is left in the mean of a window.
 const VIBRATION_LEFT: f64 = 0.3;
 
 /// Strengths of the effects by which two healthy units differ in motion, each a square
-/// (docs/theory/judgement.md, eq. 3 and 4).
+/// (docs/theory/isolation.md, eq. 3 and 4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain<T: Real> {
     /// Variance that clock errors cause in any pair.
@@ -69,7 +69,7 @@ impl<T: Real> StrainMeans<T> {
     /// Updates the means with the strain of a window.
     pub fn push(&mut self, strain: &Strain<T>, shares: &[T; SCALES]) {
         for (mean, share) in self.0.iter_mut().zip(shares) {
-            mean.follow(strain, *share); // judgement.md, eq. 5
+            mean.follow(strain, *share); // isolation.md, eq. 5
         }
     }
 
@@ -101,13 +101,13 @@ impl<T: Real> Tolerance<T> {
         strain.any_pair
             + self.place * strain.place
             + self.matrix * strain.reading
-            + self.interpolation * strain.curvature // judgement.md, eq. 3, 4
+            + self.interpolation * strain.curvature // isolation.md, eq. 3, 4
     }
 }
 
 /// Variance that clock errors cause in any pair, from the squared rate of change.
 fn any_pair<T: Real>(change: T) -> T {
-    change * real(CLOCKS * CLOCKS) // judgement.md, eq. 3, 4
+    change * real(CLOCKS * CLOCKS) // isolation.md, eq. 3, 4
 }
 
 /// Readings of the set over the latest windows.

@@ -2,7 +2,7 @@
 //!
 //! Two units cannot outvote each other. The decision rests on a step of one unit alone, on a reading at rest
 //! that differs from the one in health, or on a gyroscope and an accelerometer of one unit that contradict each
-//! other. Without such evidence the faulty unit is not isolated (docs/theory/judgement.md, section 5).
+//! other. Without such evidence the faulty unit is not isolated (docs/theory/isolation.md, section 5).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -27,7 +27,7 @@ crate::vocabulary! {
 }
 
 /// Weight of evidence, the least first: each overrules those before it that concern the same sensor
-/// (docs/theory/judgement.md, section 14).
+/// (docs/theory/isolation.md, section 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Weight {
     /// Evidence from the unit alone in motion.
@@ -103,7 +103,7 @@ impl<T: Real> MountedSteps<'_, T> {
 }
 
 /// Returns the evidence if a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other
-/// did not: docs/theory/judgement.md, eq. 12.
+/// did not: docs/theory/isolation.md, eq. 12.
 pub(super) fn by_step<T: Real>(
     apart: &Vector3<T>,
     own: &MountedSteps<'_, T>,
@@ -124,7 +124,7 @@ pub(super) fn by_step<T: Real>(
     let limit = (size * real(STEP_LEAST))
         .max(along.max(against) * real(STEP_TIMES_OTHER))
         .max(own.steps.usual()? * real(STEP_TIMES_USUAL));
-    let stepped = step > limit && step < size * real(STEP_MOST); // judgement.md, eq. 12
+    let stepped = step > limit && step < size * real(STEP_MOST); // isolation.md, eq. 12
     stepped.then(|| Proof {
         ground: Ground::Step,
         value: step / size,
@@ -183,7 +183,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Adds the readings of two units at a rest where gravity is `gravity`, m/s^2 (docs/theory/judgement.md,
+    /// Adds the readings of two units at a rest where gravity is `gravity`, m/s^2 (docs/theory/isolation.md,
     /// eq. 13).
     ///
     /// `along_gravity` is the growth of their difference along gravity, m/s^2; `None` for gyroscopes.
@@ -211,7 +211,7 @@ impl<T: Real> Evidence<T> {
     }
 
     /// Adds the differences of two accelerometers from carried gravity, with their usual variance, `(m/s^2)^2`
-    /// (docs/theory/judgement.md, eq. 15). `news` is the independent share of the window.
+    /// (docs/theory/isolation.md, eq. 15). `news` is the independent share of the window.
     pub fn push(&mut self, first: &Vector3<T>, second: &Vector3<T>, variance: T, news: T) {
         if variance <= T::zero() {
             return;
@@ -245,7 +245,7 @@ impl<T: Real> Evidence<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::redundancy::judgement::turn::{Turned, UsualError};
+    use crate::redundancy::isolation::turn::{Turned, UsualError};
     use crate::redundancy::samples::steps::UnitSteps;
 
     const UP: Vector3<f64> = Vector3::new(0.0, 0.0, 9.8);

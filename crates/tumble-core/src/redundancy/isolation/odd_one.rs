@@ -25,7 +25,7 @@ pub enum Finding {
 }
 
 /// Finds the odd one among voters. `squared` returns the squared ratio of difference to threshold of a pair of
-/// voters (docs/theory/judgement.md, eq. 9 and 10).
+/// voters (docs/theory/isolation.md, eq. 9 and 10).
 #[inline(never)]
 pub fn isolate<T: Real, const UNITS: usize>(
     voters: UnitSet,

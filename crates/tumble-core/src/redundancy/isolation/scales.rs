@@ -9,7 +9,7 @@ pub const SCALES: usize = 4;
 /// Time constants of the scales, s: a jump shows on the first, a drift on the last.
 pub const SECONDS: [f32; SCALES] = [0.1, 1.0, 10.0, 60.0];
 
-/// Shares by which means follow a new window (docs/theory/judgement.md, eq. 2).
+/// Shares by which means follow a new window (docs/theory/isolation.md, eq. 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shares<T: Real>([T; SCALES]);
 
@@ -26,7 +26,7 @@ impl<T: Real> Shares<T> {
     /// Shares after a number of windows, the new one included: the first windows enter a plain mean.
     pub fn after(&self, windows: u16) -> [T; SCALES] {
         let plain = T::one() / count::<T>(u32::from(windows.max(1)));
-        self.0.map(|forgetting| larger(forgetting, plain)) // judgement.md, eq. 2
+        self.0.map(|forgetting| larger(forgetting, plain)) // isolation.md, eq. 2
     }
 }
 

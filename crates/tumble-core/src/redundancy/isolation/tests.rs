@@ -23,7 +23,7 @@ fn fly<const N: usize>(
     fault: impl Fn(usize, f64) -> [Vector3<f64>; 2],
     until: f64,
 ) -> Vec<(f64, usize, Sensor)> {
-    let mut judge = Judge::<f64, N>::new();
+    let mut isolator = FaultIsolator::<f64, N>::new();
     let mut draw = Draw(seed);
     let mut found = Vec::new();
     let scale: [Vector3<f64>; N] =
@@ -69,8 +69,8 @@ fn fly<const N: usize>(
                 angular_rate: 0.005,
             },
         };
-        judge.look(&window, None, &mut |sensor, judgement| {
-            if let Judgement::OutOfFamily { unit, .. } = judgement {
+        isolator.look(&window, None, &mut |sensor, found| {
+            if let IsolationEvent::OutOfFamily { unit, .. } = found {
                 found.push((t, unit, sensor));
             }
         });

@@ -1,4 +1,4 @@
-//! Judgement of one kind of sensor over all units: means, decisions, disputes, and statistics learnt in health.
+//! Isolation of one kind of sensor over all units: means, decisions, disputes, and statistics learnt in health.
 
 use nalgebra::Vector3;
 
@@ -6,21 +6,21 @@ use crate::products::{Length, squared, zeros};
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::aiding::AidingEvidence;
 use crate::redundancy::components::{difference, larger, smaller, sum};
-use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
-use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
-use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
-use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
-use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
-use crate::redundancy::judgement::scales::{LatestShares, SCALES, SECONDS};
-use crate::redundancy::judgement::turn::Turned;
-use crate::redundancy::judgement::unit::SensorDeviation;
-use crate::redundancy::judgement::warmth::Temperatures;
-use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
+use crate::redundancy::isolation::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
+use crate::redundancy::isolation::motion::{Strain, StrainMeans, Tolerance};
+use crate::redundancy::isolation::noise::{UsualScatter, is_quiet, limit};
+use crate::redundancy::isolation::odd_one::{DWELL, Finding, isolate};
+use crate::redundancy::isolation::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
+use crate::redundancy::isolation::scales::{LatestShares, SCALES, SECONDS};
+use crate::redundancy::isolation::turn::Turned;
+use crate::redundancy::isolation::unit::SensorDeviation;
+use crate::redundancy::isolation::warmth::Temperatures;
+use crate::redundancy::isolation::{IsolationEvent, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 use crate::redundancy::unit_set::{UnitSet, pairs};
 
 /// Uncertainties of the lever arm, m, and of the matrix, if unknown and if known for both units
-/// (docs/theory/judgement.md, table 1).
+/// (docs/theory/isolation.md, table 1).
 const PLACE: [f32; 2] = [0.15, 0.005];
 const MATRIX: [f32; 2] = [0.02, 0.002];
 
@@ -108,9 +108,9 @@ impl Dispute {
     }
 }
 
-/// Judge of one kind of sensor.
+/// Isolator of one kind of sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
+pub(super) struct SensorIsolator<T: Real, const UNITS: usize> {
     deviations: [SensorDeviation<T>; UNITS],
     scatters: [UsualScatter<T>; UNITS],
     strains: StrainMeans<T>,
@@ -136,15 +136,15 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
 /// a sixth, doubled because windows show only part of it.
 const MOVED: f64 = 1.0 / 3.0;
 
-/// Inputs of the judgement of one kind of sensor.
+/// Inputs of the isolation of one kind of sensor.
 pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
     pub window: &'a SetWindow<'a, T, UNITS>,
-    /// For accelerometers: the judge of gyroscopes, and the sums of their trims since their calibrations, rad/s.
-    pub gyroscopes: Option<(&'a SensorJudge<T, UNITS>, &'a [Vector3<T>; UNITS])>,
+    /// For accelerometers: the isolator of gyroscopes, and the sums of their trims since their calibrations, rad/s.
+    pub gyroscopes: Option<(&'a SensorIsolator<T, UNITS>, &'a [Vector3<T>; UNITS])>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
     pub aiding_evidence: Option<&'a AidingEvidence<T, UNITS>>,
-    /// [`SensorJudge::find_aided`], once there was an aiding measurement.
+    /// [`SensorIsolator::find_aided`], once there was an aiding measurement.
     pub find_aided: Option<FindAided<T, UNITS>>,
     /// Variance of the difference between accelerometers and carried gravity, `(m/s^2)^2`, after turns like the
     /// latest.
@@ -183,13 +183,13 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     }
 }
 
-type Emit<'a, T> = &'a mut dyn FnMut(Judgement<T>);
+type Emit<'a, T> = &'a mut dyn FnMut(IsolationEvent<T>);
 
-/// Type of [`SensorJudge::find_aided`]; a pointer keeps its code out of programs without aiding measurements.
+/// Type of [`SensorIsolator::find_aided`]; a pointer keeps its code out of programs without aiding measurements.
 pub(super) type FindAided<T, const UNITS: usize> =
-    fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Emit<'_, T>);
+    fn(&mut SensorIsolator<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Emit<'_, T>);
 
-impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
+impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     pub fn new() -> Self {
         Self {
             deviations: [SensorDeviation::new(); UNITS],
@@ -368,7 +368,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Compares all pairs, isolates faulty units, and learns from healthy ones. One copy of the code serves
     /// both kinds of sensor.
     #[inline(never)]
-    pub fn judge(
+    pub fn isolate(
         &mut self,
         case: &Case<'_, T, UNITS>,
         shown: &mut ShownByPairs<T, UNITS>,
@@ -394,7 +394,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Square of the drift since their calibrations by which calibrated units differ, whichever unit is left
-    /// out, by both kinds of sensor: a drift of all units is no fault (docs/theory/judgement.md, eq. 29).
+    /// out, by both kinds of sensor: a drift of all units is no fault (docs/theory/isolation.md, eq. 29).
     #[inline(never)]
     fn shared_drift(&self, case: &Case<'_, T, UNITS>) -> T {
         let voters = case.known.without(self.faulty);
@@ -412,8 +412,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let mut without = [T::zero(); UNITS];
         for [i, j] in pairs::<UNITS>().filter(|pair| voters.contain_both(*pair)) {
             let own = self.drifted_apart(case, case.sensor, [i, j], &|_| Some(zeros()));
-            let by_rate = case.gyroscopes.map_or(T::zero(), |(judge, trimmed)| {
-                judge.drifted_apart(case, Sensor::Gyroscope, [i, j], &|unit| {
+            let by_rate = case.gyroscopes.map_or(T::zero(), |(isolator, trimmed)| {
+                isolator.drifted_apart(case, Sensor::Gyroscope, [i, j], &|unit| {
                     trimmed.get(unit).copied()
                 })
             });
@@ -429,7 +429,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         smaller(
             most * most,
             shared.fold(most * most, smaller) * real(SHARED * SHARED),
-        ) // judgement.md, eq. 29
+        ) // isolation.md, eq. 29
     }
 
     /// Square of the difference between the drifts of two calibrated units, with `taken_off` added to each; zero
@@ -544,7 +544,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 .get_mut(unit)
                 .is_some_and(|scatters| scatters.is_noisy(scatter, limit));
             if noisy && self.exclude(unit) {
-                emit(Judgement::Noisy { unit, scatter, limit });
+                emit(IsolationEvent::Noisy { unit, scatter, limit });
             }
         }
     }
@@ -601,7 +601,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 && self.exclude(unit)
             {
                 self.end_dispute();
-                emit(Judgement::Blamed { unit, proof });
+                emit(IsolationEvent::Isolated { unit, proof });
                 return;
             }
         }
@@ -630,7 +630,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             && self.exclude(unit)
         {
             self.end_dispute();
-            emit(Judgement::OutOfFamily {
+            emit(IsolationEvent::OutOfFamily {
                 unit,
                 figures,
                 scale: seconds_of(scale),
@@ -661,14 +661,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             windows: 0,
             calm: 0,
         });
-        emit(Judgement::Disagree {
+        emit(IsolationEvent::Disagree {
             units: [i, j],
             figures,
             scale: seconds_of(scale),
         });
     }
 
-    /// Recent growth of the difference of two units: docs/theory/judgement.md, eq. 12.
+    /// Recent growth of the difference of two units: docs/theory/isolation.md, eq. 12.
     fn came_apart(&self, i: usize, j: usize) -> Option<Vector3<T>> {
         let (a, b) = (self.deviations.get(i)?, self.deviations.get(j)?);
         let now = difference(a.mean(0)?, b.mean(0)?);
@@ -698,7 +698,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let span = |windows: u16| case.window.length * count::<T>(windows.into());
         if span(dispute.calm) >= real(SETTLED_AFTER) {
             self.end_dispute();
-            emit(Judgement::Agree { units });
+            emit(IsolationEvent::Agree { units });
             return;
         }
         let lasting = span(dispute.windows);
@@ -706,7 +706,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             && self.exclude(unit)
         {
             self.end_dispute();
-            emit(Judgement::Blamed { unit, proof });
+            emit(IsolationEvent::Isolated { unit, proof });
         }
     }
 
@@ -831,7 +831,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             };
             if case.window.length * count::<T>((*reinstated).into()) >= real(REINSTATED_AFTER) {
                 self.faulty.remove(unit);
-                emit(Judgement::Reinstated { unit });
+                emit(IsolationEvent::Reinstated { unit });
             }
         }
     }
@@ -872,7 +872,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 }
 
-/// Isolates the unit that an aiding measurement contradicts over one scale (docs/theory/judgement.md, section
+/// Isolates the unit that an aiding measurement contradicts over one scale (docs/theory/isolation.md, section
 /// 12).
 fn aided<T: Real, const UNITS: usize>(
     aiding_evidence: &AidingEvidence<T, UNITS>,
@@ -916,7 +916,7 @@ fn seconds_of<T: Real>(scale: usize) -> T {
     tabulated(SECONDS.get(scale).copied().unwrap_or(0.0))
 }
 
-/// Prior knowledge about two units (docs/theory/judgement.md, table 1).
+/// Prior knowledge about two units (docs/theory/isolation.md, table 1).
 fn known<'a, T: Real>(
     sensor: Sensor,
     [a, b]: [&UnitReading<T>; 2],

@@ -1,4 +1,4 @@
-//! Inputs of the judge, and consequences of its decisions.
+//! Inputs of the isolator, and consequences of its decisions.
 
 use nalgebra::Vector3;
 
@@ -7,8 +7,8 @@ use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, sum};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
-use crate::redundancy::judgement::attribution::Weight;
-use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
+use crate::redundancy::isolation::attribution::Weight;
+use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
@@ -38,9 +38,9 @@ type Rates<T> = [Vector3<T>; 3];
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     Monitor<T, UNITS, AT_ONCE, AIDED>
 {
-    /// Judges all units over a window.
+    /// Isolates faulty units: compares all units over a window.
     #[inline(never)]
-    pub(super) fn judge(
+    pub(super) fn isolate(
         &mut self,
         platform: &Platform<T, UNITS>,
         window: u64,
@@ -71,15 +71,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             .aiding_channel
             .first_mut()
             .and_then(|aiding_channel| aiding_channel.aiding_evidence.as_mut());
-        self.judge.look(&set, aiding_evidence, &mut |sensor, judgement| {
+        self.isolator.look(&set, aiding_evidence, &mut |sensor, found| {
             let mut contradict = |unit: usize, fault: HealthFault<T>| {
                 if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                     sensor.of_mut(stored).freed = fault.frees();
                     health.contradict(sensor, fault);
                 }
             };
-            match judgement {
-                Judgement::OutOfFamily {
+            match found {
+                IsolationEvent::OutOfFamily {
                     unit,
                     figures,
                     scale,
@@ -97,7 +97,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                         },
                     );
                 }
-                Judgement::Noisy { unit, scatter, limit } => {
+                IsolationEvent::Noisy { unit, scatter, limit } => {
                     contradict(
                         unit,
                         HealthFault::Noisy {
@@ -107,25 +107,25 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                         },
                     );
                 }
-                Judgement::Blamed { unit, proof } => contradict(
+                IsolationEvent::Isolated { unit, proof } => contradict(
                     unit,
-                    HealthFault::Blamed {
+                    HealthFault::Isolated {
                         sensor,
                         ground: proof.ground,
                         value: proof.value,
                         limit: proof.limit,
                     },
                 ),
-                Judgement::ClockDrifts { unit, by, limit } => {
+                IsolationEvent::ClockDrifts { unit, by, limit } => {
                     contradict(unit, HealthFault::Clock { by, limit })
                 }
-                Judgement::Reinstated { unit } => {
+                IsolationEvent::Reinstated { unit } => {
                     if let Some((health, stored)) = health.get_mut(unit).zip(stored.get_mut(unit)) {
                         sensor.of_mut(stored).freed = false;
                         health.clear(sensor);
                     }
                 }
-                Judgement::Disagree {
+                IsolationEvent::Disagree {
                     units: [unit, other],
                     figures,
                     scale,
@@ -140,7 +140,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                         scale,
                     },
                 }),
-                Judgement::Agree { units: [unit, other] } => report(Event {
+                IsolationEvent::Agree { units: [unit, other] } => report(Event {
                     time,
                     unit,
                     kind: EventKind::Agree { sensor, other },
@@ -159,7 +159,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         length: T,
         readings: &mut [Option<UnitReading<T>>; UNITS],
     ) {
-        let known = SENSORS.map(|sensor| known(&self.judge, &self.stored, sensor));
+        let known = SENSORS.map(|sensor| known(&self.isolator, &self.stored, sensor));
         let live = UnitSet::of::<UNITS>(|number| self.lives(number));
         let set = Known { known, live, length };
         let mut rates = [[zeros(); 3]; UNITS];
@@ -265,7 +265,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         length: T,
     ) -> Option<(Vector3<T>, Vector3<T>)> {
         let of_set = |choose: fn(&Rates<T>) -> &Vector3<T>| {
-            self.judge
+            self.isolator
                 .set_rate(fit, &|number| Some(choose(rates.get(number)?)))
         };
         let now = of_set(|[_, _, now]| now)?;
@@ -303,7 +303,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
     /// Returns whether readings of a unit are compared: it is healthy, or its fault was found by comparison.
     fn lives(&self, number: usize) -> bool {
-        let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
+        let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_found_by_comparison());
         self.health.get(number).is_some_and(lives)
     }
 
@@ -363,8 +363,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
     /// Withdraws a fault of a sensor that comparison found.
     pub(super) fn begin_anew(&mut self, sensor: Sensor, number: usize) {
-        if self.judge.is_faulty(sensor, number) {
-            self.judge.begin_anew(sensor, number);
+        if self.isolator.is_faulty(sensor, number) {
+            self.isolator.begin_anew(sensor, number);
             if let Some((health, stored)) = self.health.get_mut(number).zip(self.stored.get_mut(number)) {
                 health.clear(sensor);
                 sensor.of_mut(stored).freed = false;
@@ -384,12 +384,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                 if !stored.apart.is_finite() {
                     continue;
                 }
-                if stored.agrees && !self.judge.accepted(sensor).contains(number) {
-                    self.judge.accept(sensor, number);
+                if stored.agrees && !self.isolator.accepted(sensor).contains(number) {
+                    self.isolator.accept(sensor, number);
                 }
                 let limit = platform.settings().plausible_at_rest(sensor, false);
                 if let Some(health) = self.health.get_mut(number)
-                    && may_be_refuted(&self.judge, sensor, number)
+                    && may_be_refuted(&self.isolator, sensor, number)
                 {
                     health.refute(sensor, RefutedBy::Rest, stored.apart, limit);
                 }
@@ -400,17 +400,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
 /// Returns whether a deviation of a secondary cannot be a fault of the primary.
 pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
-    judge: &Judge<T, UNITS>,
+    isolator: &FaultIsolator<T, UNITS>,
     sensor: Sensor,
     number: usize,
 ) -> bool {
-    !judge.is_disputed_with(sensor, number) && !judge.is_faulty(sensor, 0)
+    !isolator.is_disputed_with(sensor, number) && !isolator.is_faulty(sensor, 0)
 }
 
 /// Units whose errors are known: those that were calibrated against the primary or agreed with it, and those
 /// with stored calibrations if there is more than one.
 fn known<T: Real, const UNITS: usize>(
-    judge: &Judge<T, UNITS>,
+    isolator: &FaultIsolator<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
 ) -> UnitSet {
@@ -420,7 +420,7 @@ fn known<T: Real, const UNITS: usize>(
             .is_some_and(|stored| sensor.of(stored).calibrated && !sensor.of(stored).stale)
     };
     let calibrated = UnitSet::of::<UNITS>(|number| number != 0 && calibrated(number));
-    let known = judge.accepted(sensor).or(UnitSet::PRIMARY);
+    let known = isolator.accepted(sensor).or(UnitSet::PRIMARY);
     if calibrated.count() > 1 {
         known.or(calibrated)
     } else {
@@ -431,33 +431,33 @@ fn known<T: Real, const UNITS: usize>(
 /// Returns whether known units disagree. A dispute with an uncalibrated unit does not count, because its fit
 /// will resolve it.
 pub(super) fn is_contested<T: Real, const UNITS: usize>(
-    judge: &Judge<T, UNITS>,
+    isolator: &FaultIsolator<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
 ) -> bool {
-    let uncalibrated = |number| contradicts_as_uncalibrated(judge, stored, sensor, number);
-    judge.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
+    let uncalibrated = |number| contradicts_as_uncalibrated(isolator, stored, sensor, number);
+    isolator.is_disputed(sensor) && !(1..UNITS).any(uncalibrated)
 }
 
 /// Returns whether an uncalibrated secondary contradicts another unit by more than a calibration could find.
 pub(super) fn is_implausible<T: Real, const UNITS: usize>(
-    judge: &Judge<T, UNITS>,
+    isolator: &FaultIsolator<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     number: usize,
 ) -> bool {
-    let disputed = judge.is_disputed(Sensor::Accelerometer) || judge.is_disputed(Sensor::Gyroscope);
-    let implausible = |sensor| contradicts_as_uncalibrated(judge, stored, sensor, number);
+    let disputed = isolator.is_disputed(Sensor::Accelerometer) || isolator.is_disputed(Sensor::Gyroscope);
+    let implausible = |sensor| contradicts_as_uncalibrated(isolator, stored, sensor, number);
     disputed && SENSORS.into_iter().any(implausible)
 }
 
 #[inline]
 fn contradicts_as_uncalibrated<T: Real, const UNITS: usize>(
-    judge: &Judge<T, UNITS>,
+    isolator: &FaultIsolator<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
     number: usize,
 ) -> bool {
-    judge.is_disputed_with(sensor, number) && !known(judge, stored, sensor).contains(number)
+    isolator.is_disputed_with(sensor, number) && !known(isolator, stored, sensor).contains(number)
 }
 
 /// Squared residual of a channel after calibration, `(m/s^2)^2` or `(rad/s)^2`.

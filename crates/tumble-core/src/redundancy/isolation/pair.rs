@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 use crate::products::squared;
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, larger, smaller};
-use crate::redundancy::judgement::motion::{Strain, Tolerance};
-use crate::redundancy::judgement::scales::{SCALES, SECONDS};
+use crate::redundancy::isolation::motion::{Strain, Tolerance};
+use crate::redundancy::isolation::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
 
-/// Constants of one scale (docs/theory/judgement.md, table 1).
+/// Constants of one scale (docs/theory/isolation.md, table 1).
 struct ScaleConstants {
     /// Noise of samples that remains in the mean, of accelerometers, m/s^2, and of gyroscopes, rad/s.
     noise: [f32; 2],
@@ -124,7 +124,7 @@ impl<T: Real> ShownOverScale<T> {
     }
 }
 
-/// Shares of the strain that a pair of sensors has shown, over each scale (docs/theory/judgement.md, eq. 6).
+/// Shares of the strain that a pair of sensors has shown, over each scale (docs/theory/isolation.md, eq. 6).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown<T: Real>([ShownOverScale<T>; SCALES]);
 
@@ -322,7 +322,7 @@ pub struct Knowledge<'a, T: Real> {
 pub type TwoMeans<'a, T> = (&'a [Vector3<T>], &'a [Vector3<T>]);
 
 impl<T: Real> Comparison<T> {
-    /// Compares two units' means over so many scales at most (docs/theory/judgement.md, eq. 8).
+    /// Compares two units' means over so many scales at most (docs/theory/isolation.md, eq. 8).
     pub fn fill(
         &mut self,
         sensor: Sensor,
@@ -339,7 +339,7 @@ impl<T: Real> Comparison<T> {
             let tail = tabulated::<T>(of.tail);
             let vibration = strain.vibration;
             let shaken = (known.shaken)(vibration) * tabulated::<T>(of.shaken);
-            let shaken = smaller(vibration, shaken + shaken); // judgement.md, eq. 24
+            let shaken = smaller(vibration, shaken + shaken); // isolation.md, eq. 24
             let straight = known.tolerance.straight_lines(strain) * real(STRAIGHT * STRAIGHT);
             let strain = known.tolerance.variance(strain);
             let share = shown.share(of);
@@ -347,7 +347,7 @@ impl<T: Real> Comparison<T> {
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
             let allowed = drift * drift + known.drifted + straight;
             let threshold = allowed + tail * tail * explained + residuals + known.uncertainty; // eq. 8
-            let apart = squared(&difference(first, second)); // judgement.md, eq. 1
+            let apart = squared(&difference(first, second)); // isolation.md, eq. 1
             let ratio = apart / threshold;
             *squares = Squares {
                 apart,
