@@ -106,6 +106,8 @@ LAYERS: dict[str, set[str]] = {
     "numbers": set(),
     "units": set(),
     "words": set(),
+    "catalogue": set(),
+    "translation": {"catalogue", "errors"},
     "clock_skew": set(),
     "body_axes": set(),
     "errors": {"words"},
@@ -166,10 +168,10 @@ LAYERS: dict[str, set[str]] = {
         "clock_skew",
     }
     | {"_core"},
-    "report": DATA,
-    "page": DATA | {"result", "report", "poses"},
+    "report": DATA | {"translation"},
+    "page": DATA | {"result", "report", "poses", "translation"},
     "laboratory": DATA | {"calibration", "report", "_core"},
-    "cli": DATA | {"logs"},
+    "cli": DATA | {"logs", "translation"},
     "__main__": {"cli"},
     "command": DATA
     | {
@@ -184,6 +186,7 @@ LAYERS: dict[str, set[str]] = {
         "page",
         "laboratory",
         "cli",
+        "translation",
     },
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""

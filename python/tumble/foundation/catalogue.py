@@ -12,19 +12,20 @@ from pathlib import Path
 FOLDER = Path(__file__).parents[1] / "locale"
 PLACE = re.compile(r"\{(\w+)\}")
 """A place of a template; doubled braces are no part of our texts."""
-VERBATIM = frozenset({"name", "names", "unit", "path", "file", "folder", "log", "about", "serial", "code"})
-"""Places that hold names of the user, units or code, and stay as they are."""
+NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "serial", "page", "pages"})
+"""Places that hold names, which are a text of the catalogue or stay as they are."""
 
 _WORD = re.compile(r"[A-Za-z]{2}")
 _COUNT = r"[0-9][0-9.,]*"
-_SEAMS = (". ", "; ", ": ", ", ", " and ")
+_SEAMS = ("\n", "  ", "] ", ". ", "; ", ": ", ", ", " and ")
 """Seams at which a text is taken apart that is several texts, widest first."""
+_ENDS = (".", ":", ";")
 SEAM = "seam"
 """Context of the seams in a catalogue."""
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class CatalogueText:
     """One text of a catalogue."""
 
     text: str
@@ -46,7 +47,7 @@ class _Template:
 class Catalogue:
     """Texts of one language."""
 
-    def __init__(self, entries: Iterable[Entry]) -> None:
+    def __init__(self, entries: Iterable[CatalogueText]) -> None:
         texts: dict[tuple[str, str], str] = {}
         for entry in entries:
             if entry.translation and not entry.fuzzy:
@@ -66,11 +67,14 @@ class Catalogue:
         return text if found is None else found
 
     def _find(self, text: str, context: str) -> str | None:
-        body = text.strip()
-        found = self._texts.get((context, body))
-        if found is None and not context:
-            found = self._by_template(body) or self._by_parts(body)
-        return None if found is None else text.replace(body, found)
+        """Finds a text in any case of its first letter, with or without a full stop."""
+        for body in dict.fromkeys((text, text[:1].lower() + text[1:], text[:1].upper() + text[1:])):
+            found = self._texts.get((context, body))
+            if found is None and not context:
+                found = self._by_template(body)
+            if found is not None:
+                return found
+        return None if context else self._by_parts(text)
 
     def _by_template(self, text: str) -> str | None:
         for template in self._templates():
@@ -80,6 +84,10 @@ class Catalogue:
 
     def _by_parts(self, text: str) -> str | None:
         """Translates a text that consists of several, as far as one of them is known."""
+        for end in _ENDS:
+            found = self._found(text[:-1], "") if text.endswith(end) else None
+            if found is not None:
+                return found + self._texts.get((SEAM, end), end)
         for seam in _SEAMS:
             first, found, rest = text.partition(seam)
             if found:
@@ -94,7 +102,7 @@ class Catalogue:
 
     def _value(self, place: str, values: Mapping[str, object]) -> str:
         value = str(values[place])
-        return value if place in VERBATIM else self.translated(value)
+        return self._texts.get(("", value), value) if place in NAMED else self.translated(value)
 
     def _templates(self) -> tuple[_Template, ...]:
         if not hasattr(self, "_compiled"):
@@ -128,7 +136,7 @@ def catalogue_path(code: str) -> Path:
     return FOLDER / code.replace("-", "_") / "LC_MESSAGES" / "tumble.po"
 
 
-def read_catalogue(path: Path) -> Iterator[Entry]:
+def read_catalogue(path: Path) -> Iterator[CatalogueText]:
     """Reads a file of gettext as babel writes it, without the entry that describes the file.
 
     Source: https://www.gnu.org/software/gettext/manual/html_node/PO-Files.html.
@@ -145,7 +153,7 @@ def read_catalogue(path: Path) -> Iterator[Entry]:
                 fields[key] = ""
             fields[key] += json.loads(line)
         if fields.get("msgid"):
-            yield Entry(
+            yield CatalogueText(
                 fields["msgid"],
                 fields.get("msgstr", fields.get("msgstr[0]", "")),
                 fields.get("msgctxt", ""),

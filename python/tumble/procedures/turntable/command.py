@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.errors import print_notice
 from tumble.cli.gravity import GravityOptions
 from tumble.cli.live_screen import failures_told
 from tumble.cli.output import OutputFolder, folder_for, folder_named_after
@@ -298,4 +298,4 @@ def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
 
 def _remark(lines: Iterable[str]) -> None:
     for line in lines:
-        print(f"tumble: {line}", file=sys.stderr)
+        print_notice(line)
