@@ -1,177 +1,161 @@
-"""Write the catalogues of translations: every text that a page or a screen shows, with its translation.
+"""Write the catalogues of translations: all texts that people read, each with its translation.
 
-Wanted are the texts of templates, those of modules that write pages, and the first argument of every call of
-`translated`. Any other text of the sources may be translated too, such as a message of error. A text with
-values in it, `f"{len(rests)} rests"`, is the template `{count} rests`: its places bear the names of what is put in.
-With --check nothing is written; it fails where a text is untranslated or fuzzy, where the places of a translation
-are not those of its text, where no source has the text, and where a term of the glossary is not used.
+Wanted are the texts of templates, sentences of modules that write pages and screens, and the first argument of
+every call of `translated`. Any other text of the sources may be translated too, such as a message of error.
+With values in it, `f"{len(rests)} rests"`, a text is the template `{count} rests`.
+
+With --check nothing is written, and it fails where a wanted text is missing, untranslated or fuzzy, where a
+translation has other places or tags than its text, where no source has a text any more, and where a translation
+lacks the term that the glossary has for a word of its text. With --missing it prints what is to be translated.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
+import io
 import re
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-from babel.messages.catalog import Catalog, Message
+from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
+from catalogue_sources import ROOT, SourceText, source_texts
 
-from tumble.foundation.catalogue import PLACE, SEAM, catalogue_path
+from tumble.foundation.catalogue import PLACE, SEAM, TERM, CatalogueText, catalogue_path, read_catalogue
 from tumble.foundation.translation import ENGLISH, LANGUAGES
 
-ROOT = Path(__file__).parents[1]
-PACKAGE = ROOT / "python" / "tumble"
-PAGES = ("**/report/*.py", "report/*.py")
-"""Modules whose sentences stand on pages."""
-DRAWING = {"canvas.py", "panel_svg.py", "svg.py", "matplotlib_figure.py"}
-"""Modules of pages that write no text."""
-TRANSLATED = "translated"
-_SENTENCE = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* .*?[A-Za-z]{2,}", re.DOTALL)
-_WORD = re.compile(r"[A-Za-z]{2,}")
-_RUST_TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-INLINE = ("b", "i", "em", "code")
+GLOSSARY = ROOT / "docs" / "glossary.md"
+TERMS_HEADING = "## Chinese terms\n"
+GLOSSARY_EXEMPT = {
+    "scale",
+    "rest",
+    "reference",
+    "source",
+    "pose",
+    "turn",
+    "mounting",
+    "window",
+    "unit",
+    "log",
+}
+"""Words of the glossary that are ordinary words too, and mean another thing in some text."""
+OWN_CONTEXTS = (SEAM, TERM)
+"""Contexts of texts that stand in no source."""
+_TAG = re.compile(r"</?\w+>")
+HEAD = """\
+msgid ""
+msgstr ""
+"Language: {language}\\n"
+"MIME-Version: 1.0\\n"
+"Content-Type: text/plain; charset=utf-8\\n"
+"Content-Transfer-Encoding: 8bit\\n"
+"Plural-Forms: nplurals=1; plural=0;\\n"
+
+"""
+"""Head of a catalogue without dates and versions, so that it changes only where a text does."""
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
-    """A text of the sources."""
-
-    text: str
-    path: str
-    context: str = ""
-    plural: str = ""
-    wanted: bool = False
-    """True where it must be translated."""
-
-
-def texts_of_python(path: Path, wanted: bool) -> Iterator[Found]:
-    """Returns every text of a module but its docstrings; `wanted` are its sentences."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    name = path.relative_to(ROOT).as_posix()
-    inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
-    documents = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    explicit = {id(call.args[0]): call for call in ast.walk(tree) if _is_call_of(call, TRANSLATED)}
-    for node in ast.walk(tree):
-        text = _text_of(node)
-        if text is None or id(node) in inner | documents or not _WORD.search(PLACE.sub("", text)):
-            continue
-        call = explicit.get(id(node))
-        yield Found(text, name, _context_of(call), wanted=call is not None or (wanted and _is_sentence(text)))
-    yield from _counted(tree, name, wanted)
+def faults(
+    texts: Iterable[SourceText], entries: Iterable[CatalogueText], terms: dict[str, str]
+) -> Iterator[str]:
+    """Returns what is wrong with a catalogue, a line each."""
+    held = {(entry.context, entry.text): entry for entry in entries}
+    known: set[str] = set()
+    for text in texts:
+        known |= {text.text, text.plural}
+        entry = held.get((text.context, text.text))
+        if text.wanted and (entry is None or not entry.translation):
+            yield f"untranslated: {text.text!r} of {text.path}"
+    for entry in held.values():
+        if entry.fuzzy:
+            yield f"fuzzy: {entry.text!r}"
+        if entry.context not in OWN_CONTEXTS and entry.text not in known:
+            yield f"in no source: {entry.text!r}"
+        if entry.translation:
+            yield from _wrong_translation(entry, terms)
 
 
-def _is_call_of(node: ast.AST, name: str) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name and bool(node.args)
+def _wrong_translation(entry: CatalogueText, terms: dict[str, str]) -> Iterator[str]:
+    for pattern, what in ((PLACE, "places"), (_TAG, "tags")):
+        if set(pattern.findall(entry.text)) != set(pattern.findall(entry.translation)):
+            yield f"other {what}: {entry.text!r}, {entry.translation!r}"
+    plain = PLACE.sub("", entry.text)
+    for word, term in terms.items():
+        if re.search(rf"\b{re.escape(word)}s?\b", plain, re.IGNORECASE) and term not in entry.translation:
+            yield f"no '{term}' for '{word}': {entry.text!r}, {entry.translation!r}"
 
 
-def _is_sentence(text: str) -> bool:
-    return bool(_SENTENCE.search(PLACE.sub("0", text))) and not text.startswith("<")
+def glossary_terms(page: str) -> dict[str, str]:
+    """Returns the one Chinese term of each word of the glossary that has a single meaning."""
+    section = page.partition(TERMS_HEADING)[2].partition("\n## ")[0]
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in section.splitlines() if "|" in line
+    ]
+    return {word: term for word, term, *_ in rows[2:] if word not in GLOSSARY_EXEMPT}
 
 
-def _context_of(call: Any) -> str:
-    stated = next((each.value for each in call.keywords if each.arg == "context"), None) if call else None
-    return stated.value if isinstance(stated, ast.Constant) else ""
+def updated(code: str, texts: Iterable[SourceText]) -> bytes:
+    """Returns the catalogue of a language with all wanted texts, as babel writes it."""
+    path = catalogue_path(code)
+    with path.open("rb") as file:
+        catalog = read_po(file, locale=code.replace("-", "_"))
+    held = {(message.context or "", _first(message.id)) for message in catalog if message.id}
+    template = Catalog()
+    for context, text in held:
+        if context in OWN_CONTEXTS:
+            template.add(text, context=context)
+    found = list(texts)
+    sources = {text.text for text in found}
+    kept = {(context, text) for context, text in held if text in sources}
+    for text in found:
+        if text.wanted or ("", text.text) in kept:
+            identity = (text.text, text.plural) if text.plural else text.text
+            template.add(identity, locations=[(text.path, 0)], context=text.context or None)
+    for context, text in kept:
+        if context and context not in OWN_CONTEXTS:
+            template.add(text, context=context)
+    catalog.update(template)
+    for message in catalog:
+        message.flags -= {"python-format", "python-brace-format"}
+    written = io.BytesIO()
+    write_po(
+        written,
+        catalog,
+        width=0,
+        omit_header=True,
+        sort_output=True,
+        include_lineno=False,
+        ignore_obsolete=True,
+    )
+    return HEAD.format(language=code.replace("-", "_")).encode() + written.getvalue()
 
 
-def _counted(tree: ast.AST, name: str, wanted: bool) -> Iterator[Found]:
-    for node in ast.walk(tree):
-        if _is_call_of(node, "count_of") and isinstance(node.args[0], ast.Constant):
-            thing = node.args[0].value
-            yield Found(f"{{count}} {thing}", name, plural=f"{{count}} {thing}s", wanted=wanted)
+def _first(identity: str | tuple[str, ...] | list[str]) -> str:
+    return identity if isinstance(identity, str) else identity[0]
 
 
-def _text_of(node: ast.AST) -> str | None:
-    if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        return node.value.strip()
-    if not isinstance(node, ast.JoinedStr):
-        return None
-    names: dict[str, str] = {}
-    parts = []
-    for part in node.values:
-        if isinstance(part, ast.Constant):
-            parts.append(str(part.value))
-        elif isinstance(part, ast.FormattedValue):
-            parts.append(f"{{{_unique(_name_of(part.value), ast.unparse(part.value), names)}}}")
-    return "".join(parts).strip()
-
-
-def _name_of(node: ast.AST) -> str:
-    match node:
-        case ast.Name(id=name) | ast.Attribute(attr=name):
-            return name.strip("_").lower()
-        case ast.Call(func=ast.Name(id="len" | "round" | "sum")):
-            return "count"
-        case ast.Call(func=ast.Name(id="count_of")):
-            return "counted"
-        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)):
-            return name.strip("_")
-        case ast.Subscript(slice=ast.Constant(value=str(name))) if name.isidentifier():
-            return name
-        case ast.Subscript(value=inner) | ast.BinOp(right=inner) | ast.UnaryOp(operand=inner):
-            return _name_of(inner)
-    return "value"
-
-
-def _unique(name: str, expression: str, names: dict[str, str]) -> str:
-    """Returns the name of a place: the same for the same expression, another for every other."""
-    number, candidate = 1, name
-    while names.setdefault(candidate, expression) != expression:
-        number += 1
-        candidate = f"{name}_{number}"
-    return candidate
-
-
-def texts_of_template(path: Path) -> Iterator[Found]:
-    """Returns the texts between the tags of a page, and those that readers for the blind speak."""
-    source = path.read_text(encoding="utf-8")
-    name = path.relative_to(ROOT).as_posix()
-    for code in re.findall(r"\{[{%](.*?)[%}]\}", source, re.DOTALL):
-        for literal in re.findall(r'"([^"]+)"', code):
-            yield Found(literal, name, wanted=_is_sentence(literal) and "=" not in literal)
-    places: dict[str, str] = {}
-    source = re.sub(r"\{\{(.*?)\}\}", lambda found: f"{{{_place_of(found[1], places)}}}", source, flags=re.DOTALL)
-    source = re.sub(r"<style>.*?</style>", "", re.sub(r"\{%.*?%\}", "<>", source, flags=re.DOTALL), flags=re.DOTALL)
-    spoken = re.findall(r'(?:aria-label|title|alt)="([^"{]+)"', source)
-    tags = re.compile(rf"<(?!/?(?:{'|'.join(INLINE)})>)[^>]*>")
-    for text in [*spoken, *tags.split(source)]:
-        plain = " ".join(text.split())
-        if _WORD.search(PLACE.sub("", re.sub("<[^>]*>", "", plain))):
-            yield Found(plain, name, wanted=True)
-
-
-def _place_of(expression: str, places: dict[str, str]) -> str:
-    words = re.findall(r"[A-Za-z_]\w*", re.sub(r'"[^"]*"|\|.*', "", expression))
-    return _unique("count" if "length" in expression else (words or ["value"])[-1], expression, {})
-
-
-def texts_of_rust(path: Path) -> Iterator[Found]:
-    """Returns the texts of a module of the core, whose places bear names already."""
-    for text in _RUST_TEXT.findall(path.read_text(encoding="utf-8")):
-        joined = re.sub(r"\\\n\s*", "", text)
-        if _WORD.search(joined):
-            yield Found(re.sub(r"\{(\w+):[^}]*\}", r"{\1}", joined), path.relative_to(ROOT).as_posix())
-
-
-def all_texts() -> Iterator[Found]:
-    """Returns the texts of all sources."""
-    pages = {path for pattern in PAGES for path in PACKAGE.glob(pattern)}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        yield from texts_of_python(path, path in pages and path.name not in DRAWING)
-    for path in sorted(PACKAGE.rglob("*.html.j2")):
-        yield from texts_of_template(path)
-    for path in sorted((ROOT / "crates").glob("tumble-*/src/**/*.rs")):
-        yield from texts_of_rust(path)
+def main() -> int:
+    """Writes the catalogues, or with --check reports what is wrong with them; 1 if anything is."""
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing, and fail where anything is wrong"
+    )
+    parser.add_argument("--missing", action="store_true", help="print texts that are not translated yet")
+    arguments = parser.parse_args()
+    texts = list(source_texts())
+    terms = glossary_terms(GLOSSARY.read_text(encoding="utf-8"))
+    wrong = 0
+    for code in LANGUAGES.keys() - {ENGLISH}:
+        if not arguments.check:
+            catalogue_path(code).write_bytes(updated(code, texts))
+        entries = list(read_catalogue(catalogue_path(code)))
+        found = list(dict.fromkeys(faults(texts, entries, terms)))
+        for fault in found if arguments.check or arguments.missing else ():
+            print(f"{code}: {fault}", file=sys.stderr)
+        print(f"{code}: {len(entries)} texts, {len(found)} faults")
+        wrong += len(found)
+    return int(arguments.check and wrong > 0)
 
 
 if __name__ == "__main__":
-    wanted = {}
-    for found in all_texts():
-        if found.wanted:
-            wanted.setdefault(found.text, []).append(found.path)
-    for text, paths in wanted.items():
-        print(repr(text), paths[0])
+    sys.exit(main())

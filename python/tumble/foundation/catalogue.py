@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "locale"
@@ -15,13 +15,20 @@ PLACE = re.compile(r"\{(\w+)\}")
 NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "serial", "page", "pages"})
 """Places that hold names, which are a text of the catalogue or stay as they are."""
 
+SEAM = "seam"
+"""Context of the seams between the parts of a text."""
+TERM = "term"
+"""Context of the terms that names are made of, such as those of `gyroscope scale x`."""
+
 _WORD = re.compile(r"[A-Za-z]{2}")
+_UNIT = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|rms)\b\S*|\S*/\S*|\b[A-Z]{2,}\b")
+"""Units and abbreviations, which are the same in every language."""
 _COUNT = r"[0-9][0-9.,]*"
-_SEAMS = ("\n", "  ", "] ", ". ", "; ", ": ", ", ", " and ")
+_OF_A_SENTENCE = r"(?:(?!\. [A-Z]).)*?"
+_SEAMS = ("\n", "  ", "] ", ". ", ": ", "; ", ", ", " and ")
 """Seams at which a text is taken apart that is several texts, widest first."""
 _ENDS = (".", ":", ";")
-SEAM = "seam"
-"""Context of the seams in a catalogue."""
+_BETWEEN_CHINESE = re.compile(r"(?<=[\u3400-\u9fff]) (?=[\u3400-\u9fff])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,47 +62,70 @@ class Catalogue:
                     texts[entry.context, text] = entry.translation
         self._texts = texts
         self._found = lru_cache(maxsize=4096)(self._find)
+        self._complete = lru_cache(maxsize=8192)(self._find_complete)
 
     def translated(self, text: str, context: str = "", values: Mapping[str, object] | None = None) -> str:
         """Returns the translation of a text or of its parts; the text itself where there is none."""
         if values:
             found = self._texts.get((context, text))
             return text.format_map(values) if found is None else self._filled(found, values)
-        if not _WORD.search(text):
-            return text
-        found = self._found(text, context)
+        found = self._found(text, context) if _WORD.search(text) else None
         return text if found is None else found
 
     def _find(self, text: str, context: str) -> str | None:
-        """Finds a text in any case of its first letter, with or without a full stop."""
+        """Finds all of a text, else by a template that holds several sentences, else some parts of it."""
+        text = text.strip()
+        if context:
+            return self._texts.get((context, text))
+        found = self._complete(text)
+        found = self._by_template(text, self._loose_templates) if found is None else found
+        return self._by_parts(text, self._found_as_far) if found is None else found
+
+    def _find_complete(self, text: str) -> str | None:
+        """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
+        if not _WORD.search(_UNIT.sub("", text)):
+            return text
+        found = self._by_template(text, self._templates)
+        found = self._by_parts(text, self._complete) if found is None else found
+        return self._by_terms(text) if found is None else found
+
+    def _found_as_far(self, text: str) -> str | None:
+        return self._found(text, "") or text
+
+    def _by_template(self, text: str, templates: Sequence[_Template]) -> str | None:
+        """Finds a text in any case of its first letter."""
         for body in dict.fromkeys((text, text[:1].lower() + text[1:], text[:1].upper() + text[1:])):
-            found = self._texts.get((context, body))
-            if found is None and not context:
-                found = self._by_template(body)
-            if found is not None:
+            if (found := self._texts.get(("", body))) is not None:
                 return found
-        return None if context else self._by_parts(text)
-
-    def _by_template(self, text: str) -> str | None:
-        for template in self._templates():
-            if template.landmark in text and (match := template.pattern.fullmatch(text)):
-                return self._filled(template.translation, match.groupdict())
+            for template in templates:
+                if template.landmark in body and (match := template.pattern.fullmatch(body)):
+                    return self._filled(template.translation, match.groupdict())
         return None
 
-    def _by_parts(self, text: str) -> str | None:
-        """Translates a text that consists of several, as far as one of them is known."""
-        for end in _ENDS:
-            found = self._found(text[:-1], "") if text.endswith(end) else None
-            if found is not None:
-                return found + self._texts.get((SEAM, end), end)
+    def _by_parts(self, text: str, part: Callable[[str], str | None]) -> str | None:
+        """Translates a text that consists of several, of which `part` finds each; None where it finds none."""
         for seam in _SEAMS:
-            first, found, rest = text.partition(seam)
-            if found:
-                parts = [self._found(part, "") for part in (first, rest)]
-                if any(parts):
-                    own = self._texts.get((SEAM, seam), seam)
-                    return own.join(new or old for new, old in zip(parts, (first, rest), strict=True))
+            place = text.rfind(seam)
+            while place > 0:
+                first, rest = text[:place], text[place + len(seam) :]
+                ended = self._complete(first + seam[0]) if seam[0] in _ENDS else None
+                own, other = ended or part(first), part(rest)
+                if own and other and (own, other) != (first, rest):
+                    return f"{own}{'' if ended else self._seam(seam)}{other}"
+                place = text.rfind(seam, 0, place)
+        if text.endswith(_ENDS) and (found := part(text[:-1])) not in (None, text[:-1]):
+            return f"{found}{self._seam(text[-1])}"
         return None
+
+    def _by_terms(self, text: str) -> str | None:
+        """Translates a name that consists of terms, numbers and units."""
+        found, count = self._terms.subn(lambda term: self._texts[TERM, term[0].lower()], text)
+        if not count or _WORD.search(_UNIT.sub("", found)):
+            return None
+        return _BETWEEN_CHINESE.sub("", found)
+
+    def _seam(self, seam: str) -> str:
+        return self._texts.get((SEAM, seam), seam)
 
     def _filled(self, translation: str, values: Mapping[str, object]) -> str:
         return PLACE.sub(lambda place: self._value(place[1], values), translation)
@@ -104,22 +134,34 @@ class Catalogue:
         value = str(values[place])
         return self._texts.get(("", value), value) if place in NAMED else self.translated(value)
 
-    def _templates(self) -> tuple[_Template, ...]:
-        if not hasattr(self, "_compiled"):
-            made = (_template(text, own) for (context, text), own in self._texts.items() if not context)
-            found = [each for each in made if each is not None]
-            self._compiled = tuple(sorted(found, key=lambda each: -len(each.pattern.pattern)))
-        return self._compiled
+    @cached_property
+    def _templates(self) -> Sequence[_Template]:
+        """Templates whose places hold no end of a sentence."""
+        return self._made(_OF_A_SENTENCE)
+
+    @cached_property
+    def _loose_templates(self) -> Sequence[_Template]:
+        return self._made(".*?")
+
+    def _made(self, wanted: str) -> Sequence[_Template]:
+        made = (_template(text, own, wanted) for (context, text), own in self._texts.items() if not context)
+        found = [each for each in made if each is not None]
+        return sorted(found, key=lambda each: -len(PLACE.sub("", each.pattern.pattern.replace(wanted, ""))))
+
+    @cached_property
+    def _terms(self) -> re.Pattern[str]:
+        terms = sorted((text for context, text in self._texts if context == TERM), key=len, reverse=True)
+        return re.compile(rf"\b(?:{'|'.join(map(re.escape, terms))})\b", re.IGNORECASE)
 
 
-def _template(text: str, translation: str) -> _Template | None:
+def _template(text: str, translation: str, wanted: str) -> _Template | None:
     literals = PLACE.split(text)[::2]
     if len(literals) == 1:
         return None
     pattern, seen = re.escape(literals[0]), set[str]()
     for name, literal in zip(PLACE.findall(text), literals[1:], strict=True):
-        wanted = _COUNT if name == "count" else ".*?"
-        pattern += f"(?P={name})" if name in seen else f"(?P<{name}>{wanted})"
+        place = _COUNT if name == "count" else wanted
+        pattern += f"(?P={name})" if name in seen else f"(?P<{name}>{place})"
         pattern += re.escape(literal)
         seen.add(name)
     return _Template(re.compile(pattern, re.DOTALL), max(literals, key=len), translation)
@@ -148,10 +190,11 @@ def read_catalogue(path: Path) -> Iterator[CatalogueText]:
             if line.startswith("#"):
                 fuzzy = fuzzy or (line.startswith("#,") and "fuzzy" in line)
                 continue
-            if not line.startswith('"'):
+            if line and not line.startswith('"'):
                 key, _, line = line.partition(" ")
                 fields[key] = ""
-            fields[key] += json.loads(line)
+            if line:
+                fields[key] += json.loads(line)
         if fields.get("msgid"):
             yield CatalogueText(
                 fields["msgid"],

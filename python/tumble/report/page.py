@@ -87,7 +87,7 @@ def render(package: str, template: str, identity: Identity, **values: object) ->
     """Fills a template of a package, such as `tumble.procedures.spin.report`, in the context's language."""
     stated = {"identity": identity, "language": language()}
     page = _environment(package).get_template(template).render(values | stated)
-    return translated_page(page, identity.names)
+    return translated_page(page, identity.names, package.split(".")[-2])
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Collection
+from dataclasses import dataclass
 
 from tumble.foundation.translation import ENGLISH, language, translated
 
@@ -17,50 +18,57 @@ _SPOKEN = re.compile(r'\b(aria-label|title|alt)="([^"]*)"')
 _SENTENCE_TAG = re.compile(rf"</?(?:{'|'.join(INLINE_TAGS)})>")
 
 
-def translated_page(page: str, names: Collection[str]) -> str:
-    """Returns a page of HTML in the language of the context; `names` are texts that stay as they are.
+def translated_page(page: str, names: Collection[str], context: str = "") -> str:
+    """Returns a page of HTML in the language of the context; `names` are texts that stay unchanged.
 
-    Everything in it that is no text stays as it is, byte for byte. English is what pages are made in.
+    `context` is the one of the page in the catalogue, for words that mean another thing elsewhere. Tags and
+    styles stay unchanged, byte for byte. Pages are made in English.
     """
     if language() == ENGLISH:
         return page
     parts = _STYLE.split(page)
-    return "".join(part if part.startswith("<style>") else _body(part, names) for part in parts)
+    words = _Words(names, context)
+    return "".join(part if part.startswith("<style>") else words.body(part) for part in parts)
 
 
-def _body(source: str, names: Collection[str]) -> str:
-    shown, sentence = [], ""
-    for part in _TAG.split(source):
-        if part.startswith("<") and not _SENTENCE_TAG.fullmatch(part):
-            shown += [_sentence(sentence, names), _SPOKEN.sub(_spoken, part)]
-            sentence = ""
-        else:
-            sentence += part
-    return "".join([*shown, _sentence(sentence, names)])
+@dataclass(frozen=True, slots=True)
+class _Words:
+    names: Collection[str]
+    context: str
 
+    def body(self, source: str) -> str:
+        """Translates a piece of a page."""
+        shown, sentence = [], ""
+        for part in _TAG.split(source):
+            if part.startswith("<") and not _SENTENCE_TAG.fullmatch(part):
+                shown += [self._sentence(sentence), _SPOKEN.sub(_spoken, part)]
+                sentence = ""
+            else:
+                sentence += part
+        return "".join([*shown, self._sentence(sentence)])
 
-def _sentence(source: str, names: Collection[str]) -> str:
-    """Translates what stands between two tags: as one text, or else what stands between tags in it."""
-    if "<" not in source:
-        return _text(source, names)
-    plain = " ".join(source.split())
-    found = translated(plain)
-    if found != plain:
-        return found
-    return "".join(part if part.startswith("<") else _text(part, names) for part in _TAG.split(source))
+    def _sentence(self, source: str) -> str:
+        """Translates the text between two tags as a whole, or else by the parts between tags of a sentence."""
+        if "<" not in source:
+            return self._text(source)
+        plain = " ".join(source.split())
+        found = translated(plain)
+        if found != plain:
+            return found
+        return "".join(part if part.startswith("<") else self._text(part) for part in _TAG.split(source))
 
-
-def _text(source: str, names: Collection[str]) -> str:
-    text = html.unescape(source)
-    body = " ".join(text.split())
-    if not body or body in names:
-        return source
-    found = translated(body)
-    if found == body:
-        return source
-    begin = len(text) - len(text.lstrip())
-    end = len(text.rstrip())
-    return html.escape(f"{text[:begin]}{found}{text[end:]}", quote=False)
+    def _text(self, source: str) -> str:
+        text = html.unescape(source)
+        body = " ".join(text.split())
+        if not body or body in self.names:
+            return source
+        found = translated(body, context=self.context)
+        found = translated(body) if found == body else found
+        if found == body:
+            return source
+        begin = len(text) - len(text.lstrip())
+        end = len(text.rstrip())
+        return html.escape(f"{text[:begin]}{found}{text[end:]}", quote=False)
 
 
 def _spoken(found: re.Match[str]) -> str:
