@@ -21,7 +21,7 @@ from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 from catalogue_sources import ROOT, SourceText, source_texts
 
-from tumble.foundation.catalogue import PLACE, SEAM, TERM, CatalogueText, catalogue_path, read_catalogue
+from tumble.foundation.catalogue import PART, PLACE, SEAM, TERM, CatalogueText, catalogue_path, read_catalogue
 from tumble.foundation.translation import ENGLISH, LANGUAGES
 
 GLOSSARY = ROOT / "docs" / "glossary.md"
@@ -39,7 +39,7 @@ GLOSSARY_EXEMPT = {
     "log",
 }
 """Words of the glossary that are ordinary words too, and mean another thing in some text."""
-OWN_CONTEXTS = (SEAM, TERM)
+OWN_CONTEXTS = (SEAM, TERM, PART)
 """Contexts of texts that stand in no source."""
 _TAG = re.compile(r"</?\w+>")
 HEAD = """\
@@ -99,7 +99,11 @@ def updated(code: str, texts: Iterable[SourceText]) -> bytes:
     path = catalogue_path(code)
     with path.open("rb") as file:
         catalog = read_po(file, locale=code.replace("-", "_"))
-    held = {(message.context or "", _first(message.id)) for message in catalog if message.id}
+    held = {
+        (message.context or "", _first(message.id))
+        for message in catalog
+        if message.id and message.string and not message.fuzzy
+    }
     template = Catalog()
     for context, text in held:
         if context in OWN_CONTEXTS:

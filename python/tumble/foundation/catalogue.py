@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 FOLDER = Path(__file__).parents[1] / "locale"
 PLACE = re.compile(r"\{(\w+)\}")
@@ -17,16 +18,24 @@ NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "s
 
 SEAM = "seam"
 """Context of the seams between the parts of a text."""
+PART = "part"
+"""Context of parts that texts are put together from while they are made, so that no source has them whole."""
 TERM = "term"
 """Context of the terms that names are made of, such as those of `gyroscope scale x`."""
 
 _WORD = re.compile(r"[A-Za-z]{2}")
-_UNIT = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|rms)\b\S*|\S*/\S*|\b[A-Z]{2,}\b")
-"""Units and abbreviations, which are the same in every language."""
+_SAME = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b")
+"""Units, options, names of units and files, and abbreviations, which are the same in every language."""
 _COUNT = r"[0-9][0-9.,]*"
 _OF_A_SENTENCE = r"(?:(?!\. [A-Z]).)*?"
-_SEAMS = ("\n", "  ", "] ", ". ", ": ", "; ", ", ", " and ")
+_OF_A_CLAUSE = r"(?:(?!\. [A-Z]|, |; |: |\(|\)).)*?"
+"""Contents of a place in a template that has several clauses itself, or too few letters to be known by."""
+_FEW_LETTERS = 12
+_SENTENCES = re.compile(r"[.}] [A-Z{]")
+"""Seam of a template of several sentences."""
+_SEAMS = ("\n", "  ", "] ", ". ", ": ", "; ", ", ", " or its ", " and ", " or ")
 """Seams at which a text is taken apart that is several texts, widest first."""
+_BRACKETED = re.compile(r"(.*?) ?\((.*)\)", re.DOTALL)
 _ENDS = (".", ":", ";")
 _BETWEEN_CHINESE = re.compile(r"(?<=[\u3400-\u9fff]) (?=[\u3400-\u9fff])")
 
@@ -51,6 +60,10 @@ class _Template:
     translation: str
 
 
+Part: TypeAlias = Callable[[str], "str | None"]
+"""Finds the translation of a part of a text, or None."""
+
+
 class Catalogue:
     """Texts of one language."""
 
@@ -58,8 +71,9 @@ class Catalogue:
         texts: dict[tuple[str, str], str] = {}
         for entry in entries:
             if entry.translation and not entry.fuzzy:
+                context = "" if entry.context == PART else entry.context
                 for text in filter(None, (entry.text, entry.plural)):
-                    texts[entry.context, text] = entry.translation
+                    texts[context, text] = entry.translation
         self._texts = texts
         self._found = lru_cache(maxsize=4096)(self._find)
         self._complete = lru_cache(maxsize=8192)(self._find_complete)
@@ -78,41 +92,53 @@ class Catalogue:
         if context:
             return self._texts.get((context, text))
         found = self._complete(text)
-        found = self._by_template(text, self._loose_templates) if found is None else found
+        found = self._by_template(text, self._loose_templates, self._found_as_far) if found is None else found
         return self._by_parts(text, self._found_as_far) if found is None else found
 
     def _find_complete(self, text: str) -> str | None:
         """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
-        if not _WORD.search(_UNIT.sub("", text)):
+        if not _WORD.search(_SAME.sub("", text)):
             return text
-        found = self._by_template(text, self._templates)
+        found = self._by_template(text, self._templates, self._complete)
         found = self._by_parts(text, self._complete) if found is None else found
         return self._by_terms(text) if found is None else found
 
     def _found_as_far(self, text: str) -> str | None:
         return self._found(text, "") or text
 
-    def _by_template(self, text: str, templates: Sequence[_Template]) -> str | None:
-        """Finds a text in any case of its first letter."""
+    def _by_template(self, text: str, templates: Sequence[_Template], part: Part) -> str | None:
+        """Finds a text in any case of its first letter, and by `part` all that stands in its places."""
         for body in dict.fromkeys((text, text[:1].lower() + text[1:], text[:1].upper() + text[1:])):
             if (found := self._texts.get(("", body))) is not None:
                 return found
             for template in templates:
-                if template.landmark in body and (match := template.pattern.fullmatch(body)):
-                    return self._filled(template.translation, match.groupdict())
+                match = template.pattern.fullmatch(body) if template.landmark in body else None
+                if match and (found := self._made_of(template, match.groupdict(), part)) is not None:
+                    return found
         return None
 
-    def _by_parts(self, text: str, part: Callable[[str], str | None]) -> str | None:
+    def _made_of(self, template: _Template, values: Mapping[str, str], part: Part) -> str | None:
+        found = {name: value if name in NAMED else part(value) for name, value in values.items()}
+        if any(value is None or value.endswith(_ENDS) for value in found.values()):
+            return None
+        return self._filled(template.translation, found)
+
+    def _by_parts(self, text: str, part: Part) -> str | None:
         """Translates a text that consists of several, of which `part` finds each; None where it finds none."""
         for seam in _SEAMS:
             place = text.rfind(seam)
             while place > 0:
                 first, rest = text[:place], text[place + len(seam) :]
-                ended = self._complete(first + seam[0]) if seam[0] in _ENDS else None
-                own, other = ended or part(first), part(rest)
+                ended = part(first + seam[0]) if seam[0] in _ENDS else None
+                is_ended = ended not in (None, first + seam[0])
+                own, other = ended if is_ended else part(first), part(rest)
                 if own and other and (own, other) != (first, rest):
-                    return f"{own}{'' if ended else self._seam(seam)}{other}"
+                    return f"{own}{'' if is_ended else self._seam(seam)}{other}"
                 place = text.rfind(seam, 0, place)
+        if (bracketed := _BRACKETED.fullmatch(text)) is not None:
+            own, other = part(bracketed[1]) if bracketed[1] else "", part(bracketed[2])
+            if own is not None and other and (own, other) != bracketed.groups():
+                return f"{own}{self._seam(' (')}{other}{self._seam(')')}"
         if text.endswith(_ENDS) and (found := part(text[:-1])) not in (None, text[:-1]):
             return f"{found}{self._seam(text[-1])}"
         return None
@@ -120,7 +146,7 @@ class Catalogue:
     def _by_terms(self, text: str) -> str | None:
         """Translates a name that consists of terms, numbers and units."""
         found, count = self._terms.subn(lambda term: self._texts[TERM, term[0].lower()], text)
-        if not count or _WORD.search(_UNIT.sub("", found)):
+        if not count or _WORD.search(_SAME.sub("", found)):
             return None
         return _BETWEEN_CHINESE.sub("", found)
 
@@ -128,7 +154,8 @@ class Catalogue:
         return self._texts.get((SEAM, seam), seam)
 
     def _filled(self, translation: str, values: Mapping[str, object]) -> str:
-        return PLACE.sub(lambda place: self._value(place[1], values), translation)
+        filled = PLACE.sub(lambda place: self._value(place[1], values), translation)
+        return _BETWEEN_CHINESE.sub("", filled)
 
     def _value(self, place: str, values: Mapping[str, object]) -> str:
         value = str(values[place])
@@ -136,17 +163,24 @@ class Catalogue:
 
     @cached_property
     def _templates(self) -> Sequence[_Template]:
-        """Templates whose places hold no end of a sentence."""
-        return self._made(_OF_A_SENTENCE)
+        """Templates whose places hold no end of a sentence, and of some no more than a clause."""
+        return self._made(
+            lambda text: _OF_A_CLAUSE if _is_vague(text) or re.search("[,;:] ", text) else _OF_A_SENTENCE
+        )
 
     @cached_property
     def _loose_templates(self) -> Sequence[_Template]:
-        return self._made(".*?")
+        """Templates whose places hold anything, of a single sentence nothing beyond it."""
+        return self._made(
+            lambda text: "" if _is_vague(text) else ".*?" if _SENTENCES.search(text) else _OF_A_SENTENCE
+        )
 
-    def _made(self, wanted: str) -> Sequence[_Template]:
-        made = (_template(text, own, wanted) for (context, text), own in self._texts.items() if not context)
-        found = [each for each in made if each is not None]
-        return sorted(found, key=lambda each: -len(PLACE.sub("", each.pattern.pattern.replace(wanted, ""))))
+    def _made(self, wanted: Callable[[str], str]) -> Sequence[_Template]:
+        texts = {
+            text: own for (context, text), own in self._texts.items() if not context and PLACE.search(text)
+        }
+        ordered = sorted(texts, key=lambda text: -len(PLACE.sub("", text)))
+        return [_template(text, texts[text], wanted(text)) for text in ordered if wanted(text)]
 
     @cached_property
     def _terms(self) -> re.Pattern[str]:
@@ -154,10 +188,12 @@ class Catalogue:
         return re.compile(rf"\b(?:{'|'.join(map(re.escape, terms))})\b", re.IGNORECASE)
 
 
-def _template(text: str, translation: str, wanted: str) -> _Template | None:
+def _is_vague(text: str) -> bool:
+    return len(re.findall("[A-Za-z]", PLACE.sub("", text))) < _FEW_LETTERS
+
+
+def _template(text: str, translation: str, wanted: str) -> _Template:
     literals = PLACE.split(text)[::2]
-    if len(literals) == 1:
-        return None
     pattern, seen = re.escape(literals[0]), set[str]()
     for name, literal in zip(PLACE.findall(text), literals[1:], strict=True):
         place = _COUNT if name == "count" else wanted

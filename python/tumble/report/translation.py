@@ -60,7 +60,7 @@ class _Words:
     def _text(self, source: str) -> str:
         text = html.unescape(source)
         body = " ".join(text.split())
-        if not body or body in self.names:
+        if not body or (body in self.names and " " not in body):
             return source
         found = translated(body, context=self.context)
         found = translated(body) if found == body else found
