@@ -100,11 +100,10 @@ def template_texts(source: str, name: str) -> Iterator[SourceText]:
     for code in re.findall(r"\{[{%](.*?)[%}]\}", source, re.DOTALL):
         for literal in re.findall(r'"([^"]*)"', code):
             yield SourceText(literal, name, wanted=_is_sentence(literal) and "=" not in literal)
-    source = re.sub(r"\{\{(.*?)\}\}", lambda found: f"{{{_place_of(found[1])}}}", source, flags=re.DOTALL)
     source = re.sub(r"<style>.*?</style>", "", _JINJA.sub(_SPLIT, source), flags=re.DOTALL)
     spoken = re.findall(r'(?:aria-label|title|alt)="([^"{]+)"', source)
     for text in [*spoken, *_TAGS.split(source)]:
-        plain = " ".join(text.split())
+        plain = " ".join(_with_places(text).split())
         if _WORD.search(PLACE.sub("", re.sub("<[^>]*>", "", plain))):
             yield SourceText(plain, name, wanted=True)
 
@@ -167,6 +166,15 @@ def _unique(name: str, expression: str, expressions: dict[str, str]) -> str:
         number += 1
         candidate = f"{name}_{number}"
     return candidate
+
+
+def _with_places(text: str) -> str:
+    expressions: dict[str, str] = {}
+
+    def place(found: re.Match[str]) -> str:
+        return f"{{{_unique(_place_of(found[1]), found[1], expressions)}}}"
+
+    return re.sub(r"\{\{(.*?)\}\}", place, text, flags=re.DOTALL)
 
 
 def _place_of(expression: str) -> str:

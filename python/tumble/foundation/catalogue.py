@@ -14,7 +14,7 @@ FOLDER = Path(__file__).parents[1] / "locale"
 PLACE = re.compile(r"\{(\w+)\}")
 """A place of a template; doubled braces are no part of our texts."""
 NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "serial", "page", "pages"})
-"""Places that hold names, which are a text of the catalogue or stay as they are."""
+"""Places that hold names: a single word stays as it is, unless the catalogue has it."""
 
 SEAM = "seam"
 """Context of the seams between the parts of a text."""
@@ -24,7 +24,7 @@ TERM = "term"
 """Context of the terms that names are made of, such as those of `gyroscope scale x`."""
 
 _WORD = re.compile(r"[A-Za-z]{2}")
-_SAME = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b")
+_SAME = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b|\b[xyz]{2}\b")
 """Units, options, names of units and files, and abbreviations, which are the same in every language."""
 _COUNT = r"[0-9][0-9.,]*"
 _OF_A_SENTENCE = r"(?:(?!\. [A-Z]).)*?"
@@ -98,7 +98,7 @@ class Catalogue:
     def _find_complete(self, text: str) -> str | None:
         """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
         if not _WORD.search(_SAME.sub("", text)):
-            return text
+            return f"{text[:-1]}{self._seam(text[-1])}" if text.endswith((":", ";")) else text
         found = self._by_template(text, self._templates, self._complete)
         found = self._by_parts(text, self._complete) if found is None else found
         return self._by_terms(text) if found is None else found
@@ -118,7 +118,7 @@ class Catalogue:
         return None
 
     def _made_of(self, template: _Template, values: Mapping[str, str], part: Part) -> str | None:
-        found = {name: value if name in NAMED else part(value) for name, value in values.items()}
+        found = {name: value if name in NAMED and " " not in value else part(value) for name, value in values.items()}
         if any(value is None or value.endswith(_ENDS) for value in found.values()):
             return None
         return self._filled(template.translation, found)
@@ -159,7 +159,9 @@ class Catalogue:
 
     def _value(self, place: str, values: Mapping[str, object]) -> str:
         value = str(values[place])
-        return self._texts.get(("", value), value) if place in NAMED else self.translated(value)
+        if place in NAMED and " " not in value:
+            return self._texts.get(("", value), value)
+        return self.translated(value)
 
     @cached_property
     def _templates(self) -> Sequence[_Template]:
