@@ -9,9 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import click.exceptions
-import click.types
-
 from tumble.foundation.catalogue import PLACE
 from tumble.report.translation import INLINE_TAGS
 
@@ -25,8 +22,6 @@ DRAWING = {"canvas.py", "panel_svg.py", "svg.py", "matplotlib_figure.py", "noteb
 """Modules of pages that write no text, or for notebooks only."""
 TRANSLATED = "translated"
 """Function whose first argument is to be translated, wherever it is called."""
-LIBRARIES = (click.exceptions, click.types)
-"""Modules of libraries whose messages users meet."""
 
 _WORD = re.compile(r"[A-Za-z]{2,}")
 _SENTENCE = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* .*?[A-Za-z]{2,}", re.DOTALL)
@@ -60,8 +55,6 @@ def source_texts() -> Iterator[SourceText]:
         yield from template_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
     for path in sorted((ROOT / "crates").glob("tumble-*/src/**/*.rs")):
         yield from rust_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
-    for module in LIBRARIES:
-        yield from python_texts(Path(str(module.__file__)).read_text(encoding="utf-8"), module.__name__)
 
 
 def _is_sentence(text: str) -> bool:
@@ -80,7 +73,7 @@ def _is_nothing(_: str) -> bool:
 def python_texts(
     source: str, name: str, is_shown: Callable[[str], bool] = _is_nothing
 ) -> Iterator[SourceText]:
-    """Returns every text of a module but its docstrings; wanted are those that are shown, and explicit ones."""
+    """Returns every text of a module but its docstrings; those shown, and explicit ones, are wanted."""
     nodes = list(ast.walk(ast.parse(source)))
     inner = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
     documents = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}

@@ -1,12 +1,12 @@
 """Write the catalogues of translations: all texts that people read, each with its translation.
 
-Wanted are the texts of templates, sentences of modules that write pages and screens, and the first argument of
-every call of `translated`. Any other text of the sources may be translated too, such as a message of error.
-With values in it, `f"{len(rests)} rests"`, a text is the template `{count} rests`.
+Wanted are the texts of templates, sentences of modules that write pages and screens, and the first argument
+of every call of `translated`. Any other text of the sources may be translated too, such as a message of
+error. With values in it, `f"{len(rests)} rests"`, a text is the template `{count} rests`.
 
-With --check nothing is written, and it fails where a wanted text is missing, untranslated or fuzzy, where a
-translation has other places or tags than its text, where no source has a text any more, and where a translation
-lacks the term that the glossary has for a word of its text. With --missing it prints what is to be translated.
+With --check nothing is written. It fails where a wanted text is missing, untranslated or fuzzy; where a
+translation has other places or tags than its text; where no source has a text any more; and where a
+translation lacks the term that the glossary has for a word of its text. With --missing it prints all that.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from tumble.foundation.translation import LANGUAGES, speak
 
 def _spoken(code: str) -> str:
     if code:
-        speak(code)
+        speak(code, "--language")
     return code
 
 

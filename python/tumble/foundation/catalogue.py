@@ -24,7 +24,9 @@ TERM = "term"
 """Context of the terms that names are made of, such as those of `gyroscope scale x`."""
 
 _WORD = re.compile(r"[A-Za-z]{2}")
-_SAME = re.compile(r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b|\b[xyz]{2}\b")
+_SAME = re.compile(
+    r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b|\b[xyz]{2}\b"
+)
 """Units, options, names of units and files, and abbreviations, which are the same in every language."""
 _COUNT = r"[0-9][0-9.,]*"
 _OF_A_SENTENCE = r"(?:(?!\. [A-Z]).)*?"
@@ -60,7 +62,7 @@ class _Template:
     translation: str
 
 
-Part: TypeAlias = Callable[[str], "str | None"]
+FindPart: TypeAlias = Callable[[str], "str | None"]
 """Finds the translation of a part of a text, or None."""
 
 
@@ -87,26 +89,33 @@ class Catalogue:
         return text if found is None else found
 
     def _find(self, text: str, context: str) -> str | None:
-        """Finds all of a text, else by a template that holds several sentences, else some parts of it."""
+        """Finds all of a text, else by a template that holds what is unknown, else some parts of it."""
         text = text.strip()
         if context:
             return self._texts.get((context, text))
         found = self._complete(text)
-        found = self._by_template(text, self._loose_templates, self._found_as_far) if found is None else found
-        return self._by_parts(text, self._found_as_far) if found is None else found
+        if found is None:
+            found = self._by_template(text, self._loose_templates, self._as_far)
+        if found is None:
+            found = self._by_parts(text, self._complete, self._as_far)
+        if found is None:
+            found = self._by_parts(text, self._as_far, self._complete)
+        if found is None:
+            found = self._by_parts(text, self._as_far, self._as_far)
+        return found
 
     def _find_complete(self, text: str) -> str | None:
         """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
         if not _WORD.search(_SAME.sub("", text)):
             return f"{text[:-1]}{self._seam(text[-1])}" if text.endswith((":", ";")) else text
         found = self._by_template(text, self._templates, self._complete)
-        found = self._by_parts(text, self._complete) if found is None else found
+        found = self._by_parts(text, self._complete, self._complete) if found is None else found
         return self._by_terms(text) if found is None else found
 
-    def _found_as_far(self, text: str) -> str | None:
+    def _as_far(self, text: str) -> str | None:
         return self._found(text, "") or text
 
-    def _by_template(self, text: str, templates: Sequence[_Template], part: Part) -> str | None:
+    def _by_template(self, text: str, templates: Sequence[_Template], part: FindPart) -> str | None:
         """Finds a text in any case of its first letter, and by `part` all that stands in its places."""
         for body in dict.fromkeys((text, text[:1].lower() + text[1:], text[:1].upper() + text[1:])):
             if (found := self._texts.get(("", body))) is not None:
@@ -117,29 +126,28 @@ class Catalogue:
                     return found
         return None
 
-    def _made_of(self, template: _Template, values: Mapping[str, str], part: Part) -> str | None:
-        found = {name: value if name in NAMED and " " not in value else part(value) for name, value in values.items()}
+    def _made_of(self, template: _Template, values: Mapping[str, str], part: FindPart) -> str | None:
+        found = {
+            name: value if name in NAMED and " " not in value else part(value)
+            for name, value in values.items()
+        }
         if any(value is None or value.endswith(_ENDS) for value in found.values()):
             return None
         return self._filled(template.translation, found)
 
-    def _by_parts(self, text: str, part: Part) -> str | None:
-        """Translates a text that consists of several, of which `part` finds each; None where it finds none."""
-        for seam in _SEAMS:
-            place = text.rfind(seam)
-            while place > 0:
-                first, rest = text[:place], text[place + len(seam) :]
-                ended = part(first + seam[0]) if seam[0] in _ENDS else None
-                is_ended = ended not in (None, first + seam[0])
-                own, other = ended if is_ended else part(first), part(rest)
-                if own and other and (own, other) != (first, rest):
-                    return f"{own}{'' if is_ended else self._seam(seam)}{other}"
-                place = text.rfind(seam, 0, place)
+    def _by_parts(self, text: str, find_first: FindPart, find_rest: FindPart) -> str | None:
+        """Translates a text that consists of several; None where no way to part it leads to both parts."""
+        for first, seam, rest in _partings(text):
+            ended = find_first(first + seam[0]) if seam[0] in _ENDS else None
+            is_ended = ended not in (None, first + seam[0])
+            own, other = ended if is_ended else find_first(first), find_rest(rest)
+            if own and other and (own, other) != (first, rest):
+                return f"{own}{'' if is_ended else self._seam(seam)}{other}"
         if (bracketed := _BRACKETED.fullmatch(text)) is not None:
-            own, other = part(bracketed[1]) if bracketed[1] else "", part(bracketed[2])
+            own, other = find_first(bracketed[1]) if bracketed[1] else "", find_rest(bracketed[2])
             if own is not None and other and (own, other) != bracketed.groups():
                 return f"{own}{self._seam(' (')}{other}{self._seam(')')}"
-        if text.endswith(_ENDS) and (found := part(text[:-1])) not in (None, text[:-1]):
+        if text.endswith(_ENDS) and (found := find_first(text[:-1])) not in (None, text[:-1]):
             return f"{found}{self._seam(text[-1])}"
         return None
 
@@ -159,7 +167,7 @@ class Catalogue:
 
     def _value(self, place: str, values: Mapping[str, object]) -> str:
         value = str(values[place])
-        if place in NAMED and " " not in value:
+        if _is_name(place, value):
             return self._texts.get(("", value), value)
         return self.translated(value)
 
@@ -188,6 +196,19 @@ class Catalogue:
     def _terms(self) -> re.Pattern[str]:
         terms = sorted((text for context, text in self._texts if context == TERM), key=len, reverse=True)
         return re.compile(rf"\b(?:{'|'.join(map(re.escape, terms))})\b", re.IGNORECASE)
+
+
+def _partings(text: str) -> Iterator[tuple[str, str, str]]:
+    """Returns each way to part a text at a seam: the widest seam first, the longest first part first."""
+    for seam in _SEAMS:
+        place = text.rfind(seam)
+        while place > 0:
+            yield text[:place], seam, text[place + len(seam) :]
+            place = text.rfind(seam, 0, place)
+
+
+def _is_name(place: str, value: str) -> bool:
+    return place in NAMED and " " not in value
 
 
 def _is_vague(text: str) -> bool:

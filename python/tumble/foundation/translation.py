@@ -54,12 +54,14 @@ def speaking(code: str) -> AbstractContextManager[None]:
     return block()
 
 
-def speak(code: str) -> None:
-    """Shows texts in a language from here on in this context: a process, a thread or a task has one.
+def speak(code: str, about: str = "") -> None:
+    """Shows texts in a language from here on in this context; `about` is the place of the code.
+
+    A process, a thread or a task has a context of its own.
 
     Raises `TumbleError` where there is no such language.
     """
-    _language.set(known_language(code))
+    _language.set(known_language(code, about))
 
 
 def translated(text: str, /, *, context: str = "", **values: object) -> str:
@@ -76,8 +78,8 @@ def translated(text: str, /, *, context: str = "", **values: object) -> str:
     return catalogue(code).translated(text, context, values)
 
 
-def known_language(code: str) -> str:
-    """Returns the language that `zh_CN.UTF-8`, `zh-Hans` or `en` names.
+def known_language(code: str, about: str = "") -> str:
+    """Returns the language that `zh_CN.UTF-8`, `zh-Hans` or `en` names; `about` is the place of the code.
 
     Raises `TumbleError` for any other.
     """
@@ -85,7 +87,7 @@ def known_language(code: str) -> str:
     if not found:
         from tumble.foundation.errors import TumbleError
 
-        raise TumbleError(f"no language '{code}'; give {' or '.join(LANGUAGES)}")
+        raise TumbleError(f"no language '{code}'; give {' or '.join(LANGUAGES)}", about)
     return found
 
 
@@ -95,7 +97,7 @@ def language_of_environment(environment: Mapping[str, str] = os.environ) -> str:
     Raises `TumbleError` where `TUMBLE_LANG` itself names one we lack.
     """
     if environment.get(VARIABLE):
-        return known_language(environment[VARIABLE])
+        return known_language(environment[VARIABLE], VARIABLE)
     named = next(filter(None, (environment.get(name) for name in _OF_THE_SYSTEM)), "")
     return _matching(named) or ENGLISH
 

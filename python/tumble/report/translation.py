@@ -48,7 +48,7 @@ class _Words:
         return "".join([*shown, self._sentence(sentence)])
 
     def _sentence(self, source: str) -> str:
-        """Translates the text between two tags as a whole, or else by the parts between tags of a sentence."""
+        """Translates the text between two tags as a whole, or else between the tags in it."""
         if "<" not in source:
             return self._text(source)
         plain = " ".join(source.split())

@@ -20,6 +20,7 @@ from tumble.cli.read_options import ReadingOptionsOfSeveral, read_options_for
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
+from tumble.foundation.translation import translated
 from tumble.logs.options import ReadOptions
 from tumble.procedures.turntable.command_live import TurntableLiveOptions, record_live
 from tumble.procedures.turntable.command_options import (
@@ -289,11 +290,12 @@ def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
 
     batch = run.batch
     if run.unchanged:
-        print(f"{run.unchanged} were done and unchanged, and left as they are")
+        print(translated(f"{run.unchanged} were done and unchanged, and left as they are"))
     has_pages = any((batch.folder / f"{last.stem}{PAGE_ENDING}").exists() for last in batch.last.values())
     pages = "pages, " if has_pages else ""
-    print(f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}")
-    print(f"Report: {files['report']}")
+    where = f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}"
+    print(translated(where))
+    print(translated(f"Report: {files['report']}"))
 
 
 def _remark(lines: Iterable[str]) -> None:
