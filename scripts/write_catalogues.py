@@ -15,7 +15,8 @@ import argparse
 import io
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TypeAlias
 
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
@@ -41,6 +42,10 @@ GLOSSARY_EXEMPT = {
 """Words of the glossary that are ordinary words too, and mean another thing in some text."""
 OWN_CONTEXTS = (SEAM, TERM, PART)
 """Contexts of texts that stand in no source."""
+Terms: TypeAlias = Mapping[str, Sequence[str]]
+"""Terms of a language that may stand for a word of English."""
+_TYPED = re.compile(r"--\S+|'[^']*'|\btumble( \w+)+|\b[A-Z]{2,}s?\b")
+"""Parts of a text that users type, or read in capitals in the help."""
 _TAG = re.compile(r"</?\w+>")
 HEAD = """\
 msgid ""
@@ -55,9 +60,7 @@ msgstr ""
 """Head of a catalogue without dates and versions, so that it changes only where a text does."""
 
 
-def faults(
-    texts: Iterable[SourceText], entries: Iterable[CatalogueText], terms: dict[str, str]
-) -> Iterator[str]:
+def faults(texts: Iterable[SourceText], entries: Iterable[CatalogueText], terms: Terms) -> Iterator[str]:
     """Returns what is wrong with a catalogue, a line each."""
     held = {(entry.context, entry.text): entry for entry in entries}
     known: set[str] = set()
@@ -75,23 +78,24 @@ def faults(
             yield from _wrong_translation(entry, terms)
 
 
-def _wrong_translation(entry: CatalogueText, terms: dict[str, str]) -> Iterator[str]:
+def _wrong_translation(entry: CatalogueText, terms: Terms) -> Iterator[str]:
     for pattern, what in ((PLACE, "places"), (_TAG, "tags")):
         if set(pattern.findall(entry.text)) != set(pattern.findall(entry.translation)):
             yield f"other {what}: {entry.text!r}, {entry.translation!r}"
-    plain = PLACE.sub("", entry.text)
-    for word, term in terms.items():
-        if re.search(rf"\b{re.escape(word)}s?\b", plain, re.IGNORECASE) and term not in entry.translation:
-            yield f"no '{term}' for '{word}': {entry.text!r}, {entry.translation!r}"
+    plain = _TYPED.sub("", PLACE.sub("", entry.text))
+    for word, allowed in terms.items():
+        is_used = any(term in entry.translation for term in allowed)
+        if not is_used and re.search(rf"(?<!-)\b{re.escape(word)}s?\b", plain, re.IGNORECASE):
+            yield f"no '{allowed[0]}' for '{word}': {entry.text!r}, {entry.translation!r}"
 
 
-def glossary_terms(page: str) -> dict[str, str]:
-    """Returns the one Chinese term of each word of the glossary that has a single meaning."""
+def glossary_terms(page: str) -> Terms:
+    """Returns the Chinese terms of each word of the glossary that has a single meaning."""
     section = page.partition(TERMS_HEADING)[2].partition("\n## ")[0]
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")] for line in section.splitlines() if "|" in line
     ]
-    return {word: term for word, term, *_ in rows[2:] if word not in GLOSSARY_EXEMPT}
+    return {word: term.split("、") for word, term, *_ in rows[2:] if word not in GLOSSARY_EXEMPT}
 
 
 def updated(code: str, texts: Iterable[SourceText]) -> bytes:

@@ -25,7 +25,7 @@ TERM = "term"
 
 _WORD = re.compile(r"[A-Za-z]{2}")
 _SAME = re.compile(
-    r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble)\b|--[\w-]+|[\w.+-]*[\d_./][\w.+/-]*|\b[A-Z]{2,}\b|\b[xyz]{2}\b"
+    r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble|[xyz]{2}|[A-Z]{2,})\b|--[\w-]+|[\w.+-]*(?:[\d_/]|\.\w)[\w.+/-]*"
 )
 """Units, options, names of units and files, and abbreviations, which are the same in every language."""
 _COUNT = r"[0-9][0-9.,]*"
@@ -39,6 +39,8 @@ _SEAMS = ("\n", "  ", "] ", ". ", ": ", "; ", ", ", " or its ", " and ", " or ")
 """Seams at which a text is taken apart that is several texts, widest first."""
 _BRACKETED = re.compile(r"(.*?) ?\((.*)\)", re.DOTALL)
 _ENDS = (".", ":", ";")
+_CONTINUED = (", ", "; ")
+"""Seams with which texts begin that continue another."""
 _BETWEEN_CHINESE = re.compile(r"(?<=[\u3400-\u9fff]) (?=[\u3400-\u9fff])")
 
 
@@ -76,6 +78,8 @@ class Catalogue:
                 context = "" if entry.context == PART else entry.context
                 for text in filter(None, (entry.text, entry.plural)):
                     texts[context, text] = entry.translation
+                    if text.startswith(_CONTINUED):
+                        texts.setdefault((context, text[2:]), entry.translation[1:])
         self._texts = texts
         self._found = lru_cache(maxsize=4096)(self._find)
         self._complete = lru_cache(maxsize=8192)(self._find_complete)
