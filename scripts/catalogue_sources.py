@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.catalogue import PLACE
+from tumble.laboratory.certificate.catalogue import CONTEXT as CERTIFICATES
 from tumble.report.translation import INLINE_TAGS
 
 ROOT = Path(__file__).parents[1]
@@ -18,6 +19,8 @@ PAGES = ("**/report/*.py", "report/*.py")
 """Modules whose sentences stand on pages."""
 SCREENS = ("**/command*_screen.py", "cli/live_screen.py")
 """Modules whose sentences with places or capitals lead a user through a session."""
+CERTIFICATE = PACKAGE / "laboratory" / "certificate" / "catalogue.py"
+"""Module whose tables hold all words of certificates."""
 DRAWING = {"canvas.py", "panel_svg.py", "svg.py", "matplotlib_figure.py", "notebook.py"}
 """Modules of pages that write no text, or for notebooks only."""
 TRANSLATED = "translated"
@@ -51,6 +54,9 @@ def source_texts() -> Iterator[SourceText]:
         is_shown = _is_sentence if path in pages else _is_prompt if path in screens else _is_nothing
         name = path.relative_to(ROOT).as_posix()
         yield from python_texts(path.read_text(encoding="utf-8"), name, is_shown)
+    yield from certificate_texts(
+        CERTIFICATE.read_text(encoding="utf-8"), CERTIFICATE.relative_to(ROOT).as_posix()
+    )
     for path in sorted(PACKAGE.rglob("*.html.j2")):
         yield from template_texts(path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix())
     for path in sorted((ROOT / "crates").glob("tumble-*/src/**/*.rs")):
@@ -86,6 +92,15 @@ def python_texts(
         if _is_call_of(node, "count_of") and isinstance(node.args[0], ast.Constant):
             one = f"{{count}} {node.args[0].value}"
             yield SourceText(one, name, plural=f"{one}s", wanted=is_shown("A sentence."))
+
+
+def certificate_texts(source: str, name: str) -> Iterator[SourceText]:
+    """Returns the values of the tables at the top of a module, in the context of certificates."""
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Dict):
+            for value in node.value.values:
+                if text := _text_of(value):
+                    yield SourceText(text, name, CERTIFICATES, wanted=True)
 
 
 def template_texts(source: str, name: str) -> Iterator[SourceText]:
