@@ -170,7 +170,7 @@ LAYERS: dict[str, set[str]] = {
     | {"_core"},
     "report": DATA | {"translation"},
     "page": DATA | {"result", "report", "poses", "translation"},
-    "laboratory": DATA | {"calibration", "report", "_core"},
+    "laboratory": DATA | {"calibration", "report", "translation", "_core"},
     "cli": DATA | {"logs", "translation"},
     "__main__": {"cli"},
     "command": DATA
