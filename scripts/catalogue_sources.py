@@ -23,8 +23,8 @@ CERTIFICATE = PACKAGE / "laboratory" / "certificate" / "catalogue.py"
 """Module whose tables hold all words of certificates."""
 DRAWING = {"canvas.py", "panel_svg.py", "svg.py", "matplotlib_figure.py", "notebook.py"}
 """Modules of pages that write no text, or for notebooks only."""
-TRANSLATED = "translated"
-"""Function whose first argument is to be translated, wherever it is called."""
+EXPLICIT = {"translated", "message", "words"}
+"""Functions whose first argument is to be translated, wherever they are called."""
 
 _WORD = re.compile(r"[A-Za-z]{2,}")
 _SENTENCE = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* .*?[A-Za-z]{2,}", re.DOTALL)
@@ -83,7 +83,7 @@ def python_texts(
     nodes = list(ast.walk(ast.parse(source)))
     inner = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
     documents = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-    explicit = {id(node.args[0]): node for node in nodes if _is_call_of(node, TRANSLATED)}
+    explicit = {id(node.args[0]): node for node in nodes if _is_call_of(node, *EXPLICIT)}
     for node in nodes:
         text = None if id(node) in inner | documents else _text_of(node)
         if text and _WORD.search(PLACE.sub("", text)):
@@ -124,10 +124,10 @@ def rust_texts(source: str, name: str) -> Iterator[SourceText]:
             yield SourceText(re.sub(r"\{(\w+):[^}]*\}", r"{\1}", joined), name)
 
 
-def _is_call_of(node: ast.AST, name: str) -> Any:  # noqa: ANN401 - true for a call only
-    return (
-        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == name and node.args
-    )
+def _is_call_of(node: ast.AST, *names: str) -> Any:  # noqa: ANN401 - true for a call only
+    if not isinstance(node, ast.Call) or not node.args:
+        return False
+    return getattr(node.func, "id", getattr(node.func, "attr", "")) in names
 
 
 def _context_of(call: Any) -> str:  # noqa: ANN401 - a call, or none

@@ -56,12 +56,29 @@ class CatalogueText:
     fuzzy: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Template:
-    pattern: re.Pattern[str]
-    landmark: str
-    """Longest literal part, which every text made of the template holds."""
+    text: str
     translation: str
+    wanted: str
+    """Pattern of what may stand in a place."""
+
+    @cached_property
+    def landmark(self) -> str:
+        """Longest literal part, which every text made of the template holds."""
+        return max(PLACE.split(self.text)[::2], key=len)
+
+    @cached_property
+    def pattern(self) -> re.Pattern[str]:
+        """Pattern of the texts made of it; to compile all of a catalogue takes longer than a command."""
+        literals = PLACE.split(self.text)[::2]
+        pattern, seen = re.escape(literals[0]), set[str]()
+        for name, literal in zip(PLACE.findall(self.text), literals[1:], strict=True):
+            place = _COUNT if name == "count" else self.wanted
+            pattern += f"(?P={name})" if name in seen else f"(?P<{name}>{place})"
+            pattern += re.escape(literal)
+            seen.add(name)
+        return re.compile(pattern, re.DOTALL)
 
 
 FindPart: TypeAlias = Callable[[str], "str | None"]
@@ -194,7 +211,7 @@ class Catalogue:
             text: own for (context, text), own in self._texts.items() if not context and PLACE.search(text)
         }
         ordered = sorted(texts, key=lambda text: -len(PLACE.sub("", text)))
-        return [_template(text, texts[text], wanted(text)) for text in ordered if wanted(text)]
+        return [_Template(text, texts[text], wanted(text)) for text in ordered if wanted(text)]
 
     @cached_property
     def _terms(self) -> re.Pattern[str]:
@@ -217,17 +234,6 @@ def _is_name(place: str, value: str) -> bool:
 
 def _is_vague(text: str) -> bool:
     return len(re.findall("[A-Za-z]", PLACE.sub("", text))) < _FEW_LETTERS
-
-
-def _template(text: str, translation: str, wanted: str) -> _Template:
-    literals = PLACE.split(text)[::2]
-    pattern, seen = re.escape(literals[0]), set[str]()
-    for name, literal in zip(PLACE.findall(text), literals[1:], strict=True):
-        place = _COUNT if name == "count" else wanted
-        pattern += f"(?P={name})" if name in seen else f"(?P<{name}>{place})"
-        pattern += re.escape(literal)
-        seen.add(name)
-    return _Template(re.compile(pattern, re.DOTALL), max(literals, key=len), translation)
 
 
 @cache
