@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from tumble.foundation.catalogue import PLACE
 from tumble.laboratory.certificate.catalogue import CONTEXT as CERTIFICATES
@@ -90,7 +90,7 @@ def python_texts(
             call = explicit.get(id(node))
             yield SourceText(text, name, _context_of(call), wanted=call is not None or is_shown(text))
         if _is_call_of(node, "count_of") and isinstance(node.args[0], ast.Constant):
-            one = f"{{count}} {node.args[0].value}"
+            one = f"{{count}} {node.args[0].value!s}"
             yield SourceText(one, name, plural=f"{one}s", wanted=is_shown("A sentence."))
 
 
@@ -124,7 +124,7 @@ def rust_texts(source: str, name: str) -> Iterator[SourceText]:
             yield SourceText(re.sub(r"\{(\w+):[^}]*\}", r"{\1}", joined), name)
 
 
-def _is_call_of(node: ast.AST, *names: str) -> Any:  # noqa: ANN401 - true for a call only
+def _is_call_of(node: ast.AST, *names: str) -> TypeGuard[ast.Call]:
     if not isinstance(node, ast.Call) or not node.args:
         return False
     return getattr(node.func, "id", getattr(node.func, "attr", "")) in names

@@ -109,19 +109,19 @@ def updated(code: str, texts: Iterable[SourceText]) -> bytes:
         if message.id and message.string and not message.fuzzy
     }
     template = Catalog()
-    for context, text in held:
+    for context, identity in held:
         if context in OWN_CONTEXTS:
-            template.add(text, context=context)
+            template.add(identity, context=context)
     found = list(texts)
     sources = {text.text for text in found}
     kept = {(context, text) for context, text in held if text in sources}
     for text in found:
         if text.wanted or ("", text.text) in kept:
-            identity = (text.text, text.plural) if text.plural else text.text
-            template.add(identity, locations=[(text.path, 0)], context=text.context or None)
-    for context, text in kept:
+            both = (text.text, text.plural) if text.plural else text.text
+            template.add(both, locations=[(text.path, 0)], context=text.context or None)
+    for context, identity in kept:
         if context and context not in OWN_CONTEXTS:
-            template.add(text, context=context)
+            template.add(identity, context=context)
     catalog.update(template)
     for message in catalog:
         message.flags -= {"python-format", "python-brace-format"}
