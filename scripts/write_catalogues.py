@@ -44,7 +44,7 @@ OWN_CONTEXTS = (SEAM, TERM, PART)
 """Contexts of texts that stand in no source."""
 Terms: TypeAlias = Mapping[str, Sequence[str]]
 """Terms of a language that may stand for a word of English."""
-_TYPED = re.compile(r"--\S+|'[^']*'|\btumble( \w+)+|\b[A-Z]{2,}s?\b")
+_TYPED = re.compile(r"--\S+|\b[a-z-]+ \d+\.\d+|'[^']*'|\btumble( \w+)+|\b[A-Z]{2,}s?\b")
 """Parts of a text that users type, or read in capitals in the help."""
 _TAG = re.compile(r"</?\w+>")
 HEAD = """\
