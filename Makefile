@@ -138,10 +138,11 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python scripts/write_records.py --check
 	$(BIN)/python scripts/write_grades.py --check
 	$(BIN)/python scripts/write_formats.py --check
+	$(BIN)/python scripts/write_catalogues.py --check
 	$(SITE)
 	$(RUSTDOC)
 
-generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made from one table: settings, schemas, grades, formats, tumble.h, tables of docs
+generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made from one table: settings, schemas, grades, formats, catalogues, tumble.h, tables of docs
 	$(BIN)/python scripts/write_settings.py
 	TUMBLE_WRITE_HEADER=1 cargo test --quiet --package tumble-capi --test header --locked
 	$(MAKE) --no-print-directory $(VENV)/.native
@@ -149,6 +150,7 @@ generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made
 	$(BIN)/python scripts/write_schemas.py
 	$(BIN)/python scripts/write_grades.py
 	$(BIN)/python scripts/write_formats.py
+	$(BIN)/python scripts/write_catalogues.py
 	$(BIN)/python -m benchmarks.report
 
 site: $(VENV)/.native $(VENV)/.requirements-test  ## Build the documentation as a site, with that of the Rust crates: out/site/index.html

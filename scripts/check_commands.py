@@ -4,6 +4,9 @@ Their shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that 
 `tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, those
 of a page in one empty folder, as a reader would, and every line of a `text` block has to be what the command
 before it prints, `...` standing for lines left out. A command that needs files of the reader is indented.
+
+A translated page is not run: it has to show the same blocks as the page it translates, in the same order, so
+that a run of that page proves both. Figures of benchmarks in it have to be the same, too.
 """
 
 from __future__ import annotations
@@ -49,6 +52,12 @@ PAGES = (
     ROOT / "docs" / "is-my-result-good.md",
     *(ROOT / "docs" / "how-to" / f"{name}.md" for name in HOW_TOS),
 )
+
+TRANSLATIONS = {
+    ROOT / "README.zh-CN.md": README,
+    **{ROOT / "docs" / "zh-CN" / page.name: page for page in GETTING_STARTED if page.stem != "firmware-in-c"},
+}
+"""Translated pages, each with the page that it translates."""
 
 FAILED_LIMITS = 3
 """Exit code of `tumble` where a target is out of its limits, as one of the simulated ones is meant to be."""
@@ -157,7 +166,12 @@ def run(snippet: Snippet, folder: Path) -> Outcome:
         return Outcome()
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, "PATH": path}
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PATH": path, "TUMBLE_LANG": "en"},
     )
     if done.returncode in (0, FAILED_LIMITS):
         return Outcome(printed=done.stdout + done.stderr)
@@ -206,6 +220,30 @@ def problems(page: Path, simulations: Simulations | None) -> list[str]:
     return told
 
 
+def untranslated(page: Path, original: Path) -> list[str]:
+    """Returns in what a translated page differs from the page it translates, each with its place."""
+    name = page.relative_to(ROOT)
+    if not page.is_file():
+        return [f"{name}: is missing; translate {original.relative_to(ROOT)}"]
+    text, translated = (path.read_text(encoding="utf-8") for path in (original, page))
+    told = [
+        f"{name}:{own.line}: `{own.text.strip()}` is not what {original.name} shows there"
+        for own, wanted in zip(snippets(translated), snippets(text), strict=False)
+        if (own.language, own.text) != (wanted.language, wanted.text)
+    ]
+    if len(list(snippets(translated))) != len(list(snippets(text))):
+        told.append(f"{name}: shows more or fewer blocks than {original.name}")
+    if figures(translated) != figures(text):
+        told.append(f"{name}: its figures of benchmarks are not those of {original.name}")
+    return told
+
+
+def figures(text: str) -> list[str]:
+    """Returns the numbers of the table of benchmarks, in no order, as sentences turn round in a language."""
+    table = text.partition("<!-- benchmark:figures -->")[2].partition("<!-- /benchmark:figures -->")[0]
+    return sorted(re.findall(r"\d+(?:\.\d+)?", table))
+
+
 def main() -> int:
     """Checks, and with --run run; 1 if anything is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -216,9 +254,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as kept, ThreadPoolExecutor(os.cpu_count()) as workers:
         simulations = Simulations(Path(kept)) if wanted_to_run else None
         told = list(chain.from_iterable(workers.map(lambda page: problems(page, simulations), PAGES)))
+    told += chain.from_iterable(untranslated(page, original) for page, original in TRANSLATIONS.items())
     for line in told:
         print(line, file=sys.stderr)
-    print(f"{len(PAGES)} pages with commands, {len(told)} problems")
+    print(f"{len(PAGES) + len(TRANSLATIONS)} pages with commands, {len(told)} problems")
     return bool(told)
 
 

@@ -106,6 +106,8 @@ LAYERS: dict[str, set[str]] = {
     "numbers": set(),
     "units": set(),
     "words": set(),
+    "catalogue": set(),
+    "translation": {"catalogue", "errors"},
     "clock_skew": set(),
     "body_axes": set(),
     "errors": {"words"},
@@ -166,11 +168,11 @@ LAYERS: dict[str, set[str]] = {
         "clock_skew",
     }
     | {"_core"},
-    "report": DATA,
-    "page": DATA | {"result", "report", "poses"},
-    "laboratory": DATA | {"calibration", "report", "_core"},
-    "cli": DATA | {"logs"},
-    "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "_core"},
+    "report": DATA | {"translation"},
+    "page": DATA | {"result", "report", "poses", "translation"},
+    "laboratory": DATA | {"calibration", "report", "translation", "_core"},
+    "cli": DATA | {"logs", "translation"},
+    "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "translation", "_core"},
     "__main__": {"cli"},
     "command": DATA
     | {
@@ -186,6 +188,7 @@ LAYERS: dict[str, set[str]] = {
         "laboratory",
         "fleet",
         "cli",
+        "translation",
     },
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""

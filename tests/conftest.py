@@ -20,6 +20,9 @@ settings.load_profile("tumble")
 # Programs that tests interrupt inherit what Ctrl-C does: nothing, where a shell runs tests in the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Tests read English, whatever the language of the machine.
+os.environ["TUMBLE_LANG"] = "en"
+
 DEVICE = Path(__file__).parent.name + "/device/"
 LONG = (DEVICE, "/test_live", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""

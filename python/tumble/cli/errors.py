@@ -8,6 +8,7 @@ from typing import Final
 
 from tumble.cli.screen import print_event, print_json_line
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.translation import translated
 from tumble.foundation.words import printable
 
 ERROR: Final = "tumble-error/1"
@@ -18,8 +19,14 @@ def tell_error(error: TumbleError, words: Sequence[str]) -> None:
     """Print an error, escaped, with the name of the program; as JSON too if `words` ask for that."""
     if wants_json(words) and not error.is_told:
         print_json_line(_content(error))
-    for line in str(error).splitlines():
-        print(f"tumble: error: {printable(line)}", file=sys.stderr)
+    about = f"{error.about}: " if error.about else ""
+    for line in f"{about}{translated(error.why)}".splitlines():
+        print(f"tumble: {translated('error')}: {printable(line)}", file=sys.stderr)
+
+
+def print_notice(text: str) -> None:
+    """Prints a line on standard error with the name of the program, in the language of the context."""
+    print(f"tumble: {translated(text)}", file=sys.stderr, flush=True)
 
 
 def tell_as_event(error: TumbleError, **figures: str) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 from tumble.cli.errors import tell_as_event
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.translation import translated
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class LiveScreen(Generic[Step]):
         """Gives what shows each step while the block runs."""
         from rich.live import Live
 
+        from tumble.cli.drawn_translation import translated_drawing
         from tumble.cli.screen import message_console
 
         console = message_console()
@@ -76,8 +78,8 @@ class LiveScreen(Generic[Step]):
                 def show(step: Step) -> None:
                     if step.kind in self.stays:
                         style = "yellow" if step.text else ""
-                        screen.console.print(self.prompt(step), style=style, highlight=False)
-                    screen.update(self.drawn(step), refresh=True)
+                        screen.console.print(translated(self.prompt(step)), style=style, highlight=False)
+                    screen.update(translated_drawing(self.drawn(step)), refresh=True)
 
                 yield show
 
@@ -90,7 +92,7 @@ def event_of(step: Any) -> dict[str, Any]:  # noqa: ANN401 - a data class
 
 def _print_line(text: str) -> None:
     if text:
-        print(text, file=sys.stderr, flush=True)
+        print(translated(text), file=sys.stderr, flush=True)
 
 
 @contextmanager

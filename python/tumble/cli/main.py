@@ -30,22 +30,26 @@ def main() -> None:
 def _run() -> int:
     from tumble.cli.commands import command_line_for, run_command_line
     from tumble.cli.debug_output import without_debug
-    from tumble.cli.errors import tell_error
+    from tumble.cli.errors import print_notice, tell_error
     from tumble.cli.standard_output import checked_output
     from tumble.foundation.errors import TumbleError
     from tumble.foundation.files import files_of_command
+    from tumble.foundation.translation import ENGLISH, language_of_environment, speak, speaking
 
     words, is_debugged = without_debug(sys.argv[1:])
     command = command_line_for(words)
     heed_control_c_between_steps()
-    try:
-        with files_of_command() as files, checked_output(), _debugged(is_debugged, words):
-            code = run_command_line(command, words)
-            for remark in files.remarks():
-                print(f"tumble: {remark}", file=sys.stderr)
-    except TumbleError as error:
-        tell_error(error, words)
-        code = ExitCode.USER_ERROR
+    # A language that the command chooses ends with it, for programs that call it.
+    with speaking(ENGLISH):
+        try:
+            speak(language_of_environment())
+            with files_of_command() as files, checked_output(), _debugged(is_debugged, words):
+                code = run_command_line(command, words)
+                for remark in files.remarks():
+                    print_notice(remark)
+        except TumbleError as error:
+            tell_error(error, words)
+            code = ExitCode.USER_ERROR
     return code
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
+from tumble.cli.errors import print_notice
 from tumble.cli.exit_code import ExitCode
 from tumble.cli.screen import print_document, print_event, print_summary
+from tumble.foundation.translation import translated
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -66,7 +67,7 @@ def write_results(result: Found, folder: Path) -> dict[str, Path]:
 def list_files(files: Mapping[str, Path]) -> None:
     """Print a line for each file."""
     for key, path in files.items():
-        print(f"{_FILES.get(key, key)}: {path}")
+        print(f"{translated(_FILES.get(key, key))}: {path}")
 
 
 def show_results(
@@ -95,7 +96,7 @@ def show_results(
     elif voice.quiet:
         verdict = () if well else (f"{result.verdict}; see {files['report']}",)
         for line in verdict if failures is None else failures:
-            print(f"tumble: {line}", file=sys.stderr)
+            print_notice(line)
     else:
         print_summary((draw or summary.screen_summary)(result))
         list_files(files)

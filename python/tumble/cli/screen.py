@@ -39,8 +39,10 @@ def print_json_line(content: Mapping[str, object]) -> None:
 
 
 def print_summary(summary: RenderableType) -> None:
-    """Prints what is drawn with rich, as wide as the terminal."""
-    result_console().print(summary)
+    """Prints what is drawn with rich, as wide as the terminal, in the language of the context."""
+    from tumble.cli.drawn_translation import translated_drawing
+
+    result_console().print(translated_drawing(summary))
 
 
 def result_console() -> Console:

@@ -11,12 +11,30 @@ from typing import Annotated, Any, TypeAlias
 import typer
 
 from tumble.cli.options import Options
+from tumble.foundation.translation import LANGUAGES, speak
+
+
+def _spoken(code: str) -> str:
+    if code:
+        speak(code, "--language")
+    return code
+
 
 JsonOption: TypeAlias = Annotated[
     bool, typer.Option("--json", help="Print JSON instead of text; live events and samples a line each.")
 ]
 QuietOption: TypeAlias = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print only what failed; no progress.")
+]
+LanguageOption: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        "--language",
+        metavar="|".join(LANGUAGES),
+        callback=_spoken,
+        help="Language of pages and screens; else as TUMBLE_LANG or the system has it. JSON is English.",
+        show_default=False,
+    ),
 ]
 VerboseOption: TypeAlias = Annotated[
     bool,
@@ -69,10 +87,11 @@ class LogFormatWord(str, Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoiceOptions(Options):
-    """Form and extent of the output."""
+    """Form, extent and language of the output."""
 
     as_json: JsonOption = False
     quiet: QuietOption = False
+    language: LanguageOption = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,8 +14,9 @@ from tumble.cli.output import OutputFolder
 from tumble.cli.registry_option import RegistryOption, warn_of_names
 from tumble.cli.registry_option import laboratory as laboratory_room
 from tumble.cli.screen import LISTED, print_document, print_summary
-from tumble.cli.shared_options import JsonOption, OperatorOption
+from tumble.cli.shared_options import JsonOption, LanguageOption, OperatorOption
 from tumble.foundation.errors import CommandError
+from tumble.foundation.translation import translated
 
 if TYPE_CHECKING:
     from tumble.calibration.limits import Limits
@@ -208,6 +209,7 @@ def history_command(
     limits: LimitsOption = None,
     registry: RegistryOption = "",
     as_json: JsonOption = False,
+    language: LanguageOption = "",
 ) -> None:
     """Show a unit over time, with its drift; of a lot or model how capable and repeatable it is.
 
@@ -235,7 +237,7 @@ def history_command(
     else:
         print_summary(_table(DRIFT_COLUMNS, drift_rows(history)))
         for sentence in signal_sentences(history):
-            print(f"control chart: {sentence}")
+            print(translated(f"control chart: {sentence}"))
     if output is not None:
         from tumble.foundation.file_names import file_stem
         from tumble.foundation.files import prepare_folder
@@ -243,7 +245,7 @@ def history_command(
 
         path = prepare_folder(output) / f"{file_stem(str(history.unit['name']))}.history.html"
         HISTORY_REPORT.write(history, path)
-        print(f"Report: {path}", file=sys.stderr)
+        print(translated(f"Report: {path}"), file=sys.stderr)
 
 
 @registry_app.command("due", cls=AbbreviatingCommand)

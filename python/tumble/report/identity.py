@@ -5,14 +5,18 @@ It names the procedure, unit, serial, date and operator of the result.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from tumble.foundation.provenance import Provenance
+from tumble.foundation.translation import translated
 
 NOT_STATED = "not stated"
+_COUNTERS = {"{page}": Markup("counter(page)"), "{pages}": Markup("counter(pages)")}
+"""Counters of CSS for the numbers of a sheet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +49,30 @@ class Identity:
         )
 
     @property
+    def names(self) -> frozenset[str]:
+        """Returns what no language translates: names, serials and dates."""
+        stated = {value for _, value in self.lines} - {NOT_STATED}
+        return frozenset({self.name, self.serial, *stated})
+
+    @property
     def footer(self) -> Markup:
         """Returns what stands at the foot of printed pages, as a string of CSS."""
-        found = dict(self.lines)
+        found = {name: value if value in self.names else translated(value) for name, value in self.lines}
         parts = (
-            self.procedure,
+            translated(self.procedure),
             self.name,
-            f"serial {found['serial']}",
+            f"{translated('serial')} {found['serial']}",
             found["date"],
-            f"operator {found['operator']}",
+            f"{translated('operator')} {found['operator']}",
         )
         return css_string(" · ".join(parts))
+
+    @property
+    def sheet(self) -> Markup:
+        """Returns what numbers the sheets of printed pages, in CSS."""
+        text = translated("page {page} of {pages}", page="{page}", pages="{pages}")
+        parts = filter(None, re.split(r"(\{pages?\})", text))
+        return Markup(" ").join(_COUNTERS[part] if part in _COUNTERS else css_string(part) for part in parts)
 
 
 def serials(known: Mapping[str, str] | Sequence[tuple[str, str]]) -> str:

@@ -16,9 +16,11 @@ from markupsafe import Markup
 
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import PAGE, write_text
+from tumble.foundation.translation import language
 from tumble.report.identity import Identity
 from tumble.report.numbers import typeset
 from tumble.report.text import VERDICT_SIGNS
+from tumble.report.translation import translated_page
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,8 +99,10 @@ def plot(page: object, figure: str | None, owner: str) -> Figure:
 
 
 def render(package: str, template: str, identity: Identity, **values: object) -> str:
-    """Fills a template of a package, such as `tumble.procedures.spin.report`, with what it names."""
-    return _environment(package).get_template(template).render(values | {"identity": identity})
+    """Fills a template of a package, such as `tumble.procedures.spin.report`, in the context's language."""
+    stated = {"identity": identity, "language": language()}
+    page = _environment(package).get_template(template).render(values | stated)
+    return translated_page(page, identity.names, package.split(".")[-2])
 
 
 @cache

@@ -1,4 +1,8 @@
-"""Words of certificates in their languages. A text of a certificate is one text for each language."""
+"""Words of certificates, which are in several languages at once; a text is one text for each.
+
+The words here are English. Those of another language are in its catalogue, with the context `certificate`, as
+a certificate uses the terms of accreditation, which are not those of a page everywhere.
+"""
 
 from __future__ import annotations
 
@@ -6,180 +10,137 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.translation import speaking, translated
 from tumble.laboratory.certificate.model import Language
 
 Texts: TypeAlias = dict[str, str]
 """One text for each language, by its code."""
+CONTEXT = "certificate"
+"""Context of these words in a catalogue."""
 
-LABELS: Mapping[str, tuple[str, str]] = {
-    "title": ("Calibration certificate", "校准证书"),
-    "number": ("Number", "证书编号"),
-    "page": ("Page", "页"),
-    "of": ("of", "共"),
-    "laboratory": ("Laboratory", "校准实验室"),
-    "accreditation": ("Accreditation", "认可编号"),
-    "customer": ("Customer", "委托方"),
-    "item": ("Item", "被校器具"),
-    "inertial unit": ("Inertial measurement unit", "惯性测量单元"),
-    "manufacturer": ("Manufacturer", "制造厂"),
-    "model": ("Model", "型号"),
-    "serial": ("Serial number", "出厂编号"),
-    "name": ("Name", "名称"),
-    "address": ("Address", "地址"),
-    "issued": ("Date of issue", "签发日期"),
-    "calibrated": ("Date of calibration", "校准日期"),
-    "condition": ("Condition", "状态"),
-    "begun": ("Calibration begun", "校准开始日期"),
-    "place": ("Place", "校准地点"),
-    "method": ("Method", "校准方法"),
-    "software": ("Software", "软件"),
-    "environment": ("Environment", "环境条件"),
-    "temperature": ("Temperature of the sensor", "传感器温度"),
-    "gravity": ("Gravity", "重力加速度"),
-    "traceability": ("Traceability", "计量溯源性"),
-    "reference": ("Reference", "参考标准"),
-    "due": ("Reference valid until", "参考标准有效期至"),
-    "results": ("Results", "校准结果"),
-    "parameter": ("Parameter", "参数"),
-    "value": ("Value", "值"),
-    "expanded uncertainty": ("Expanded uncertainty U", "扩展不确定度 U"),
-    "uncertainty": ("U", "U"),
-    "coverage factor": ("k", "k"),
-    "unit": ("Unit", "单位"),
-    "conformity": ("Conformity", "符合性判定"),
-    "remarks": ("Deviations and remarks", "偏离与说明"),
-    "operator": ("Calibrated by", "校准员"),
-    "authorised": ("Authorised by", "批准人"),
-    "result": ("Result", "结果标识"),
-    "result as found": ("Results as found", "校准结果（调整前）"),
-    "result as left": ("Results as left", "校准结果（调整后）"),
-    "as found": ("As found", "调整前"),
-    "as left": ("As left", "调整后"),
-    "not observable": ("not observable", "不可观测"),
-    "sensor model": ("Sensor model", "传感器模型"),
-    "fixed parameters": ("Sensor model: parameters without uncertainty", "传感器模型：无不确定度的参数"),
-    "no condition": ("Not recorded", "未记录"),
-    "pass": ("Pass", "合格"),
-    "conditional pass": ("Conditional pass", "有条件合格"),
-    "conditional fail": ("Conditional fail", "有条件不合格"),
-    "fail": ("Fail", "不合格"),
-    "attached": ("The attached XML holds the same numbers", "附件 XML 含相同数据"),
+LABELS: Mapping[str, str] = {
+    "title": "Calibration certificate",
+    "number": "Number",
+    "page": "Page",
+    "of": "of",
+    "laboratory": "Laboratory",
+    "accreditation": "Accreditation",
+    "customer": "Customer",
+    "item": "Item",
+    "inertial unit": "Inertial measurement unit",
+    "manufacturer": "Manufacturer",
+    "model": "Model",
+    "serial": "Serial number",
+    "name": "Name",
+    "address": "Address",
+    "issued": "Date of issue",
+    "calibrated": "Date of calibration",
+    "condition": "Condition",
+    "begun": "Calibration begun",
+    "place": "Place",
+    "method": "Method",
+    "software": "Software",
+    "environment": "Environment",
+    "temperature": "Temperature of the sensor",
+    "gravity": "Gravity",
+    "traceability": "Traceability",
+    "reference": "Reference",
+    "due": "Reference valid until",
+    "results": "Results",
+    "parameter": "Parameter",
+    "value": "Value",
+    "expanded uncertainty": "Expanded uncertainty U",
+    "uncertainty": "U",
+    "coverage factor": "k",
+    "unit": "Unit",
+    "conformity": "Conformity",
+    "remarks": "Deviations and remarks",
+    "operator": "Calibrated by",
+    "authorised": "Authorised by",
+    "result": "Result",
+    "result as found": "Results as found",
+    "result as left": "Results as left",
+    "as found": "As found",
+    "as left": "As left",
+    "not observable": "not observable",
+    "sensor model": "Sensor model",
+    "fixed parameters": "Sensor model: parameters without uncertainty",
+    "no condition": "Not recorded",
+    "pass": "Pass",
+    "conditional pass": "Conditional pass",
+    "conditional fail": "Conditional fail",
+    "fail": "Fail",
+    "attached": "The attached XML holds the same numbers",
 }
-"""Words and short phrases, English and Chinese."""
+"""Words and short phrases."""
 
-TERMS: Mapping[str, tuple[str, str]] = {
-    "accelerometer": ("Accelerometer", "加速度计"),
-    "gyroscope": ("Gyroscope", "陀螺仪"),
-    "bias": ("bias", "零偏"),
-    "scale": ("scale", "标度因数"),
-    "non-orthogonality": ("non-orthogonality", "非正交角"),
-    "mounting": ("mounting", "安装角"),
-    "g-sensitivity": ("g-sensitivity", "加速度敏感度"),
-    "noise-density": ("noise density", "噪声密度"),
-    "bias-instability": ("bias instability", "零偏不稳定性"),
-    "random-walk": ("random walk", "随机游走"),
+TERMS: Mapping[str, str] = {
+    "accelerometer": "Accelerometer",
+    "gyroscope": "Gyroscope",
+    "bias": "bias",
+    "scale": "scale",
+    "non-orthogonality": "non-orthogonality",
+    "mounting": "mounting",
+    "g-sensitivity": "g-sensitivity",
+    "noise-density": "noise density",
+    "bias-instability": "bias instability",
+    "random-walk": "random walk",
 }
 """Triads and groups of parameters."""
 
-METHODS: Mapping[str, tuple[str, str]] = {
+METHODS: Mapping[str, str] = {
     "turntable": (
-        "Comparison with a co-mounted reference unit at rests and turns on a turntable; least squares.",
-        "在转台上与同装参考单元在静止和转动时比较，最小二乘拟合。",
+        "Comparison with a co-mounted reference unit at rests and turns on a turntable; least squares."
     ),
-    "multipose": (
-        "Rests in many orientations, against the magnitude of gravity; least squares.",
-        "多姿态静置，以重力加速度的模为参考，最小二乘拟合。",
-    ),
-    "spin": (
-        "Rest and turns on the spot of a vehicle, against gravity; least squares.",
-        "载体静止并原地旋转，以重力加速度为参考，最小二乘拟合。",
-    ),
-    "redundancy": (
-        "Comparison with the primary of a redundant set in motion; least squares.",
-        "运动中与冗余组的主单元比较，最小二乘拟合。",
-    ),
-    "noise": ("Allan deviation of a recording at rest.", "静态记录的阿伦偏差。"),
-    "thermal": (
-        "Rests at many temperatures; polynomials of bias and scale.",
-        "多温度点静置，零偏和标度因数的多项式拟合。",
-    ),
+    "multipose": "Rests in many orientations, against the magnitude of gravity; least squares.",
+    "spin": "Rest and turns on the spot of a vehicle, against gravity; least squares.",
+    "redundancy": "Comparison with the primary of a redundant set in motion; least squares.",
+    "noise": "Allan deviation of a recording at rest.",
+    "thermal": "Rests at many temperatures; polynomials of bias and scale.",
 }
 """Method of each procedure."""
 
-SENTENCES: Mapping[str, tuple[str, str]] = {
+SENTENCES: Mapping[str, str] = {
     "only in full": (
-        "This certificate may be reproduced only in full, unless the laboratory agrees in writing.",
-        "未经实验室书面同意，不得部分复制本证书。",
+        "This certificate may be reproduced only in full, unless the laboratory agrees in writing."
     ),
-    "only this item": (
-        "The results relate only to the item calibrated, on the dates stated.",
-        "结果仅对所述日期的被校器具有效。",
-    ),
+    "only this item": "The results relate only to the item calibrated, on the dates stated.",
     "model": (
         "The sensor reads y = M u + b, where u is the truth in the frame of the case; M = K L Q: scale, "
-        "non-orthogonality, mounting. M and b with their covariance are in the attached XML.",
-        "传感器读数 y = M u + b，u 为壳体坐标系中的真值；M = K L Q：标度因数、非正交、安装。"
-        "M、b 及其协方差见附件 XML。",
+        "non-orthogonality, mounting. M and b with their covariance are in the attached XML."
     ),
     "uncertainty": (
         "U is the expanded uncertainty: the standard uncertainty times k, for a coverage probability of 95 % "
-        "(JCGM 100). Values without U are for information.",
-        "U 为扩展不确定度：标准不确定度乘以 k，包含概率 95 %（JCGM 100）。未给出 U 的值仅供参考。",
+        "(JCGM 100). Values without U are for information."
     ),
     "rule simple": (
         "Decision rule: simple acceptance; a value within its limit passes, whatever its uncertainty "
-        "(ILAC-G8:09, 4.2.1).",
-        "判定规则：简单接受；值在限值内即合格，不考虑不确定度（ILAC-G8:09，4.2.1）。",
+        "(ILAC-G8:09, 4.2.1)."
     ),
     "rule guarded": (
         "Decision rule: guarded acceptance; the acceptance limit is the limit less {guard} U "
-        "(ILAC-G8:09, 4.2.3).",
-        "判定规则：带保护带的接受；接受限为限值减 {guard} U（ILAC-G8:09，4.2.3）。",
+        "(ILAC-G8:09, 4.2.3)."
     ),
-    "traceable": (
-        "Traceable by certificate {certificate} of {laboratory}, calibrated {certified}.",
-        "通过 {laboratory} 的证书 {certificate}（{certified} 校准）溯源。",
-    ),
+    "traceable": "Traceable by certificate {certificate} of {laboratory}, calibrated {certified}.",
     "by data sheet": (
-        "The uncertainty of the reference is that of {source}, no certificate: no traceability is claimed.",
-        "参考标准的不确定度取自 {source}，无证书：不声明计量溯源性。",
+        "The uncertainty of the reference is that of {source}, no certificate: no traceability is claimed."
     ),
     "relative": (
-        "No uncertainty of the reference is stated: results are relative to it, no traceability is claimed.",
-        "未给出参考标准的不确定度：结果相对于参考标准，不声明计量溯源性。",
+        "No uncertainty of the reference is stated: results are relative to it, no traceability is claimed."
     ),
-    "by gravity": (
-        "No reference unit was used; no traceability is claimed.",
-        "未使用参考单元；不声明计量溯源性。",
-    ),
-    "not shown": (
-        "The data did not show: {parameters}.",
-        "数据不足以确定：{parameters}。",
-    ),
-    "supersedes": (
-        "This certificate replaces certificate {number}.",
-        "本证书替代证书 {number}。",
-    ),
+    "by gravity": "No reference unit was used; no traceability is claimed.",
+    "not shown": "The data did not show: {parameters}.",
+    "supersedes": "This certificate replaces certificate {number}.",
 }
 
-CHINESE_FONTS = (
-    "Noto Sans CJK SC",
-    "Noto Serif CJK SC",
-    "Source Han Sans SC",
-    "WenQuanYi Micro Hei",
-    "WenQuanYi Zen Hei",
-    "Microsoft YaHei",
-    "SimSun",
-    "PingFang SC",
-    "Songti SC",
-)
-"""Families of fonts with Chinese letters, the preferred ones first."""
 
-
-def texts(entry: tuple[str, str], languages: Sequence[Language], **values: str) -> Texts:
-    """Return a sentence in each language, with values from outside in its places."""
-    every = dict(zip(("en", "zh"), entry, strict=True))
-    return {language: every[language].format(**values) for language in languages}
+def texts(text: str, languages: Sequence[Language], **values: str) -> Texts:
+    """Return a text of this module in each language, with values from outside in its places."""
+    found: Texts = {}
+    for language in languages:
+        with speaking(language):
+            found[language] = translated(text, context=CONTEXT).format(**values)
+    return found
 
 
 def label(key: str, languages: Sequence[Language]) -> Texts:

@@ -15,7 +15,6 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.units import TRIADS
 from tumble.laboratory.certificate import statements
 from tumble.laboratory.certificate.catalogue import (
-    CHINESE_FONTS,
     LABELS,
     TERMS,
     Texts,
@@ -30,6 +29,18 @@ TEMPLATE = Path(__file__).with_name("template.typ")
 STANDARD: Final = "a-3b"
 _FONT = "Libertinus Serif"
 """Font that typst brings along."""
+CHINESE_FONTS = (
+    "Noto Sans CJK SC",
+    "Noto Serif CJK SC",
+    "Source Han Sans SC",
+    "WenQuanYi Micro Hei",
+    "WenQuanYi Zen Hei",
+    "Microsoft YaHei",
+    "SimSun",
+    "PingFang SC",
+    "Songti SC",
+)
+"""Families of fonts with Chinese letters, the preferred ones first."""
 
 
 def pdf_of(certificate: Certificate, xml: bytes, template: Path | None = None, logo: bytes = b"") -> bytes:

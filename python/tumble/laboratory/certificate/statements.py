@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tumble.laboratory.certificate.catalogue import METHODS, SENTENCES, TERMS, Texts, texts
-from tumble.laboratory.certificate.model import CalibratedItem, Certificate, Equipment
+from tumble.laboratory.certificate.model import CalibratedItem, Certificate, Equipment, Language
 
 NOT_STATED = "not stated"
 """Source of an uncertainty of the reference that nobody states."""
@@ -67,15 +67,14 @@ def not_shown(certificate: Certificate, each: CalibratedItem) -> Texts | None:
     missing = [quantity.parameter for quantity in each.quantities if quantity.value is None]
     if not missing:
         return None
-    return {
-        language: SENTENCES["not shown"][place].format(
-            parameters=", ".join(_whole_name(name, place) for name in missing)
-        )
-        for place, language in enumerate(("en", "zh"))
-        if language in certificate.languages
-    }
+    found: Texts = {}
+    for language in certificate.languages:
+        names = ", ".join(_whole_name(name, language) for name in missing)
+        found |= texts(SENTENCES["not shown"], [language], parameters=names)
+    return found
 
 
-def _whole_name(parameter: str, place: int) -> str:
+def _whole_name(parameter: str, language: Language) -> str:
     triad, group, axis = parameter.split(" ")
-    return f"{TERMS[triad][place].lower()} {TERMS[group][place]} {axis}"
+    sensor, quantity = (texts(TERMS[word], [language])[language] for word in (triad, group))
+    return f"{sensor.lower()} {quantity} {axis}"

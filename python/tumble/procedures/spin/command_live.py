@@ -22,6 +22,7 @@ from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
+from tumble.foundation.translation import translated
 from tumble.foundation.words import LISTENING
 
 if TYPE_CHECKING:
@@ -273,7 +274,7 @@ def _print_json(step: SpinStep) -> None:
 
 def _print_prompt(text: str) -> None:
     if text:
-        print(text, file=sys.stderr, flush=True)
+        print(translated(text), file=sys.stderr, flush=True)
 
 
 def _prompt(step: SpinStep, source: str, options: LiveSpinOptions) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.errors import print_notice
 from tumble.cli.gravity import GravityOptions
 from tumble.cli.live_screen import failures_told
 from tumble.cli.output import OutputFolder, folder_for, folder_named_after
@@ -20,6 +20,7 @@ from tumble.cli.read_options import ReadingOptionsOfSeveral, read_options_for
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
+from tumble.foundation.translation import translated
 from tumble.logs.options import ReadOptions
 from tumble.procedures.turntable.command_live import TurntableLiveOptions, record_live
 from tumble.procedures.turntable.command_options import (
@@ -289,13 +290,14 @@ def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
 
     batch = run.batch
     if run.unchanged:
-        print(f"{run.unchanged} were done and unchanged, and left as they are")
+        print(translated(f"{run.unchanged} were done and unchanged, and left as they are"))
     has_pages = any((batch.folder / f"{last.stem}{PAGE_ENDING}").exists() for last in batch.last.values())
     pages = "pages, " if has_pages else ""
-    print(f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}")
-    print(f"Report: {files['report']}")
+    where = f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}"
+    print(translated(where))
+    print(translated(f"Report: {files['report']}"))
 
 
 def _remark(lines: Iterable[str]) -> None:
     for line in lines:
-        print(f"tumble: {line}", file=sys.stderr)
+        print_notice(line)

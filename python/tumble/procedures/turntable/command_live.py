@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.errors import print_notice
 from tumble.cli.live_options import LIVE, SenderOption, UntilOption, pose_seconds
 from tumble.cli.options import Options, refuse_given
 from tumble.cli.read_options import read_options_for
@@ -209,4 +209,4 @@ def _say_how_to_go_on(session: LiveTurntable) -> None:
 
 def _say(lines: Iterable[str]) -> None:
     for line in lines:
-        print(f"tumble: {line}", file=sys.stderr, flush=True)
+        print_notice(line)

@@ -10,10 +10,9 @@ import hashlib
 import json
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -36,7 +35,7 @@ from tumble.procedures.turntable.procedure import (
     with_serial,
 )
 from tumble.procedures.turntable.record import TargetRecord
-from tumble.procedures.turntable.report.pages import render_batch, render_target
+from tumble.procedures.turntable.report.pages import drawing_processes, render_batch, render_target
 from tumble.procedures.turntable.report.records import record_of
 from tumble.procedures.turntable.result import GOOD, TargetResult, TurntableResult
 from tumble.procedures.turntable.summary import write_summary
@@ -324,7 +323,7 @@ class _Here(Executor):
 
 
 def _printers(workers: int) -> Executor:
-    return _Here() if workers == 1 else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    return _Here() if workers == 1 else drawing_processes(workers)
 
 
 def print_target(order: PrintOrder | PrintedPages) -> PrintedPages:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, TypeAlias
 
+from tumble.foundation.translation import translated
 from tumble.foundation.words import LISTENING, count_of
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def shown(as_json: bool) -> Iterator[Show]:
     """Give what shows each step while the block runs, on standard error; JSON on standard output."""
     from rich.live import Live
 
+    from tumble.cli.drawn_translation import translated_drawing
     from tumble.cli.screen import message_console
 
     console = message_console()
@@ -50,8 +52,8 @@ def shown(as_json: bool) -> Iterator[Show]:
 
             def show(step: RecordStep) -> None:
                 if words := _happened(step):
-                    screen.console.print(words, highlight=False)
-                screen.update(_table(step), refresh=True)
+                    screen.console.print(translated(words), highlight=False)
+                screen.update(translated_drawing(_table(step)), refresh=True)
 
             yield show
 
@@ -71,11 +73,11 @@ class _Lines:
 
     def show(self, step: RecordStep) -> None:
         if words := _happened(step):
-            print(words, file=sys.stderr, flush=True)
+            print(translated(words), file=sys.stderr, flush=True)
         if step.kind == "progress" and step.elapsed >= self._due:
             self._due = step.elapsed + BETWEEN_LINES
             for unit in step.units:
-                print(", ".join(_cells(unit)), file=sys.stderr, flush=True)
+                print(translated(", ".join(_cells(unit))), file=sys.stderr, flush=True)
 
 
 def _happened(step: RecordStep) -> str:

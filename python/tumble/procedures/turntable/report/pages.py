@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from tumble.foundation.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.foundation.files import PAGE, prepare_folder, write_text
+from tumble.foundation.translation import language, speak
 from tumble.procedures.turntable.record import TargetRecord
 from tumble.procedures.turntable.report.batch_page import batch_page
 from tumble.procedures.turntable.report.records import record_of
@@ -41,7 +42,7 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
     tasks = [(context, target) for target in result.targets]
     workers = min(jobs, -(-len(tasks) // _TARGETS_PER_TASK))
     if workers > 1:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        with drawing_processes(workers) as pool:
             _write_all(paths, pool.map(_draw, tasks, chunksize=_TARGETS_PER_TASK))
     else:
         _write_all(paths, map(_draw, tasks))
@@ -96,6 +97,13 @@ def page_names(targets: Sequence[TargetResult]) -> list[str]:
         taken.add(name.casefold())
         names.append(f"{name}.html")
     return names
+
+
+def drawing_processes(workers: int) -> ProcessPoolExecutor:
+    """Starts processes that draw pages in the language of this context."""
+    return ProcessPoolExecutor(
+        workers, mp_context=get_context("spawn"), initializer=speak, initargs=(language(),)
+    )
 
 
 def _draw(task: tuple[TurntableResult, TargetResult]) -> str:

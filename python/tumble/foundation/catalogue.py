@@ -1,0 +1,274 @@
+"""Catalogues of translated texts: files of gettext, looked up by text or by the template it was made of."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property, lru_cache
+from pathlib import Path
+from typing import TypeAlias
+
+FOLDER = Path(__file__).parents[1] / "locale"
+PLACE = re.compile(r"\{(\w+)\}")
+"""A place of a template; doubled braces are no part of our texts."""
+NAMED = frozenset({"name", "names", "path", "file", "folder", "log", "about", "serial", "page", "pages"})
+"""Places that hold names: a single word stays as it is, unless the catalogue has it."""
+
+SEAM = "seam"
+"""Context of the seams between the parts of a text."""
+PART = "part"
+"""Context of parts that texts are put together from while they are made, so that no source has them whole."""
+TERM = "term"
+"""Context of the terms that names are made of, such as those of `gyroscope scale x`."""
+
+_WORD = re.compile(r"[A-Za-z]{2}")
+_SAME = re.compile(
+    r"\b(?:[mµn]?rad|deg|ppm|Hz|Tumble|[xyz]{2}|[A-Z]{2,})\b|--[\w-]+|[\w.+-]*(?:[\d_/]|\.\w)[\w.+/-]*"
+)
+"""Units, options, names of units and files, and abbreviations, which are the same in every language."""
+_COUNT = r"[0-9][0-9.,]*"
+_OF_A_SENTENCE = r"(?:(?!\. [A-Z]).)*?"
+_OF_A_CLAUSE = r"(?:(?!\. [A-Z]|, |; |: |\(|\)).)*?"
+"""Contents of a place in a template that has several clauses itself, or too few letters to be known by."""
+_FEW_LETTERS = 12
+_SENTENCES = re.compile(r"[.}] [A-Z{]")
+"""Seam of a template of several sentences."""
+_SEAMS = ("\n", "  ", "] ", ". ", ": ", "; ", ", ", " or its ", " and ", " or ")
+"""Seams at which a text is taken apart that is several texts, widest first."""
+_BRACKETED = re.compile(r"(.*?) ?\((.*)\)", re.DOTALL)
+_ENDS = (".", ":", ";")
+_CONTINUED = (", ", "; ")
+"""Seams with which texts begin that continue another."""
+_BETWEEN_CHINESE = re.compile(r"(?<=[\u3400-\u9fff]) (?=[\u3400-\u9fff])")
+
+
+@dataclass(frozen=True, slots=True)
+class CatalogueText:
+    """One text of a catalogue."""
+
+    text: str
+    translation: str
+    context: str = ""
+    plural: str = ""
+    """The text for several, where it is another; Chinese has one translation for both."""
+    fuzzy: bool = False
+
+
+@dataclass(frozen=True)
+class _Template:
+    text: str
+    translation: str
+    wanted: str
+    """Pattern of what may stand in a place."""
+
+    @cached_property
+    def landmark(self) -> str:
+        """Longest literal part, which every text made of the template holds."""
+        return max(PLACE.split(self.text)[::2], key=len)
+
+    @cached_property
+    def pattern(self) -> re.Pattern[str]:
+        """Pattern of the texts made of it; to compile all of a catalogue takes longer than a command."""
+        literals = PLACE.split(self.text)[::2]
+        pattern, seen = re.escape(literals[0]), set[str]()
+        for name, literal in zip(PLACE.findall(self.text), literals[1:], strict=True):
+            place = _COUNT if name == "count" else self.wanted
+            pattern += f"(?P={name})" if name in seen else f"(?P<{name}>{place})"
+            pattern += re.escape(literal)
+            seen.add(name)
+        return re.compile(pattern, re.DOTALL)
+
+
+FindPart: TypeAlias = Callable[[str], "str | None"]
+"""Finds the translation of a part of a text, or None."""
+
+
+class Catalogue:
+    """Texts of one language."""
+
+    def __init__(self, entries: Iterable[CatalogueText]) -> None:
+        texts: dict[tuple[str, str], str] = {}
+        for entry in entries:
+            if entry.translation and not entry.fuzzy:
+                context = "" if entry.context == PART else entry.context
+                for text in filter(None, (entry.text, entry.plural)):
+                    texts[context, text] = entry.translation
+                    if text.startswith(_CONTINUED):
+                        texts.setdefault((context, text[2:]), entry.translation[1:])
+        self._texts = texts
+        self._found = lru_cache(maxsize=4096)(self._find)
+        self._complete = lru_cache(maxsize=8192)(self._find_complete)
+
+    def translated(self, text: str, context: str = "", values: Mapping[str, object] | None = None) -> str:
+        """Returns the translation of a text or of its parts; the text itself where there is none."""
+        if values:
+            found = self._texts.get((context, text))
+            return text.format_map(values) if found is None else self._filled(found, values)
+        found = self._found(text, context) if _WORD.search(text) else None
+        return text if found is None else found
+
+    def _find(self, text: str, context: str) -> str | None:
+        """Finds all of a text, else by a template that holds what is unknown, else some parts of it."""
+        text = text.strip()
+        if context:
+            return self._texts.get((context, text))
+        found = self._complete(text)
+        if found is None:
+            found = self._by_template(text, self._loose_templates, self._as_far)
+        if found is None:
+            found = self._by_parts(text, self._complete, self._as_far)
+        if found is None:
+            found = self._by_parts(text, self._as_far, self._complete)
+        if found is None:
+            found = self._by_parts(text, self._as_far, self._as_far)
+        return found
+
+    def _find_complete(self, text: str) -> str | None:
+        """Finds a text by itself, by its template, by its parts, or by the terms it consists of."""
+        if not _WORD.search(_SAME.sub("", text)):
+            return f"{text[:-1]}{self._seam(text[-1])}" if text.endswith((":", ";")) else text
+        found = self._by_template(text, self._templates, self._complete)
+        found = self._by_parts(text, self._complete, self._complete) if found is None else found
+        return self._by_terms(text) if found is None else found
+
+    def _as_far(self, text: str) -> str | None:
+        return self._found(text, "") or text
+
+    def _by_template(self, text: str, templates: Sequence[_Template], part: FindPart) -> str | None:
+        """Finds a text in any case of its first letter, and by `part` all that stands in its places."""
+        for body in dict.fromkeys((text, text[:1].lower() + text[1:], text[:1].upper() + text[1:])):
+            if (found := self._texts.get(("", body))) is not None:
+                return found
+            for template in templates:
+                match = template.pattern.fullmatch(body) if template.landmark in body else None
+                if match and (found := self._made_of(template, match.groupdict(), part)) is not None:
+                    return found
+        return None
+
+    def _made_of(self, template: _Template, values: Mapping[str, str], part: FindPart) -> str | None:
+        found = {
+            name: value if name in NAMED and " " not in value else part(value)
+            for name, value in values.items()
+        }
+        if any(value is None or value.endswith(_ENDS) for value in found.values()):
+            return None
+        return self._filled(template.translation, found)
+
+    def _by_parts(self, text: str, find_first: FindPart, find_rest: FindPart) -> str | None:
+        """Translates a text that consists of several; None where no way to part it leads to both parts."""
+        for first, seam, rest in _partings(text):
+            ended = find_first(first + seam[0]) if seam[0] in _ENDS else None
+            is_ended = ended not in (None, first + seam[0])
+            own, other = ended if is_ended else find_first(first), find_rest(rest)
+            if own and other and (own, other) != (first, rest):
+                return f"{own}{'' if is_ended else self._seam(seam)}{other}"
+        if (bracketed := _BRACKETED.fullmatch(text)) is not None:
+            own, other = find_first(bracketed[1]) if bracketed[1] else "", find_rest(bracketed[2])
+            if own is not None and other and (own, other) != bracketed.groups():
+                return f"{own}{self._seam(' (')}{other}{self._seam(')')}"
+        if text.endswith(_ENDS) and (found := find_first(text[:-1])) not in (None, text[:-1]):
+            return f"{found}{self._seam(text[-1])}"
+        return None
+
+    def _by_terms(self, text: str) -> str | None:
+        """Translates a name that consists of terms, numbers and units."""
+        found, count = self._terms.subn(lambda term: self._texts[TERM, term[0].lower()], text)
+        if not count or _WORD.search(_SAME.sub("", found)):
+            return None
+        return _BETWEEN_CHINESE.sub("", found)
+
+    def _seam(self, seam: str) -> str:
+        return self._texts.get((SEAM, seam), seam)
+
+    def _filled(self, translation: str, values: Mapping[str, object]) -> str:
+        filled = PLACE.sub(lambda place: self._value(place[1], values), translation)
+        return _BETWEEN_CHINESE.sub("", filled)
+
+    def _value(self, place: str, values: Mapping[str, object]) -> str:
+        value = str(values[place])
+        if _is_name(place, value):
+            return self._texts.get(("", value), value)
+        return self.translated(value)
+
+    @cached_property
+    def _templates(self) -> Sequence[_Template]:
+        """Templates whose places hold no end of a sentence, and of some no more than a clause."""
+        return self._made(
+            lambda text: _OF_A_CLAUSE if _is_vague(text) or re.search("[,;:] ", text) else _OF_A_SENTENCE
+        )
+
+    @cached_property
+    def _loose_templates(self) -> Sequence[_Template]:
+        """Templates whose places hold anything, of a single sentence nothing beyond it."""
+        return self._made(
+            lambda text: "" if _is_vague(text) else ".*?" if _SENTENCES.search(text) else _OF_A_SENTENCE
+        )
+
+    def _made(self, wanted: Callable[[str], str]) -> Sequence[_Template]:
+        texts = {
+            text: own for (context, text), own in self._texts.items() if not context and PLACE.search(text)
+        }
+        ordered = sorted(texts, key=lambda text: -len(PLACE.sub("", text)))
+        return [_Template(text, texts[text], wanted(text)) for text in ordered if wanted(text)]
+
+    @cached_property
+    def _terms(self) -> re.Pattern[str]:
+        terms = sorted((text for context, text in self._texts if context == TERM), key=len, reverse=True)
+        return re.compile(rf"\b(?:{'|'.join(map(re.escape, terms))})\b", re.IGNORECASE)
+
+
+def _partings(text: str) -> Iterator[tuple[str, str, str]]:
+    """Returns each way to part a text at a seam: the widest seam first, the longest first part first."""
+    for seam in _SEAMS:
+        place = text.rfind(seam)
+        while place > 0:
+            yield text[:place], seam, text[place + len(seam) :]
+            place = text.rfind(seam, 0, place)
+
+
+def _is_name(place: str, value: str) -> bool:
+    return place in NAMED and " " not in value
+
+
+def _is_vague(text: str) -> bool:
+    return len(re.findall("[A-Za-z]", PLACE.sub("", text))) < _FEW_LETTERS
+
+
+@cache
+def catalogue(code: str) -> Catalogue:
+    """Returns the catalogue of a language, which is read once."""
+    return Catalogue(read_catalogue(catalogue_path(code)))
+
+
+def catalogue_path(code: str) -> Path:
+    """Returns where the catalogue of a language stands, by the rules of gettext."""
+    return FOLDER / code.replace("-", "_") / "LC_MESSAGES" / "tumble.po"
+
+
+def read_catalogue(path: Path) -> Iterator[CatalogueText]:
+    """Reads a file of gettext as babel writes it, without the entry that describes the file.
+
+    Source: https://www.gnu.org/software/gettext/manual/html_node/PO-Files.html.
+    """
+    for block in path.read_text(encoding="utf-8").split("\n\n"):
+        fields: dict[str, str] = {}
+        key, fuzzy = "", False
+        for line in block.splitlines():
+            if line.startswith("#"):
+                fuzzy = fuzzy or (line.startswith("#,") and "fuzzy" in line)
+                continue
+            if line and not line.startswith('"'):
+                key, _, line = line.partition(" ")
+                fields[key] = ""
+            if line:
+                fields[key] += json.loads(line)
+        if fields.get("msgid"):
+            yield CatalogueText(
+                fields["msgid"],
+                fields.get("msgstr", fields.get("msgstr[0]", "")),
+                fields.get("msgctxt", ""),
+                fields.get("msgid_plural", ""),
+                fuzzy,
+            )
