@@ -18,7 +18,9 @@ class Procedure:
     docs/how-to/WORD.md explains its use.
     """
 
-    __slots__ = ("endings", "files", "result", "serves", "simulated", "summary", "title", "typed", "word")
+    __slots__ = (
+        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "title", "typed", "word"),
+    )
 
     def __init__(
         self,
@@ -29,6 +31,7 @@ class Procedure:
         title: str,
         endings: tuple[str, ...] = (),
         files: tuple[str, ...] = (),
+        guided: bool = False,
         serves: bool = True,
         simulated: str = "",
         typed: str = "",
@@ -44,6 +47,8 @@ class Procedure:
         """Behind the name of a unit in the names of its files."""
         self.files = files
         """Names of its other files, without extension."""
+        self.guided = guided
+        """Indicates whether `guided_run.py` of the folder guides an operator; see `tumble.tools.guided`."""
         self.serves = serves
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
