@@ -47,7 +47,6 @@ def show_page(bench: Bench) -> None:
     request = client.request
     language = accepted_language(request.headers.get("accept-language", ""))
     page = PageContext(bench, request.scope[BROWSER], language, client)
-    bench.access.beat(page.browser.key)
     ui.add_head_html(HEAD)
     Frame(page, request.url.path)
 
