@@ -18,7 +18,10 @@ class Procedure:
     docs/how-to/WORD.md explains its use.
     """
 
-    __slots__ = ("endings", "files", "result", "serves", "simulated", "summary", "title", "typed", "word")
+    __slots__ = (
+        *("endings", "files", "result", "serves", "simulated", "summary", "takes_one_log", "title", "typed"),
+        "word",
+    )
 
     def __init__(
         self,
@@ -31,6 +34,7 @@ class Procedure:
         files: tuple[str, ...] = (),
         serves: bool = True,
         simulated: str = "",
+        takes_one_log: bool = False,
         typed: str = "",
     ) -> None:
         self.word = word
@@ -48,6 +52,8 @@ class Procedure:
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
         """Simulated recording for trials: a word of `tumble simulate`."""
+        self.takes_one_log = takes_one_log
+        """Indicates whether one log, and nothing else, is enough to run it."""
         self.typed = typed
         """Arguments of its command for that recording, in the folder `{0}`."""
 
@@ -74,6 +80,7 @@ PROCEDURES = (
         title="By a spin of a robot",
         endings=("spin", "live"),
         simulated="spin",
+        takes_one_log=True,
         typed="{0}/spin.csv",
     ),
     Procedure(
@@ -94,6 +101,7 @@ PROCEDURES = (
         title="In many orientations",
         endings=("multipose",),
         simulated="multipose",
+        takes_one_log=True,
         typed="{0}/multipose.csv",
     ),
     Procedure(
@@ -103,6 +111,7 @@ PROCEDURES = (
         title="Noise",
         endings=("noise",),
         simulated="static",
+        takes_one_log=True,
         typed="{0}/static.csv",
     ),
     Procedure(
@@ -112,6 +121,7 @@ PROCEDURES = (
         title="Temperature",
         endings=("thermal",),
         simulated="thermal",
+        takes_one_log=True,
         typed="{0}/thermal.csv",
     ),
     Procedure(
