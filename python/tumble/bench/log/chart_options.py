@@ -31,8 +31,8 @@ LANE: Final = 22
 """px of the lane of segments."""
 LEGEND: Final = 26
 GAP: Final = 34
-HEIGHT: Final = 190
-"""px of the chart of one quantity."""
+HEIGHTS: Final = {1: 480, 2: 290, 3: 190}
+"""px of the chart of one quantity, by their number."""
 FOOT: Final = 76
 POINTS: Final = 500
 """Bins of a spectrum that is drawn."""
@@ -79,7 +79,7 @@ def recording_plan(units: Sequence[UnitSamples], forms: Sequence[Form], date: st
     return ChartPlan(
         light,
         dark,
-        height=LEGEND + LANE + 8 + len(quantities) * (HEIGHT + GAP) + FOOT - GAP,
+        height=LEGEND + LANE + 8 + len(quantities) * (HEIGHTS[len(quantities)] + GAP) + FOOT - GAP,
         lines=tuple(
             SeriesFacts(each.unit, each.form, each.channel, 1 + number) for number, each in enumerate(lines)
         ),
@@ -124,9 +124,11 @@ def _unit_of(channel: str) -> str:
 
 
 def _name_of(line: SeriesFacts, several: bool, forms: Sequence[Form]) -> str:
-    axis = line.channel[-1] if line.channel in CHANNELS else ""
-    parts = [line.unit if several else "", axis, translated(line.form) if len(forms) > 1 else ""]
-    return " ".join(filter(None, parts)) or translated("temperature")
+    unit = line.unit if several else ""
+    if line.channel == TEMPERATURE:
+        return f"{unit} {translated('temperature')}".strip()
+    form = translated(line.form) if len(forms) > 1 else ""
+    return " ".join(filter(None, (unit, line.channel[-1], form)))
 
 
 def _recording(
@@ -136,9 +138,9 @@ def _recording(
     palette: Palette,
     date: str,
 ) -> Option:
-    top = LEGEND + LANE + 8
-    tops = [LEGEND, *(top + number * (HEIGHT + GAP) for number in range(len(quantities)))]
-    heights = [LANE, *(HEIGHT for _ in quantities)]
+    top, height = LEGEND + LANE + 8, HEIGHTS[len(quantities)]
+    tops = [LEGEND, *(top + number * (height + GAP) for number in range(len(quantities)))]
+    heights = [LANE, *(height for _ in quantities)]
     grids = [
         {"left": LEFT, "right": RIGHT, "top": at, "height": height}
         for at, height in zip(tops, heights, strict=True)
@@ -154,7 +156,7 @@ def _recording(
             "nameLocation": "middle",
             "nameGap": 26,
             "nameTextStyle": {"color": palette.soft},
-            "axisLabel": {"show": number == last, "color": palette.soft, "hideOverlap": True},
+            "axisLabel": {"show": number == last, "color": palette.soft},
             "axisTick": {"show": number == last},
             "axisLine": {"show": number > 0, "onZero": False, "lineStyle": {"color": palette.soft}},
             "splitLine": {"show": number > 0, "lineStyle": {"color": palette.grid}},
@@ -181,7 +183,8 @@ def _recording(
             "top": 0,
             "left": LEFT,
             "right": RIGHT,
-            "itemWidth": 18,
+            "itemWidth": 26,
+            "itemStyle": {"opacity": 0},
             "textStyle": {"color": palette.ink},
             "data": _legend(units, forms, quantities),
         },
@@ -319,7 +322,7 @@ def curves_plan(
     return ChartPlan(
         light,
         dark,
-        height=LEGEND + 300 + 60,
+        height=LEGEND + 290 + 56,
         quantities=tuple(quantity for quantity, _ in flat),
         units=tuple(unit for _, unit in flat),
     )
@@ -451,7 +454,7 @@ def residual_plan(residuals: Sequence[Residuals]) -> ChartPlan:
     return ChartPlan(
         light,
         dark,
-        height=LEGEND + len(residuals) * (150 + 66) + 8,
+        height=LEGEND + len(residuals) * (150 + 66) - 20,
         quantities=tuple(translated(each.triad) for each in flat),
         units=tuple(readable_unit(each.unit) for each in flat),
     )

@@ -6,7 +6,7 @@ from nicegui import ui
 
 from tumble.bench.log.words import translated
 from tumble.report.numbers import readable_unit
-from tumble.tools.inspect.result import Inspection, head_lines, rest_lines, service_line
+from tumble.tools.inspect.result import ChannelFacts, Inspection, head_lines, rest_lines, service_line
 
 
 def show_inspection(inspection: Inspection) -> None:
@@ -39,21 +39,27 @@ def _channels(inspection: Inspection) -> None:
     with ui.element("table").classes("tumble-table"):
         with ui.element("tr"):
             for head in heads:
-                with ui.element("th").props("scope=col"):
-                    ui.label(translated(head))
-        for channel in inspection.channels:
-            noise = channel.noise_density
-            unit = readable_unit(channel.unit)
-            cells = (
-                f"{channel.low:.4g}",
-                f"{channel.mean:.4g}",
-                f"{channel.high:.4g}",
-                f"{noise:.3g}" if noise > 0.0 else "",
-            )
+                _cell("th", translated(head)).props("scope=col")
+        for triad in inspection.metadata.triads:
+            of_triad = [each for each in inspection.channels if each.name.startswith(triad)]
+            unit = readable_unit(of_triad[0].unit)
             with ui.element("tr"):
-                with ui.element("th").props("scope=row"):
-                    ui.label(f"{translated(channel.name)}, {unit}")
-                for cell in cells:
-                    with ui.element("td"):
-                        ui.label(cell)
+                _cell("th", f"{translated(triad)}, {unit}").props(f"scope=rowgroup colspan={len(heads)}")
+            for channel in of_triad:
+                _channel(channel)
     ui.label(translated("noise per √Hz")).classes("tumble-soft")
+
+
+def _channel(channel: ChannelFacts) -> None:
+    noise = f"{channel.noise_density:.3g}" if channel.noise_density > 0.0 else ""
+    with ui.element("tr"):
+        _cell("th", channel.name[-1]).props("scope=row")
+        for value in (channel.low, channel.mean, channel.high):
+            _cell("td", f"{value:.3g}")
+        _cell("td", noise)
+
+
+def _cell(kind: str, text: str) -> ui.element:
+    with ui.element(kind) as cell:
+        ui.label(text)
+    return cell

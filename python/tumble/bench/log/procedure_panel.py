@@ -111,9 +111,8 @@ class ProcedurePanel:
         self._buttons.clear()
         with self._buttons:
             for each in found:
-                ui.button(translated(each.title), on_click=self._runs(each)).props(
-                    "flat dense no-caps"
-                ).classes("tumble-button").props["aria-label"] = translated(each.summary)
+                button = ui.button(translated(each.title), on_click=self._runs(each), color=None)
+                button.props("flat dense no-caps").classes("tumble-button").tooltip(translated(each.summary))
 
     def _runs(self, procedure: Procedure) -> Callable[[], Any]:
         async def act() -> None:

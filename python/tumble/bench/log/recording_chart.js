@@ -2,7 +2,7 @@
 // are given whole. Texts from files reach the page as text nodes, or as text that ECharts draws.
 import { echarts } from "nicegui-echart";
 
-const MOST_AREAS = 300;
+const NARROWEST = 4; // px of a segment that is drawn by itself
 const LEAST_SPAN = 1e-4; // s
 const TITLE_ROOM = 64;
 
@@ -31,6 +31,7 @@ export default {
     this.data = {};
     this.wanted = null;
     this.busy = false;
+    this.unselected = {}; // lines that the legend hides
     this.init();
     this.theme_watch = new MutationObserver(() => this.restyle());
     this.theme_watch.observe(document.body, { attributes: true, attributeFilter: ["class"] });
@@ -69,6 +70,9 @@ export default {
       this.chart = echarts.init(this.$refs.plot, null, { renderer: "canvas" });
       this.chart.setOption(this.full(this.skeleton()));
       this.chart.on("datazoom", (event) => this.on_zoom(event));
+      this.chart.on("legendselectchanged", ({ selected }) => {
+        this.unselected = Object.fromEntries(Object.entries(selected).map(([name, is]) => [name, !is]));
+      });
       this.chart.on("finished", () => this.place());
       const pointer = this.chart.getZr();
       pointer.on("mousedown", (event) => this.begin_drag(event));
@@ -89,18 +93,24 @@ export default {
     // Fills in samples, segments and functions: all that cannot be plain data.
     full(option) {
       if (this.source) {
-        for (const axis of option.xAxis) axis.max = this.duration;
+        for (const axis of option.xAxis) {
+          axis.max = this.duration;
+          axis.axisLabel.formatter = (time) => this.tick(time);
+        }
         for (const zoom of option.dataZoom) {
           zoom.startValue = this.window[0];
           zoom.endValue = this.window[1];
           zoom.minValueSpan = Math.min(LEAST_SPAN, this.duration || 1);
         }
       }
+      option.legend.selected = Object.fromEntries(
+        Object.entries(this.unselected).map(([name, isnt]) => [name, !isnt]),
+      );
       option.tooltip.formatter = (points) => this.tip(points);
       option.series.forEach((series, index) => {
         if (series.tumble === "segments") {
           series.renderItem = (params, api) => this.segment(params, api, option.tumble);
-          series.data = (this.marks || []).map((mark, place) => [mark.start, mark.end, place]);
+          series.data = this.segments();
           series.tooltip = { formatter: (point) => this.segment_tip(point) };
         } else if (series.tumble === "intervals") {
           series.renderItem = (params, api) => interval(api, series.tumbleOffset || 0);
@@ -121,17 +131,28 @@ export default {
       this.chart.setOption({ series: option.series }, { lazyUpdate: false });
       this.place();
     },
-    areas() {
+    // Segments that are visible; those that are too narrow to be seen are joined to one that has their number.
+    segments() {
       const [start, end] = this.window;
-      const least = (2 * (end - start)) / Math.max(this.width(), 1);
-      return (this.marks || [])
-        .filter((mark) => mark.kind === "rest" && mark.used && mark.end > start && mark.start < end)
-        .filter((mark) => mark.end - mark.start > least)
-        .slice(0, MOST_AREAS)
-        .map((mark) => [{ xAxis: mark.start }, { xAxis: mark.end }]);
+      const least = (NARROWEST * (end - start)) / Math.max(this.width(), 1);
+      const found = [];
+      (this.marks || []).forEach((mark, place) => {
+        if (mark.end < start || mark.start > end) return;
+        const last = found[found.length - 1];
+        if (mark.end - mark.start >= least) found.push([mark.start, mark.end, place, 1]);
+        else if (last && last[2] < 0 && mark.start - last[1] < least) [last[1], last[3]] = [mark.end, last[3] + 1];
+        else found.push([mark.start, mark.end, -1, 1]);
+      });
+      return found;
+    },
+    areas() {
+      return this.segments()
+        .filter(([, , place]) => place >= 0 && this.marks[place].kind === "rest" && this.marks[place].used)
+        .map(([start, end]) => [{ xAxis: start }, { xAxis: end }]);
     },
     segment(params, api, style) {
-      const mark = this.marks[api.value(2)];
+      const joined = { kind: "no rest", used: true, label: `${api.value(3)}` };
+      const mark = api.value(2) < 0 ? joined : this.marks[api.value(2)];
       if (!mark) return;
       const [left, top] = api.coord([api.value(0), 1]);
       const [right, bottom] = api.coord([api.value(1), 0]);
@@ -152,8 +173,12 @@ export default {
       };
     },
     segment_tip(point) {
-      const mark = this.marks[point.value[2]];
       const box = document.createElement("div");
+      const mark = this.marks[point.value[2]];
+      if (!mark) {
+        box.textContent = `${this.drawing.words.segments}: ${point.value[3]}`;
+        return box;
+      }
       const words = this.drawing.words[mark.used ? mark.kind : "no rest"];
       const head = box.appendChild(document.createElement("b"));
       head.textContent = `${words} ${mark.label}`;
@@ -166,28 +191,58 @@ export default {
       if (!Array.isArray(points)) points = [points];
       const table = document.createElement("table");
       table.className = "tumble-tip";
-      const first = points.find((point) => Array.isArray(point.value) || point.value);
+      const first = points.find((point) => point.seriesType !== "custom");
       if (!first) return table;
-      table.createCaption().textContent = this.quantity(first.axisValue ?? first.value[0]) + this.drawing.x_unit;
-      for (const point of points) {
-        if (point.seriesType === "custom" || !Number.isFinite(point.value[1])) continue;
+      const place = this.source ? first.axisValue : first.axisValueLabel || first.value[0];
+      table.createCaption().textContent =
+        typeof place === "number" ? this.quantity(place) + this.drawing.x_unit : place;
+      const rows = this.source
+        ? this.values_at(place)
+        : points.filter((point) => point.seriesType !== "custom").map((point) => [point.seriesIndex, point.value[1]]);
+      for (const [index, value] of rows) {
         const row = table.insertRow();
         const sign = row.insertCell().appendChild(document.createElement("span"));
         sign.className = "tumble-sign";
-        sign.style.background = point.color;
-        row.insertCell().textContent = `${this.drawing.quantities[point.seriesIndex] || ""} ${point.seriesName}`;
-        const value = row.insertCell();
-        value.className = "tumble-number";
-        value.textContent = this.quantity(point.value[1]);
-        row.insertCell().textContent = this.drawing.units[point.seriesIndex] || "";
+        const series = this.options[this.is_dark ? "dark" : "light"].series[index];
+        sign.style.background = series.color;
+        row.insertCell().textContent = `${this.drawing.quantities[index] || ""} ${series.name}`;
+        const number = row.insertCell();
+        number.className = "tumble-number";
+        number.textContent = this.quantity(value);
+        row.insertCell().textContent = this.drawing.units[index] || "";
       }
       return table;
+    },
+    // The samples nearest to a time; each line has times of its own.
+    values_at(time) {
+      const found = [];
+      for (const line of this.lines) {
+        const values = this.data[line.series];
+        const name = this.options.light.series[line.series].name;
+        if (!values || !values.length || this.is_hidden(line.series) || this.unselected[name]) continue;
+        let [low, high] = [0, values.length / 2 - 1];
+        while (low < high) {
+          const middle = (low + high) >> 1;
+          if (values[2 * middle] < time) low = middle + 1;
+          else high = middle;
+        }
+        const before = Math.max(low - 1, 0);
+        const near = time - values[2 * before] < values[2 * low] - time ? before : low;
+        if (Number.isFinite(values[2 * near + 1])) found.push([line.series, values[2 * near + 1]]);
+      }
+      return found;
     },
     quantity(value) {
       const size = Math.abs(value);
       if (!Number.isFinite(value)) return "";
       if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(3).replace("-", "−");
       return Number(value.toPrecision(7)).toString().replace("-", "−");
+    },
+    // The ends of the window, which are no round numbers, have no label.
+    tick(time) {
+      const decimals = Math.min(Math.max(2 - Math.floor(Math.log10(this.window[1] - this.window[0])), 0), 9);
+      const text = time.toFixed(decimals);
+      return Math.abs(time - Number(text)) < 1e-9 ? Number(text).toString().replace("-", "−") : "";
     },
     width() {
       return this.$refs.plot.clientWidth - 92;

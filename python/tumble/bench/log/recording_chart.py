@@ -49,6 +49,7 @@ class RecordingChart(Element, component="recording_chart.js"):
                 "rest": translated("rest"),
                 "turn": translated("turn"),
                 "no rest": translated("not used as a rest"),
+                "segments": translated("segments, too narrow to be shown"),
             },
         }
         self.style(f"height: {plan.height}px")

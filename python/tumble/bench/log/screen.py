@@ -59,7 +59,7 @@ class LogScreen:
     def show(self) -> None:
         """Builds the page into the current place."""
         with ui.element("div").classes("tumble-log"):
-            with ui.element("main").classes("tumble-charts"):
+            with ui.element("div").classes("tumble-charts"):
                 self._bar()
                 self._state = ui.label().classes("tumble-state").props('role="status"')
                 plan = self._plan()
@@ -75,7 +75,7 @@ class LogScreen:
                 self._chart.on("window", self._on_window)
                 self._chart.on("trouble", lambda event: self._report(str(event.args)))
                 self._analyses = ui.element("div")
-            with ui.element("aside").classes("tumble-side").props(f'aria-label="{translated("About")}"'):
+            with ui.element("div").classes("tumble-side"):
                 self._selection_card()
                 self._procedures = ProcedurePanel(self._viewing, self._pages, self._report)
                 self._facts = ui.element("div")
@@ -86,7 +86,8 @@ class LogScreen:
     def _bar(self) -> None:
         viewing = self._viewing
         with ui.element("div").classes("tumble-bar"):
-            ui.element("h1").classes("tumble-title").props(f'id="{"tumble-title"}"')
+            with ui.element("h1").classes("tumble-title"):
+                ui.label(viewing.title)
             with ui.element("div").classes("tumble-tools"):
                 modes = {"zoom": translated("Zoom"), "move": translated("Move"), "select": translated("Select")}
                 self._choices(
@@ -128,7 +129,8 @@ class LogScreen:
                 buttons[key].props["aria-pressed"] = "true" if key == value else "false"
 
     def _button(self, text: str, act: Callable[[], Any], hint: str = "") -> ui.button:
-        button = ui.button(text, on_click=act).props("flat dense no-caps").classes("tumble-button")
+        button = ui.button(text, on_click=act, color=None)
+        button.props("flat dense no-caps").classes("tumble-button")
         if hint:
             button.props["aria-label"] = hint
         return button
@@ -156,12 +158,9 @@ class LogScreen:
     def _unit_switch(self, name: str) -> Callable[[Any], None]:
         def switch(event: Any) -> None:  # noqa: ANN401 - an event of NiceGUI
             (self._hidden_units.discard if event.value else self._hidden_units.add)(name)
-            self._chart.hide([*self._hidden_units, *self._hidden_forms()])
+            self._chart.hide([*self._hidden_units])
 
         return switch
-
-    def _hidden_forms(self) -> list[str]:
-        return []
 
     def _on_unit(self, event: Any) -> None:  # noqa: ANN401
         self._unit = next(unit for unit in self._viewing.units if unit.name == event.value)
