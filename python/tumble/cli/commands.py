@@ -63,7 +63,7 @@ COMMANDS = {
         "Show what logs hold and which procedures they are fit for.",
     ),
     "view": CommandEntry(
-        "tumble.bench.log.view_command",
+        "tumble.bench.log.command",
         "view_command",
         "Show recordings as charts in the browser: zoom, rests and turns, spectra, calibrated beside raw.",
     ),

@@ -20,7 +20,7 @@ from tumble.report.numbers import readable_unit
 from tumble.tools.view.deviation import Deviation
 from tumble.tools.view.levels import shown
 from tumble.tools.view.result_file import Residuals
-from tumble.tools.view.samples import TEMPERATURE, Form, UnitSamples
+from tumble.tools.view.samples import TEMPERATURE, Form, KeptSamples
 from tumble.tools.view.spectrum import Spectrum
 
 Option: TypeAlias = dict[str, Any]
@@ -71,7 +71,7 @@ class ChartPlan:
         return {"light": self.light, "dark": self.dark}
 
 
-def recording_plan(units: Sequence[UnitSamples], forms: Sequence[Form], date: str = "") -> ChartPlan:
+def recording_plan(units: Sequence[KeptSamples], forms: Sequence[Form], date: str = "") -> ChartPlan:
     """Plans the charts of recordings: a lane of segments, then a chart for each quantity, on one time."""
     quantities = _quantities(units)
     light, dark = (_recording(units, forms, quantities, palette, date) for palette in (LIGHT, DARK))
@@ -88,7 +88,7 @@ def recording_plan(units: Sequence[UnitSamples], forms: Sequence[Form], date: st
     )
 
 
-def _quantities(units: Sequence[UnitSamples]) -> list[tuple[str, ...]]:
+def _quantities(units: Sequence[KeptSamples]) -> list[tuple[str, ...]]:
     """Returns the channels of each chart, top down."""
     recorded = {channel for unit in units for channel in unit.channels}
     charts = [tuple(each for each in channels_of(triad) if each in recorded) for triad in UNITS]
@@ -96,7 +96,7 @@ def _quantities(units: Sequence[UnitSamples]) -> list[tuple[str, ...]]:
 
 
 def _series_facts(
-    units: Sequence[UnitSamples], forms: Sequence[Form], quantities: Sequence[tuple[str, ...]]
+    units: Sequence[KeptSamples], forms: Sequence[Form], quantities: Sequence[tuple[str, ...]]
 ) -> list[SeriesFacts]:
     return [
         SeriesFacts(unit.name, form, channel, 0)
@@ -110,8 +110,9 @@ def _series_facts(
 
 
 def _quantity_of(channel: str) -> str:
+    """Names the quantity of an axis; empty for temperature, whose lines bear that name."""
     if channel not in CHANNELS:
-        return translated("temperature")
+        return ""
     return translated({"accelerometer": "specific force", "gyroscope": "angular rate"}[_triad(channel)])
 
 
@@ -132,7 +133,7 @@ def _name_of(line: SeriesFacts, several: bool, forms: Sequence[Form]) -> str:
 
 
 def _recording(
-    units: Sequence[UnitSamples],
+    units: Sequence[KeptSamples],
     forms: Sequence[Form],
     quantities: Sequence[tuple[str, ...]],
     palette: Palette,
@@ -167,7 +168,11 @@ def _recording(
     y_axes = [
         {"type": "value", "gridIndex": 0, "min": 0, "max": 1, "show": False},
         *(
-            _value_axis(f"{_quantity_of(channels[0])}, {_unit_of(channels[0])}", number, palette)
+            _value_axis(
+                f"{_quantity_of(channels[0]) or translated('temperature')}, {_unit_of(channels[0])}",
+                number,
+                palette,
+            )
             for number, channels in enumerate(quantities, start=1)
         ),
     ]
@@ -214,7 +219,7 @@ def _recording(
 
 
 def _legend(
-    units: Sequence[UnitSamples], forms: Sequence[Form], quantities: Sequence[tuple[str, ...]]
+    units: Sequence[KeptSamples], forms: Sequence[Form], quantities: Sequence[tuple[str, ...]]
 ) -> list[str]:
     """Names lines once: those of one name are shown and hidden together."""
     names = [_name_of(each, len(units) > 1, forms) for each in _series_facts(units, forms, quantities)]
@@ -222,7 +227,7 @@ def _legend(
 
 
 def _series(
-    units: Sequence[UnitSamples],
+    units: Sequence[KeptSamples],
     forms: Sequence[Form],
     quantities: Sequence[tuple[str, ...]],
     palette: Palette,
@@ -351,9 +356,7 @@ def _curves(
     }
     for place, (quantity, unit, curves) in enumerate(charts):
         left = f"{place * share + 7:g}%" if place else LEFT
-        option["grid"].append(
-            {"left": left, "width": f"{share - 9:g}%", "top": LEGEND + 8, "height": 290}
-        )
+        option["grid"].append({"left": left, "width": f"{share - 9:g}%", "top": LEGEND + 8, "height": 290})
         option["xAxis"].append(_log_axis(x_name, place, palette, vertical=False))
         option["yAxis"].append(_log_axis(f"{quantity}, {unit}", place, palette, vertical=True))
         for name, x, values in curves:
@@ -485,7 +488,9 @@ def _residuals(residuals: Sequence[Residuals], palette: Palette) -> Option:
                 "axisPointer": {"label": {"show": False}, "type": "shadow"},
             }
         )
-        name = translated("{triad} residual, {unit}", triad=translated(each.triad), unit=readable_unit(each.unit))
+        name = translated(
+            "{triad} residual, {unit}", triad=translated(each.triad), unit=readable_unit(each.unit)
+        )
         option["yAxis"].append(_value_axis(name, place, palette) | {"nameGap": 64, "scale": False})
         for axis, letter in enumerate("xyz"):
             option["series"] += _residual_axis(each, axis, letter, place, palette)

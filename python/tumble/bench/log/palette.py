@@ -18,9 +18,9 @@ class Palette:
     turn: str
     turn_edge: str
     axes: tuple[str, str, str]
-    """Of x, y and z."""
+    """Colours of x, y and z."""
     other: str
-    """Of quantities without an axis."""
+    """Colour of quantities without an axis."""
 
 
 LIGHT = Palette(

@@ -112,7 +112,8 @@ class ProcedurePanel:
         with self._buttons:
             for each in found:
                 button = ui.button(translated(each.title), on_click=self._runs(each), color=None)
-                button.props("flat dense no-caps").classes("tumble-button").tooltip(translated(each.summary))
+                button.props("flat dense no-caps").classes("tumble-button")
+                button.props["title"] = translated(each.summary)
 
     def _runs(self, procedure: Procedure) -> Callable[[], Any]:
         async def act() -> None:
@@ -120,7 +121,6 @@ class ProcedurePanel:
             assert unit is not None
             folder = Path(self._folder.value.strip() or f"{file_stem(unit.name)}-tumble")
             self._report(translated("{title} …", title=translated(procedure.title)))
-            self._buttons.set_enabled(False) if hasattr(self._buttons, "set_enabled") else None
             try:
                 found = await run.io_bound(
                     run_procedure, procedure, unit, tuple(self._sections), self._viewing, folder

@@ -183,7 +183,7 @@ export default {
       const head = box.appendChild(document.createElement("b"));
       head.textContent = `${words} ${mark.label}`;
       box.appendChild(document.createElement("div")).textContent =
-        `${mark.start.toFixed(3)} – ${mark.end.toFixed(3)} s (${(mark.end - mark.start).toFixed(3)} s)`;
+        `${mark.start.toFixed(3)} to ${mark.end.toFixed(3)} s (${(mark.end - mark.start).toFixed(3)} s)`;
       if (mark.remark) box.appendChild(document.createElement("div")).textContent = mark.remark;
       return box;
     },
@@ -439,7 +439,7 @@ export default {
     },
     subtitle() {
       const [start, end] = this.window.map((time) => this.quantity(Number(time.toPrecision(6))));
-      return `${start} – ${end} s${this.drawing.subtitle ? `   ${this.drawing.subtitle}` : ""}`;
+      return `${start} to ${end} s${this.drawing.subtitle ? `   ${this.drawing.subtitle}` : ""}`;
     },
   },
 };

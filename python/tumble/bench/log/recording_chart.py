@@ -11,7 +11,7 @@ from nicegui.elements.echart import EChart
 
 from tumble.bench.log.chart_options import ChartPlan
 from tumble.bench.log.words import translated
-from tumble.tools.view.marks import Mark
+from tumble.tools.view.marks import SegmentMark
 
 # Its import makes ECharts known to the page.
 assert EChart is not None
@@ -55,7 +55,7 @@ class RecordingChart(Element, component="recording_chart.js"):
         self.style(f"height: {plan.height}px")
         self.update()
 
-    def mark(self, marks: Sequence[Mark], duration: float) -> None:
+    def mark(self, marks: Sequence[SegmentMark], duration: float) -> None:
         """Shows segments, and the time up to `duration`, s."""
         self._props["marks"] = [asdict(mark) for mark in marks]
         self._props["duration"] = duration

@@ -11,7 +11,7 @@ import numpy as np
 from fastapi import APIRouter, HTTPException, Response
 
 from tumble.bench.log.chart_options import SeriesFacts
-from tumble.tools.view.samples import Line
+from tumble.tools.view.samples import SampleLine
 from tumble.tools.view.viewing import Viewing
 
 MOST_BINS = 8192
@@ -56,7 +56,7 @@ def window_bytes(
 ) -> bytes:
     """Packs the samples that show a window: a length, JSON, then time and value, in doubles, of each line."""
     forms = tuple(dict.fromkeys(line.form for line in lines))
-    found: dict[tuple[str, str, str], Line] = {}
+    found: dict[tuple[str, str, str], SampleLine] = {}
     for unit in viewing.units:
         for line in unit.samples.lines(start, end, bins, forms):
             found[unit.name, line.form, line.channel] = line

@@ -1,9 +1,8 @@
-"""The screen Log: charts of recordings, what inspection reports, sections, spectra, and procedures on them."""
+"""The screen Log: charts of recordings, their inspection, sections, spectra, and procedures on them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from nicegui import run, ui
@@ -31,7 +30,7 @@ REFRESH = 0.3
 """s between looks for what was found meanwhile."""
 KEYS = (
     ("← →", "move; with Shift farther"),
-    ("↑ ↓", "zoom in and out; + and − as well"),
+    ("↑ ↓", "zoom in and out, as + and - do"),
     ("Home", "the whole recording"),
     ("N P", "select the next rest, or the one before"),
     ("[ ]", "begin or end the selection here"),
@@ -89,7 +88,11 @@ class LogScreen:
             with ui.element("h1").classes("tumble-title"):
                 ui.label(viewing.title)
             with ui.element("div").classes("tumble-tools"):
-                modes = {"zoom": translated("Zoom"), "move": translated("Move"), "select": translated("Select")}
+                modes = {
+                    "zoom": translated("Zoom"),
+                    "move": translated("Move"),
+                    "select": translated("Select"),
+                }
                 self._choices(
                     translated("Dragging"), modes, "zoom", lambda mode: self._chart.command("set_mode", mode)
                 )
@@ -110,9 +113,7 @@ class LogScreen:
             if len(viewing.units) > 1:
                 self._unit_boxes()
 
-    def _choices(
-        self, name: str, options: dict[str, str], value: str, act: Callable[[str], None]
-    ) -> None:
+    def _choices(self, name: str, options: dict[str, str], value: str, act: Callable[[str], None]) -> None:
         with ui.element("div").classes("tumble-choice").props('role="group"') as group:
             group.props["aria-label"] = name
             buttons: dict[str, ui.button] = {}
@@ -136,13 +137,16 @@ class LogScreen:
         return button
 
     def _keys(self) -> None:
-        with self._button(translated("Keys"), lambda: None), ui.menu().props('aria-label="Keys"'):
-            with ui.element("dl").classes("tumble-keys"):
-                for keys, meaning in KEYS:
-                    with ui.element("dt"):
-                        ui.label(keys)
-                    with ui.element("dd"):
-                        ui.label(translated(meaning))
+        with (
+            self._button(translated("Keys"), lambda: None),
+            ui.menu().props('aria-label="Keys"'),
+            ui.element("dl").classes("tumble-keys"),
+        ):
+            for keys, meaning in KEYS:
+                with ui.element("dt"):
+                    ui.label(keys)
+                with ui.element("dd"):
+                    ui.label(translated(meaning))
 
     def _unit_boxes(self) -> None:
         self._hidden_units: set[str] = set()
@@ -166,15 +170,15 @@ class LogScreen:
         self._unit = next(unit for unit in self._viewing.units if unit.name == event.value)
         self._version = -1
         self._look()
+        if self._window:
+            self._show_figures()
 
     def _on_form(self, choice: str) -> None:
         self._forms = ("raw", "calibrated") if choice == "both" else (choice,)  # type: ignore[assignment]
         self._replan()
 
     def _plan(self) -> ChartPlan:
-        return recording_plan(
-            [unit.samples for unit in self._viewing.units], self._forms, self._viewing.date
-        )
+        return recording_plan([unit.samples for unit in self._viewing.units], self._forms, self._viewing.date)
 
     def _replan(self) -> None:
         plan = self._plan()
@@ -222,7 +226,9 @@ class LogScreen:
 
     def _on_typed(self) -> None:
         start, end = self._start.value, self._end.value
-        section = (float(start), float(end)) if start is not None and end is not None and end > start else None
+        section = (
+            (float(start), float(end)) if start is not None and end is not None and end > start else None
+        )
         if section is not None and section != self._section:
             self._section = section
             self._chart.command("choose", *section, True)
@@ -246,7 +252,7 @@ class LogScreen:
         with self._chosen:
             for section in self._sections:
                 with ui.element("div").classes("tumble-row"):
-                    ui.label(f"{section[0]:.3f} – {section[1]:.3f} s")
+                    ui.label(f"{section[0]:.3f} to {section[1]:.3f} s")
                     self._button(
                         translated("Remove"),
                         lambda section=section: self._remove(section),
@@ -275,7 +281,9 @@ class LogScreen:
 
     async def _analyse(self, name: str, plan: Callable[[], ChartPlan], x_unit: str) -> None:
         start, end = self._selected()
-        self._report(translated("{name} of {start} to {end} s …", name=name, start=f"{start:.3f}", end=f"{end:.3f}"))
+        self._report(
+            translated("{name} of {start} to {end} s …", name=name, start=f"{start:.3f}", end=f"{end:.3f}")
+        )
         try:
             found = await run.io_bound(plan)
         except TumbleError as error:
@@ -285,9 +293,11 @@ class LogScreen:
         if found is None:  # the server is ending
             return
         with self._analyses:
-            self._curves(f"{name}: {self._unit.name}", f"{start:.3f} – {end:.3f} s", found, x_unit)
+            self._curves(f"{name}: {self._unit.name}", f"{start:.3f} to {end:.3f} s", found, x_unit)
 
-    def _curves(self, title: str, subtitle: str, plan: ChartPlan, x_unit: str, *, closes: bool = True) -> None:
+    def _curves(
+        self, title: str, subtitle: str, plan: ChartPlan, x_unit: str, *, closes: bool = True
+    ) -> None:
         with ui.element("section").classes("tumble-card tumble-analysis") as card:
             self._heading(title)
             with ui.element("div").classes("tumble-row"):
@@ -307,19 +317,24 @@ class LogScreen:
 
     def _on_window(self, event: Any) -> None:  # noqa: ANN401
         self._window = event.args
+        self._show_figures()
+
+    def _show_figures(self) -> None:
+        """Shows the lowest and highest values of one unit in the visible range."""
+        window = self._window
         lines = {line.series: line for line in self._plan().lines}
         self._visible.clear()
         with self._visible, ui.element("table").classes("tumble-table"):
             with ui.element("caption"):
-                ui.label(f"{event.args['start']:.6g} – {event.args['end']:.6g} s").classes("tumble-soft")
+                whose = f"{self._unit.name}, " if len(self._viewing.units) > 1 else ""
+                ui.label(f"{whose}{window['start']:.6g} to {window['end']:.6g} s").classes("tumble-soft")
             self._table_row("th", (translated("channel"), translated("lowest"), translated("highest")))
-            for each in event.args["figures"]:
+            for each in window["figures"]:
                 line = lines.get(each["series"])
-                if line is None or each["low"] is None:
+                if line is None or each["low"] is None or line.unit != self._unit.name:
                     continue
-                unit = f"{line.unit} " if len(self._viewing.units) > 1 else ""
                 form = f" {translated(line.form)}" if len(self._forms) > 1 else ""
-                name = f"{unit}{channel_name(line.channel)}{form}"
+                name = f"{channel_name(line.channel)}{form}"
                 self._table_row("td", (name, f"{each['low']:.5g}", f"{each['high']:.5g}"))
 
     @staticmethod
@@ -328,7 +343,7 @@ class LogScreen:
             for place, text in enumerate(texts):
                 with ui.element("th" if place == 0 else cell) as head:
                     if cell == "th" or place == 0:
-                        head.props(f'scope={"col" if cell == "th" else "row"}')
+                        head.props(f"scope={'col' if cell == 'th' else 'row'}")
                     ui.label(text)
 
     def _report(self, text: str) -> None:
@@ -394,8 +409,3 @@ class LogScreen:
         subtitle = translated("measured less modelled, with 1-sigma of what was measured")
         with self._analyses:
             self._curves(title, subtitle, residual_plan(unit.result.residuals), "")
-
-
-def results_folder(name: str) -> Path:
-    """Returns the folder that commands write to when none is given."""
-    return Path(f"{file_stem(name)}-tumble")

@@ -80,7 +80,9 @@ async def _refuse(scope: _Scope, send: _Send) -> None:
 class PageServer:
     """Serves one page until it is stopped."""
 
-    def __init__(self, title: str, build: Callable[[], None], routers: Iterable[APIRouter], port: int) -> None:
+    def __init__(
+        self, title: str, build: Callable[[], None], routers: Iterable[APIRouter], port: int
+    ) -> None:
         self._socket = _listening(port)
         found = int(self._socket.getsockname()[1])
         token = secrets.token_urlsafe(16)
@@ -104,12 +106,15 @@ class PageServer:
 
 
 def _listening(port: int) -> socket.socket:
-    """Binds a port of this computer, any free one for 0; raises `TumbleError` where it is taken."""
+    """Listens at a port of this computer, any free one for 0; raises `TumbleError` where it is taken."""
     found = socket.socket()
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         found.bind((HOST, port))
+        found.listen()
     except (OSError, OverflowError) as error:
         found.close()
-        raise TumbleError(f"--port {port}: cannot be used ({error}); give another, or leave it out") from error
+        raise TumbleError(
+            f"--port {port}: cannot be used ({error}); give another, or leave it out"
+        ) from error
     return found

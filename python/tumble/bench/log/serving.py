@@ -25,7 +25,7 @@ def serve(viewing: Viewing, port: int, *, opens_browser: bool, tell: Callable[[s
     samples, pages = SamplesRoute(), ResultPages()
 
     def page() -> None:
-        ui.page_title(f"{viewing.title} – Tumble")
+        ui.page_title(f"{viewing.title} - Tumble")
         ui.add_css(STYLE.read_text(encoding="utf-8"))
         LogScreen(viewing, samples, pages).show()
 

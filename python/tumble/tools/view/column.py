@@ -25,7 +25,7 @@ BLOCK = 256
 """Samples of a block."""
 
 
-class Column:
+class GrowingColumn:
     """Numbers that are only ever appended."""
 
     def __init__(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.tools.view.samples import CHUNK, Form, UnitSamples
+from tumble.tools.view.samples import CHUNK, Form, KeptSamples
 
 FEWEST_SAMPLES = 64
 
@@ -28,7 +28,7 @@ class Deviation:
     """(n,) ends of the 95 % interval."""
 
 
-def deviations(samples: UnitSamples, start: float, end: float, form: Form = "raw") -> list[Deviation]:
+def deviations(samples: KeptSamples, start: float, end: float, form: Form = "raw") -> list[Deviation]:
     """Returns the Allan deviations of a section, s of the time shown; no difference spans a gap.
 
     Raises `ProcedureError` where it is too short.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tumble.tools.view.column import BLOCK, Column, Extremes, Places
+from tumble.tools.view.column import BLOCK, Extremes, GrowingColumn, Places
 
 if TYPE_CHECKING:
     from tumble.foundation.recording import FloatArray
@@ -36,7 +36,7 @@ def shown(values: FloatArray, bins: int) -> Places:
     return np.union1d(extremes, shape).astype(np.int64)
 
 
-def level(column: Column, extremes: Extremes, first: int, last: int, bins: int) -> Places:
+def level(column: GrowingColumn, extremes: Extremes, first: int, last: int, bins: int) -> Places:
     """Returns the places of samples that show samples `first` to `last`, the last excluded, as `shown` does.
 
     Where there are many, bins are of whole blocks, and their extremes are as exact.
@@ -44,9 +44,15 @@ def level(column: Column, extremes: Extremes, first: int, last: int, bins: int) 
     values = column.values()
     if last - first <= DIRECT:
         return first + shown(values[first:last], bins)
-    begin, end = -(-first // BLOCK), min(last // BLOCK, extremes.blocks)
+    begin, end = first // BLOCK + 1, min((last - 1) // BLOCK, extremes.blocks)
     places, of_blocks = extremes.between(begin, end)
-    head, tail = np.arange(first, begin * BLOCK), np.arange(end * BLOCK, last)
+    head, tail = _ends(values, first, begin * BLOCK), _ends(values, end * BLOCK, last)
     among = np.concatenate([head, places, tail])
     found = np.concatenate([values[head], of_blocks, values[tail]])
     return among[shown(found, bins)]
+
+
+def _ends(values: FloatArray, first: int, last: int) -> Places:
+    """Returns the places of the first, lowest, highest and last of samples `first` to `last`, excluded."""
+    part = values[first:last]
+    return np.unique([first, first + int(part.argmin()), first + int(part.argmax()), last - 1])

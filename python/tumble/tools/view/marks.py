@@ -10,13 +10,13 @@ from typing import Literal, TypeAlias
 from tumble import _core
 from tumble.acquisition.acquire import push_recorded, rejected_rests_of, rests_of
 from tumble.foundation.results import Rest
-from tumble.tools.view.samples import UnitSamples
+from tumble.tools.view.samples import KeptSamples
 
 MarkKind: TypeAlias = Literal["rest", "turn", "no rest"]
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class SegmentMark:
     """A segment of a recording."""
 
     kind: MarkKind
@@ -30,7 +30,7 @@ class Mark:
     used: bool = True
 
 
-def acquired_of(samples: UnitSamples, *, by_hand: bool = False) -> _core.Acquired:
+def acquired_of(samples: KeptSamples, *, by_hand: bool = False) -> _core.Acquired:
     """Finds the rests of a unit that lies, or is held by hand, in samples that were read."""
     segmenter = _core.Segmenter(by_hand=by_hand, pace_sigma=samples.recording.metadata.pace_sigma)
     kept = samples.kept()
@@ -43,28 +43,29 @@ def acquired_of(samples: UnitSamples, *, by_hand: bool = False) -> _core.Acquire
     return segmenter.finish()
 
 
-def marks_of(samples: UnitSamples, acquired: _core.Acquired) -> tuple[Mark, ...]:
+def marks_of(samples: KeptSamples, acquired: _core.Acquired) -> tuple[SegmentMark, ...]:
     """Returns rests, turns between them, and what only looks like a rest, in order of time."""
     rests = rests_of(acquired, triads=samples.recording.metadata.triads)
     parts = [int(part) for part in acquired.rest_parts]
     found = [
-        Mark("rest", *_shown(samples, rest, part), str(number))
-        for number, (rest, part) in enumerate(zip(rests, parts, strict=True), start=1)
+        SegmentMark("rest", *_shown(samples, rest), str(number)) for number, rest in enumerate(rests, start=1)
     ]
     turns = [
-        Mark("turn", before.end, after.start, f"{before.label}-{after.label}")
+        SegmentMark("turn", before.end, after.start, f"{before.label}-{after.label}")
         for (before, after), (part, same) in zip(pairwise(found), pairwise(parts), strict=True)
         if part == same
     ]
-    rejected = [] if samples.recording.parts else rejected_rests_of(acquired)
-    others = [Mark("no rest", *_shown(samples, each), "", each.remark, used=False) for each in rejected]
+    others = [
+        SegmentMark("no rest", *_shown(samples, each), "", each.remark, used=False)
+        for each in rejected_rests_of(acquired)
+    ]
     return in_order((*found, *turns, *others))
 
 
-def in_order(marks: Iterable[Mark]) -> tuple[Mark, ...]:
+def in_order(marks: Iterable[SegmentMark]) -> tuple[SegmentMark, ...]:
     """Sorts segments by time."""
     return tuple(sorted(marks, key=lambda mark: (mark.start, mark.end)))
 
 
-def _shown(samples: UnitSamples, rest: Rest, part: int = 0) -> tuple[float, float]:
-    return samples.shown_time(rest.start, part), samples.shown_time(rest.end, part)
+def _shown(samples: KeptSamples, rest: Rest) -> tuple[float, float]:
+    return samples.shown_time(rest.start), samples.shown_time(rest.end)

@@ -61,7 +61,7 @@ class ResultFile:
     log: str
     """Log that it was found from, without folders: LOG or LOG:NAME; empty where it names none."""
     sha256: str
-    """Of the log; empty where it is not known."""
+    """Digest of the log; empty where it is not known."""
     verdict: str
     calibration: Calibration | None
     rests: tuple[RestUsed, ...] = ()

@@ -14,19 +14,19 @@ from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProg
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import CHANNELS, TRIADS, Triad, channels_of
 from tumble.logs import ChunkStream, Counts
-from tumble.tools.view.column import Column, Extremes
+from tumble.tools.view.column import Extremes, GrowingColumn
 from tumble.tools.view.levels import level
 
 Form: TypeAlias = Literal["raw", "calibrated"]
 TEMPERATURE: Final = "temperature"
 PAUSE: Final = 1.0
-"""s that are shown between the files of a recording, of which each has a clock of its own."""
+"""s between the files of a recording, of which each has a clock of its own; the core puts as much there."""
 CHUNK: Final = 1 << 16
 """Samples of a chunk that is read again."""
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class SampleLine:
     """Samples of one channel that show it in a window."""
 
     channel: str
@@ -52,7 +52,7 @@ class _Part:
     counts: Counts
 
 
-class UnitSamples:
+class KeptSamples:
     """Samples of one unit on disk, at any level of detail.
 
     `read` is called once, on any thread; all else may be called meanwhile, for what is there.
@@ -64,9 +64,9 @@ class UnitSamples:
         self.is_read = False
         self.offset = 0.0
         """s to add to its times, where it began after others on the same clock."""
-        self._columns: dict[tuple[Form, str], Column] = {}
+        self._columns: dict[tuple[Form, str], GrowingColumn] = {}
         self._extremes: dict[tuple[Form, str], Extremes] = {}
-        self._time = Column()
+        self._time = GrowingColumn()
         self._length = 0
         self._parts: list[_Part] = []
         self._gaps: list[int] = []
@@ -93,7 +93,7 @@ class UnitSamples:
     @property
     def duration(self) -> float:
         """Time shown of the last sample so far, s."""
-        return self._shown(np.array([self._length - 1]))[0] if self._length else 0.0
+        return float(self._shown(np.array([self._length - 1]))[0]) if self._length else 0.0
 
     def read(self, progress: SampleProgress | None = None) -> None:
         """Reads the recording; `progress` receives the samples done, and those expected where known.
@@ -140,7 +140,7 @@ class UnitSamples:
 
     def _push(self, form: Form, channel: str, values: FloatArray) -> None:
         if (form, channel) not in self._columns:
-            self._columns[form, channel], self._extremes[form, channel] = Column(), Extremes()
+            self._columns[form, channel], self._extremes[form, channel] = GrowingColumn(), Extremes()
         column, extremes = self._columns[form, channel], self._extremes[form, channel]
         if len(column) < self._length:
             # Temperature that only began later was not a number before.
@@ -150,7 +150,9 @@ class UnitSamples:
         column.append(values)
         extremes.append(np.ascontiguousarray(values))
 
-    def lines(self, start: float, end: float, bins: int, forms: tuple[Form, ...] = ("raw",)) -> list[Line]:
+    def lines(
+        self, start: float, end: float, bins: int, forms: tuple[Form, ...] = ("raw",)
+    ) -> list[SampleLine]:
         """Returns the samples that show the window from `start` to `end`, s, in so many bins.
 
         One sample to either side is among them, so that lines reach the edges.
@@ -164,7 +166,7 @@ class UnitSamples:
             if (form, channel) in self._columns
         ]
 
-    def _line(self, form: Form, channel: str, first: int, last: int, bins: int, width: float) -> Line:
+    def _line(self, form: Form, channel: str, first: int, last: int, bins: int, width: float) -> SampleLine:
         column = self._columns[form, channel]
         last = min(last, len(column))
         places = level(column, self._extremes[form, channel], first, last, bins)
@@ -178,7 +180,7 @@ class UnitSamples:
             seen = (after - before > width) | (np.diff(places, append=last)[at - 1] == 1)
             time = np.insert(time, at[seen], 0.5 * (before + after)[seen])
             value = np.insert(value, at[seen], np.nan)
-        return Line(channel, form, time, value)
+        return SampleLine(channel, form, time, value)
 
     def _window(self, start: float, end: float) -> tuple[int, int]:
         """Returns the numbers of the first sample that is shown, and of that after the last."""
@@ -209,10 +211,12 @@ class UnitSamples:
         shift = np.array([part.begins - part.zero for part in self._parts])
         return time + shift[of_part] + self.offset
 
-    def shown_time(self, time: float, part: int = 0) -> float:
-        """Returns the time shown of a time of a part's own clock, s."""
-        of = self._parts[part]
-        return time - of.zero + of.begins + self.offset
+    def shown_time(self, time: float) -> float:
+        """Returns the time shown of a time as acquisition has it, s.
+
+        That is the recording's own clock; the core, too, lets the files of poses follow one another.
+        """
+        return time - self.start + self.offset
 
     def stretches(self, start: float, end: float) -> list[slice]:
         """Returns runs of samples without a gap in a section, s of the time shown."""
@@ -271,9 +275,7 @@ class UnitSamples:
                     values[:, axis] = self.values("raw", channel, rows)
             return values
 
-        warmth = (
-            np.array(self.values("raw", TEMPERATURE, rows)) if TEMPERATURE in self.channels else None
-        )
+        warmth = np.array(self.values("raw", TEMPERATURE, rows)) if TEMPERATURE in self.channels else None
         return Chunk(np.array(self._time.values()[rows]), triad("accelerometer"), triad("gyroscope"), warmth)
 
     def close(self) -> None:
@@ -285,10 +287,11 @@ class UnitSamples:
 class _Kept(ChunkStream):
     """A pass over samples that were read before."""
 
-    def __init__(self, samples: UnitSamples, part: _Part, after: int) -> None:
+    def __init__(self, samples: KeptSamples, part: _Part, after: int) -> None:
         self.counts, self.expected = part.counts, after - part.first
         self._chunks = (
-            samples.chunk(slice(first, min(first + CHUNK, after))) for first in range(part.first, after, CHUNK)
+            samples.chunk(slice(first, min(first + CHUNK, after)))
+            for first in range(part.first, after, CHUNK)
         )
 
     def __next__(self) -> Chunk:

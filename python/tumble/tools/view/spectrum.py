@@ -1,7 +1,7 @@
 """Amplitude spectral density of a section, by Welch's method.
 
-Source: P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans. Audio
-Electroacoust. 15, 1967. Segments overlap by half, have a Hann window, and are freed of their mean.
+Source: P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Trans.
+Audio Electroacoust. 15, 1967. Segments overlap by half, have a Hann window, and are freed of their mean.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.recording import FloatArray
-from tumble.tools.view.samples import Form, UnitSamples
+from tumble.tools.view.samples import Form, KeptSamples
 
 FEWEST_SAMPLES = 64
 LARGEST_SEGMENT = 1 << 16
@@ -31,7 +31,7 @@ class Spectrum:
     """(n,) unit of the channel / sqrt(Hz)."""
 
 
-def spectra(samples: UnitSamples, start: float, end: float, form: Form = "raw") -> list[Spectrum]:
+def spectra(samples: KeptSamples, start: float, end: float, form: Form = "raw") -> list[Spectrum]:
     """Returns the spectra of a section, s of the time shown, of its longest run without a gap.
 
     Raises `ProcedureError` where that is too short.

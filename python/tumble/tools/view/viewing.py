@@ -1,4 +1,4 @@
-"""Recordings that are shown together: opened by what was typed, read, marked and inspected in the background."""
+"""Recordings that are shown together: opened as typed, then read, marked and inspected in the background."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
-
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import LogError, TumbleError
@@ -17,9 +16,9 @@ from tumble.foundation.recording import Recording
 from tumble.logs import ReadOptions, list_imus, open_recording, parse_spec
 from tumble.tools.apply.procedure import warnings_on
 from tumble.tools.inspect.procedure import inspect
-from tumble.tools.view.marks import Mark, acquired_of, in_order, marks_of
+from tumble.tools.view.marks import SegmentMark, acquired_of, in_order, marks_of
 from tumble.tools.view.result_file import ResultFile, is_result, results_in
-from tumble.tools.view.samples import UnitSamples
+from tumble.tools.view.samples import KeptSamples
 
 if TYPE_CHECKING:
     from tumble.tools.inspect.result import Inspection
@@ -35,14 +34,14 @@ class ViewedUnit:
 
     source: str
     """LOG or LOG:NAME, by which commands open it."""
-    samples: UnitSamples
+    samples: KeptSamples
     result: ResultFile | None = None
     stage: Stage = "waiting"
     share: float | None = None
     """Share of the samples that was read; None where that is not known."""
     problem: str = ""
     """Reason why it could not be read to its end."""
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[SegmentMark, ...] = ()
     inspection: Inspection | None = None
     remarks: list[str] = field(default_factory=list)
     """Remarks on the unit beside those of the inspection."""
@@ -117,7 +116,7 @@ class Viewing:
 
     def _align(self) -> None:
         """Puts units with one clock on one axis; others begin at zero each."""
-        clocks: dict[str, list[UnitSamples]] = {}
+        clocks: dict[str, list[KeptSamples]] = {}
         for unit in self.units:
             if len(unit.samples):
                 clocks.setdefault(unit.samples.recording.metadata.clock, []).append(unit.samples)
@@ -172,7 +171,9 @@ class Viewing:
         if unit.result is not None and unit.result.sha256:
             path = parse_spec(unit.source).path
             if log_digest(path) != unit.result.sha256:
-                unit.remarks.append(f"{path.name} is not, or no longer, the log that the result was found from")
+                unit.remarks.append(
+                    f"{path.name} is not, or no longer, the log that the result was found from"
+                )
         self.version += 1
 
     def close(self) -> None:
@@ -181,21 +182,21 @@ class Viewing:
             unit.samples.close()
 
 
-def _rests_in(marks: Sequence[Mark]) -> int:
+def _rests_in(marks: Sequence[SegmentMark]) -> int:
     return sum(mark.kind == "rest" for mark in marks)
 
 
-def _used_marks(samples: UnitSamples, result: ResultFile) -> Iterator[Mark]:
+def _used_marks(samples: KeptSamples, result: ResultFile) -> Iterator[SegmentMark]:
     rests = sorted(result.rests, key=lambda rest: rest.start)
-    before: Mark | None = None
+    before: SegmentMark | None = None
     number = 0
     for rest in rests:
         number += rest.used
         label = str(number) if rest.used else ""
         start, end = samples.shown_time(rest.start), samples.shown_time(rest.end)
-        mark = Mark("rest", start, end, label, rest.remark, used=rest.used)
+        mark = SegmentMark("rest", start, end, label, rest.remark, used=rest.used)
         if before is not None and rest.used and start > before.end:
-            yield Mark("turn", before.end, start, f"{before.label}-{label}")
+            yield SegmentMark("turn", before.end, start, f"{before.label}-{label}")
         yield mark
         before = mark if rest.used else before
 
@@ -218,7 +219,9 @@ def open_viewing(
     loaded = [Calibration.load(path) for path in calibrations]
     units = [unit for source in sources for unit in _units_of(source, loaded, log, read)]
     if len(units) > MOST_UNITS:
-        raise LogError(f"{len(units)} units are too many to show together; name at most {MOST_UNITS}, LOG:NAME")
+        raise LogError(
+            f"{len(units)} units are too many to show together; name at most {MOST_UNITS}, LOG:NAME"
+        )
     if len(loaded) == 1 and len(units) == 1:
         units[0].samples.calibration = loaded[0]
     used = {id(unit.samples.calibration) for unit in units}
@@ -249,7 +252,7 @@ def _units_of(
     for imu in (wanted,) if wanted else list_imus(spec.path, read):
         typed = f"{spec.path}:{imu}" if imu and not read.topic else str(spec.path)
         recording = open_recording(typed, read)
-        yield ViewedUnit(typed, UnitSamples(recording, _calibration_of(recording, calibrations)))
+        yield ViewedUnit(typed, KeptSamples(recording, _calibration_of(recording, calibrations)))
 
 
 def _holds_results(path: Path) -> bool:
@@ -265,7 +268,7 @@ def _unit_of_result(result: ResultFile, log: str | None, read: ReadOptions) -> V
     else:
         source = log
     recording = open_recording(source, read)
-    return ViewedUnit(source, UnitSamples(recording, result.calibration), result)
+    return ViewedUnit(source, KeptSamples(recording, result.calibration), result)
 
 
 def _calibration_of(recording: Recording, calibrations: Sequence[Calibration]) -> Calibration | None:
@@ -275,5 +278,3 @@ def _calibration_of(recording: Recording, calibrations: Sequence[Calibration]) -
         if each.serial == about.serial if each.serial and about.serial else each.name == about.name:
             return each
     return None
-
-

@@ -9,12 +9,11 @@ from typing import Annotated, Final
 import typer
 
 from tumble.cli.read_options import ReadingOptions
-from tumble.cli.screen import print_document
+from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
 
-VIEW: Final = "tumble-view/1"
 _NEEDED: Final = ("nicegui", "tsdownsample")
 
 
@@ -38,7 +37,9 @@ def view_command(
     ] = None,
     log: Annotated[
         str | None,
-        typer.Option("--log", metavar="LOG", help="Log of a RESULT, if it is not beside it.", show_default=False),
+        typer.Option(
+            "--log", metavar="LOG", help="Log of a RESULT, if it is not beside it.", show_default=False
+        ),
     ] = None,
     port: Annotated[
         int, typer.Option("--port", metavar="N", help="Port of the page; any free one if not given.")
@@ -65,7 +66,7 @@ def view_command(
 
     def tell(address: str) -> None:
         if as_json:
-            print_document(VIEW, "serving", {"address": address})
+            print_event("serving", {"address": address})
         else:
             print(f"{viewing.title}: {address}\nCtrl-C ends it.", flush=True)
 
@@ -73,10 +74,10 @@ def view_command(
 
 
 def _need_extra() -> None:
-    """Raises `TumbleError` where what the page needs is not installed."""
+    """Raises `CommandError` where what the page needs is not installed."""
     for package in _NEEDED:
         if find_spec(package) is None:
-            raise TumbleError(
+            raise CommandError(
                 f"the page needs the Python package {package}, which is not installed; "
                 f"type: {install_command('bench')}"
             )
