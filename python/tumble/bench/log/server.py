@@ -13,7 +13,7 @@ from urllib.parse import parse_qs
 
 import uvicorn
 from fastapi import APIRouter, FastAPI
-from nicegui import ui
+from nicegui import app, ui
 
 from tumble.foundation.errors import TumbleError
 
@@ -78,10 +78,15 @@ async def _refuse(scope: _Scope, send: _Send) -> None:
 
 
 class PageServer:
-    """Serves one page until it is stopped."""
+    """Serves one page until it is stopped, and does the work behind it on a thread of its own."""
 
     def __init__(
-        self, title: str, build: Callable[[], None], routers: Iterable[APIRouter], port: int
+        self,
+        title: str,
+        build: Callable[[], None],
+        routers: Iterable[APIRouter],
+        port: int,
+        work: Callable[[], None],
     ) -> None:
         self._socket = _listening(port)
         found = int(self._socket.getsockname()[1])
@@ -92,6 +97,9 @@ class PageServer:
         for router in routers:
             pages.include_router(router)
         ui.run_with(pages, root=build, title=title, dark=None, language="en-US", show_welcome_message=False)
+        # While it starts, NiceGUI looks through all objects of the process, tuples that are being filled among
+        # them; CPython then fails to fill them. So no other thread works before that.
+        app.on_startup(threading.Thread(target=work, daemon=True).start)
         guarded: Any = Guard(pages, found, token)
         # Browsers close sockets late; nothing here needs a goodbye.
         self._server = uvicorn.Server(

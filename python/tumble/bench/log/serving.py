@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,7 +28,6 @@ def serve(viewing: Viewing, port: int, *, opens_browser: bool, tell: Callable[[s
         ui.add_css(STYLE.read_text(encoding="utf-8"))
         LogScreen(viewing, samples, pages).show()
 
-    server = PageServer(viewing.title, page, (samples.router, pages.router), port)
-    threading.Thread(target=viewing.gather, daemon=True).start()
+    server = PageServer(viewing.title, page, (samples.router, pages.router), port, viewing.gather)
     tell(server.address)
     server.run(opens_browser=opens_browser)
