@@ -97,8 +97,8 @@ class PageServer:
         for router in routers:
             pages.include_router(router)
         ui.run_with(pages, root=build, title=title, dark=None, language="en-US", show_welcome_message=False)
-        # While it starts, NiceGUI looks through all objects of the process, tuples that are being filled among
-        # them; CPython then fails to fill them. So no other thread works before that.
+        # While it starts, NiceGUI looks through all objects of the process, also tuples that are being
+        # filled; CPython then fails to fill them. So no other thread works before that.
         app.on_startup(threading.Thread(target=work, daemon=True).start)
         guarded: Any = Guard(pages, found, token)
         # Browsers close sockets late; nothing here needs a goodbye.
