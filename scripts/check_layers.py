@@ -38,8 +38,20 @@ BORDER_CRATES = {"tumble-capi", "tumble-processor"}
 """Crates with unsafe code: pointers that C hands over, and instructions of a processor."""
 
 TOOLS = {
-    *("apply", "compare", "convert", "demo", "doctor", "exchange", "inspect", "record", "simulate", "table"),
-    "view",
+    *(
+        "apply",
+        "compare",
+        "convert",
+        "demo",
+        "doctor",
+        "exchange",
+        "guided",
+        "inspect",
+        "record",
+        "simulate",
+        "table",
+        "view",
+    ),
 }
 ROOMS = {"foundation", "procedures", "tools"}
 """Folders that hold what the layers name: a file of data, a procedure, a tool."""
@@ -58,6 +70,8 @@ FILES_OF_A_RESULT = {"result", "record", "poses", "spans", "known_faults", "keys
 """Plain data of a procedure; files that users write of it among them."""
 FILE_OF_A_CALIBRATION = "calibration"
 """Makes a calibration file of a result."""
+FILE_OF_A_GUIDED_RUN = "guided"
+"""Guides an operator and calibrates what was recorded as the command does: `guided_run`, `guided_view`."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """Files of a procedure's command; `command_live` is a command too.
 
@@ -65,6 +79,7 @@ A folder `report` holds its pages, all other files are the procedure.
 """
 
 DATA = {
+    "message",
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *(
         "provenance",
@@ -105,6 +120,9 @@ LAYERS: dict[str, set[str]] = {
     "constants": {"_core"},
     "frames": {"errors"},
     "numbers": set(),
+    "message": set(),
+    "translation": {"catalogue", "errors"},
+    "catalogue": set(),
     "units": set(),
     "words": set(),
     "clock_skew": set(),
@@ -191,6 +209,7 @@ LAYERS: dict[str, set[str]] = {
     },
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
+LAYERS["guided"] = (LAYERS["command"] | LAYERS["procedure"] | {"command"}) - {"cli"}
 
 WHEN_ASKED = {("result", "page"), ("result", "command"), ("result", "to_calibration")}
 """Imports of a layer that are allowed inside a function only: a result shows and saves itself, and makes its
@@ -331,6 +350,8 @@ def _layer_within(room: str, folder: str, *files: str) -> str:
         return "page"
     if file == FILE_OF_A_CALIBRATION:
         return "to_calibration"
+    if room == "procedures" and file.split("_")[0] == FILE_OF_A_GUIDED_RUN:
+        return "guided"
     return "command" if file.split("_")[0] in FILES_OF_A_COMMAND else "procedure"
 
 

@@ -1,1 +1,4 @@
-"""Pages in the browser, served on this computer. Only this room imports NiceGUI."""
+"""The bench page: an operator calibrates in a browser. It knows no procedure by name.
+
+`tumble bench` serves it. Runs are those of `tumble.tools.guided`; only this room imports NiceGUI.
+"""

@@ -19,8 +19,8 @@ class Procedure:
     """
 
     __slots__ = (
-        *("endings", "files", "result", "serves", "simulated", "summary", "takes_one_log", "title", "typed"),
-        "word",
+        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "takes_one_log", "title"),
+        *("typed", "word"),
     )
 
     def __init__(
@@ -32,6 +32,7 @@ class Procedure:
         title: str,
         endings: tuple[str, ...] = (),
         files: tuple[str, ...] = (),
+        guided: bool = False,
         serves: bool = True,
         simulated: str = "",
         takes_one_log: bool = False,
@@ -48,6 +49,8 @@ class Procedure:
         """Behind the name of a unit in the names of its files."""
         self.files = files
         """Names of its other files, without extension."""
+        self.guided = guided
+        """Indicates whether `guided_run.py` of the folder guides an operator; see `tumble.tools.guided`."""
         self.serves = serves
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
@@ -70,6 +73,7 @@ PROCEDURES = (
         "Calibrate targets on a turntable against a co-mounted reference.",
         title="On a turntable",
         files=("turntable", "summary", "batch"),
+        guided=True,
         simulated="turntable",
         typed="{0}/reference.csv {0}/target_1.csv {0}/target_2.csv --poses {0}/poses.yaml",
     ),
