@@ -40,7 +40,9 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(bench, browser):
-    return opened(browser, bench.address)
+    found = opened(browser, bench.address)
+    found.locator(".holder.mine").wait_for()
+    return found
 
 
 def picture(page, name):
