@@ -80,6 +80,7 @@ PROCEDURES = (
         endings=("spin", "live"),
         simulated="spin",
         typed="{0}/spin.csv",
+        guided=True,
     ),
     Procedure(
         "redundancy",
@@ -91,6 +92,7 @@ PROCEDURES = (
         simulated="flight",
         typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv "
         "--settings {0}/units.yaml",
+        guided=True,
     ),
     Procedure(
         "multipose",
@@ -100,6 +102,7 @@ PROCEDURES = (
         endings=("multipose",),
         simulated="multipose",
         typed="{0}/multipose.csv",
+        guided=True,
     ),
     Procedure(
         "noise",
@@ -109,6 +112,7 @@ PROCEDURES = (
         endings=("noise",),
         simulated="static",
         typed="{0}/static.csv",
+        guided=True,
     ),
     Procedure(
         "thermal",

@@ -30,6 +30,8 @@ class AllanCurve:
 
     name: str
     """`gyroscope x`."""
+    tau: tuple[float, ...]
+    """Averaging times, s."""
     deviation: tuple[float, ...]
     """At each averaging time, in the unit of its figure."""
     sigma: tuple[float, ...] = ()
@@ -43,8 +45,6 @@ class AllanFigure:
     title: Message
     unit: str
     """Unit of the deviations: `rad/s`."""
-    tau: tuple[float, ...]
-    """Averaging times, s."""
     curves: tuple[AllanCurve, ...]
 
 
@@ -73,4 +73,50 @@ class DeviationFigure:
     """Events: s since the run began, and the text beside them."""
 
 
-RunFigure: TypeAlias = SphereFigure | AllanFigure | DeviationFigure
+@dataclass(frozen=True, slots=True)
+class StateRow:
+    """State of one unit of a set."""
+
+    name: str
+    state: Message
+    healthy: bool | None
+    """None while that is not known."""
+    cells: tuple[Message, ...]
+    """One for each further column."""
+    exceeded: tuple[bool, ...] = ()
+    """Indicates for each cell whether it is beyond its threshold; empty where none is."""
+    is_source: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StateFigure:
+    """States of the units of a set, and the unit that its output comes from."""
+
+    title: Message
+    columns: tuple[Message, ...]
+    """Heads of the cells."""
+    rows: tuple[StateRow, ...]
+    faults: tuple[Message, ...] = ()
+    """Known faults with cause and remedy, the worst first."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    """One event of a set."""
+
+    time: float
+    """s since the run began."""
+    unit: str
+    text: Message
+    is_fault: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EventFigure:
+    """Newest events, the latest first."""
+
+    title: Message
+    lines: tuple[EventLine, ...]
+
+
+RunFigure: TypeAlias = SphereFigure | AllanFigure | DeviationFigure | StateFigure | EventFigure
