@@ -59,8 +59,8 @@ PARTS = {"tumble", *(f"tumble.{room}" for room in ROOMS)}
 PROCEDURES = TOOLS | {procedure.word for procedure in procedures.PROCEDURES}
 """Folders of one procedure or tool each; layers of files: `result`, `procedure`, `page`, `command`."""
 
-LABORATORY = "laboratory"
-"""Room of the registry, whose command is a layer of its own."""
+LABORATORY, BENCH = "laboratory", "bench"
+"""Rooms of the registry and of the bench page, whose commands are a layer of their own."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
@@ -120,6 +120,8 @@ LAYERS: dict[str, set[str]] = {
     "frames": {"errors"},
     "numbers": set(),
     "message": set(),
+    "translation": {"catalogue", "errors"},
+    "catalogue": set(),
     "units": set(),
     "words": set(),
     "clock_skew": set(),
@@ -185,6 +187,8 @@ LAYERS: dict[str, set[str]] = {
     "report": DATA,
     "page": DATA | {"result", "report", "poses"},
     "laboratory": DATA | {"calibration", "report", "_core"},
+    "bench": DATA
+    | {"calibration", "laboratory", "live", "logs", "procedure", "report", "result", "translation"},
     "cli": DATA | {"logs"},
     "__main__": {"cli"},
     "command": DATA
@@ -199,6 +203,7 @@ LAYERS: dict[str, set[str]] = {
         "report",
         "page",
         "laboratory",
+        "bench",
         "cli",
     },
 }
@@ -323,7 +328,7 @@ def _type_named(node: ast.stmt) -> str:
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
-    if parts[0] == LABORATORY and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
+    if parts[0] in (LABORATORY, BENCH) and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
         return "command"
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room

@@ -28,7 +28,7 @@ class Message:
         return bool(self.text)
 
 
-def message(text: str, **values: MessageValue) -> Message:
+def message(text: str, /, **values: MessageValue) -> Message:
     """Makes a message; catalogues collect the texts that are given here.
 
     >>> str(message("Go to {pose}.", pose="+x up"))

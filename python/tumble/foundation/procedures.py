@@ -69,6 +69,7 @@ PROCEDURES = (
         "Calibrate targets on a turntable against a co-mounted reference.",
         title="On a turntable",
         files=("turntable", "summary", "batch"),
+        guided=True,
         simulated="turntable",
         typed="{0}/reference.csv {0}/target_1.csv {0}/target_2.csv --poses {0}/poses.yaml",
     ),

@@ -66,8 +66,8 @@ class RecordStep:
 
 
 @dataclass(slots=True)
-class _Unit:
-    """Recent samples of one unit."""
+class UnitWatch:
+    """Recent samples of one unit, by which it is at rest or in motion."""
 
     heard: float = 0.0
     """s of `LiveSet.listened`."""
@@ -144,7 +144,7 @@ class Recorder:
         }
         clock: Literal["log", "host"] = "log" if units.is_replay else "host"
         self._writer = SessionWriter(folder, described, clock, resume=resume, clock_rate=units.clock_rate)
-        self._units = {name: _Unit(by_hand=by_hand) for name in typed}
+        self._units = {name: UnitWatch(by_hand=by_hand) for name in typed}
         self._began = math.nan
         self._oldest, self._newest = math.inf, -math.inf
         self._stopped = False
