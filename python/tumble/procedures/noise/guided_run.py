@@ -76,10 +76,10 @@ class GuidedNoise:
             raise ProcedureError("noise: no unit is named; give one or more")
         for name in self._names:
             prepare(order.folder, name)
-        minutes = answers.number("duration")
+        minutes, reading = answers.number("duration"), order.read_options()
         self._units = open_set(
             [f"{name}={address}" for name, address in order.sources.items()],
-            order.read_options(),
+            reading,
             sender=order.sender,
             keep_going=True,
         )
@@ -87,7 +87,7 @@ class GuidedNoise:
             self._units,
             order.folder,
             sources=order.sources,
-            serials=order.serials,
+            serials={name: each.serial for name, each in reading.items()},
             wanted=None if minutes is None else MINUTE * minutes,
             procedure=SessionProcedure(
                 name="noise",
