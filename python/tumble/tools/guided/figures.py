@@ -86,6 +86,8 @@ class StateRow:
     exceeded: tuple[bool, ...] = ()
     """Indicates for each cell whether it is beyond its threshold; empty where none is."""
     is_source: bool = False
+    why: Message = NOTHING
+    """Cause and remedy of a fault."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +98,6 @@ class StateFigure:
     columns: tuple[Message, ...]
     """Heads of the cells."""
     rows: tuple[StateRow, ...]
-    faults: tuple[Message, ...] = ()
-    """Known faults with cause and remedy, the worst first."""
 
 
 @dataclass(frozen=True, slots=True)
