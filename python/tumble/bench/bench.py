@@ -12,7 +12,8 @@ from typing import Any
 
 from tumble.bench.access import BROWSER_GONE, Access
 from tumble.bench.engine import Engine
-from tumble.bench.run_folder import RunFolder, runs_in, unfinished
+from tumble.bench.registry_view import RegistryView
+from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
 from tumble.bench.simulated import SimulatedBench
 from tumble.bench.sources import BenchSource, BenchSources
@@ -174,6 +175,23 @@ class Bench:
                 self.sources.change(each.name, replace(each, serial=""))
         self._keep()
         self.engine.leave()
+
+    def accept(self) -> None:
+        """Accepts the outcome: its calibrations go into the registry, where there is one.
+
+        Raises `TumbleError` where they cannot be entered; the outcome is then not accepted.
+        """
+        outcome = self.engine.outcome
+        if outcome is None:
+            return
+        registry = self.registry()
+        if registry is not None:
+            registry.enter(list(files_of(outcome)))
+        self.engine.decide(ACCEPTED)
+
+    def registry(self) -> RegistryView | None:
+        """Opens the registry; None where none is set. Raises `TumbleError` where it cannot be read."""
+        return RegistryView(self.settings.registry) if self.settings.registry else None
 
     def discard_offer(self) -> None:
         """Leaves the offered run as it is."""

@@ -57,6 +57,7 @@ class Engine:
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
         self._ends: Literal["pause", "finish"] = "pause"
+        self._is_to_end = False
         self._number = 0
         self._on_change = on_change
 
@@ -72,17 +73,20 @@ class Engine:
         return self.state == "running" and table is not None and table.armed
 
     def begin(self, folder: RunFolder, order: RunOrder) -> None:
-        """Begins or resumes a run; raises `TumbleError` where its order cannot be carried out."""
+        """Begins or resumes a run; raises `TumbleError` where another is under way.
+
+        An order that cannot be carried out leaves the engine idle, with its `trouble`: to plan the way of a
+        table takes a while, and no page waits for it.
+        """
         with self._lock:
             if self.is_busy:
                 raise TumbleError("a run is under way; stop it first")
-            run = run_kind(folder.word).begin(replace(order, folder=folder.path))
             if not order.resume:
                 self.notes.clear()
-            self.folder, self._run = replace(folder, order=order), run
+            self.folder, self._run = replace(folder, order=order), None
             self.view, self.outcome, self.decision, self.trouble = None, None, "", message("")
-            self._ends, self.state = "pause", "running"
-            self._thread = threading.Thread(target=self._work, args=(run,), name="run", daemon=True)
+            self._ends, self._is_to_end, self.state = "pause", False, "running"
+            self._thread = threading.Thread(target=self._work, args=(self.folder,), name="run", daemon=True)
             self._thread.start()
         self._on_change()
 
@@ -139,14 +143,31 @@ class Engine:
 
     def _end(self, how: Literal["pause", "finish"], why: Message | None = None) -> None:
         with self._lock:
-            if self.state != "running" or self._run is None:
+            if self.state != "running":
                 return
-            self._ends = how
+            self._ends, self._is_to_end = how, True
             self.trouble = why or self.trouble
-            self._run.stop()
+            if self._run is not None:
+                self._run.stop()
 
-    def _work(self, run: GuidedRun) -> None:
-        is_done = False
+    def _prepared(self, folder: RunFolder) -> GuidedRun | None:
+        """Makes the run of an order; None where it cannot be carried out."""
+        try:
+            run = run_kind(folder.word).begin(replace(folder.order, folder=folder.path))
+        except TumbleError as error:
+            folder.remove_if_empty()
+            self._set("idle" if not folder.has_recording else "paused", message(str(error)))
+            return None
+        with self._lock:
+            self._run = run
+            if self._is_to_end:
+                run.stop()
+        return run
+
+    def _work(self, folder: RunFolder) -> None:
+        run, is_done = self._prepared(folder), False
+        if run is None:
+            return
         try:
             for view in run.views():
                 self.view = view

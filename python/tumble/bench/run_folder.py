@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
-from tumble.foundation.files import FileKind, prepare_folder, write_text
+from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
 from tumble.foundation.message import Message
 from tumble.foundation.plain import finite
 from tumble.logs.options import ReadOptions
@@ -23,6 +23,8 @@ from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
 
 ORDER, OUTCOME = "order.json", "outcome.json"
+ACCEPTED = "accepted"
+"""Decision of an operator on an outcome; empty for none."""
 _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
 
 
@@ -74,6 +76,12 @@ class RunFolder:
             return _outcome(self.path, content["outcome"]), str(content["decision"])
         except (OSError, ValueError, KeyError, TypeError):
             return None
+
+    def remove_if_empty(self) -> None:
+        """Removes the folder of a run of which nothing was recorded."""
+        if not self.has_recording:
+            remove_made(self.path / ORDER)
+            remove_empty([self.path])
 
     def with_order(self, order: RunOrder) -> RunFolder:
         """Returns the run with another order, which is stored."""

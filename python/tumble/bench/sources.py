@@ -35,7 +35,7 @@ class BenchSource:
 
 
 class BenchSources:
-    """The sources, in their order; they are looked at while `watching`, and left alone while a run has them."""
+    """The sources, in their order; they are looked at, except while a run has them."""
 
     def __init__(self, sources: tuple[BenchSource, ...] = (), kind: str = "") -> None:
         self._sources = {each.name: each for each in sources}
@@ -89,7 +89,7 @@ class BenchSources:
             self._forget(name)
 
     def watch(self, wanted: bool) -> None:
-        """Looks at the sources of the kind from now on, or lets go of all lines and waits until they are free."""
+        """Looks at the sources of the kind from now on, or waits until all lines are free."""
         with self._lock:
             self._watching = wanted
             looked_at = {each.name: each for each in self.of_kind()} if wanted else {}

@@ -81,6 +81,11 @@ COMMANDS = {
         "demo_command",
         "Calibrate a simulated turntable session, one target of it faulty, and compare with the truth.",
     ),
+    "bench": CommandEntry(
+        "tumble.bench.command",
+        "bench_command",
+        "Calibrate in a browser: sources, guided runs, one big verdict, units and certificates.",
+    ),
     "registry": CommandEntry(
         "tumble.laboratory.command",
         "registry_app",

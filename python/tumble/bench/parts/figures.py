@@ -1,0 +1,43 @@
+"""Figures of a run, as far as its views have any: a part for each type of figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from tumble.bench.page.context import PageContext
+from tumble.bench.parts.elements import block
+from tumble.tools.guided.figures import RunFigure
+
+
+class FigurePart(Protocol):
+    """Draws one figure after another of its type."""
+
+    def show(self, figure: RunFigure) -> None:
+        """Draws a figure."""
+
+
+FIGURE_PARTS: dict[type[object], Callable[[PageContext], FigurePart]] = {}
+"""Part for each type of figure."""
+
+
+class Figures:
+    """The figures of the newest view, side by side."""
+
+    def __init__(self, page: PageContext) -> None:
+        self._page = page
+        self._box = block("figures")
+        self._types: tuple[type[object], ...] = ()
+        self._parts: list[FigurePart] = []
+
+    def show(self, figures: tuple[RunFigure, ...]) -> None:
+        """Draws figures; parts are made anew only where others are wanted."""
+        drawn = [figure for figure in figures if type(figure) in FIGURE_PARTS]
+        types = tuple(map(type, drawn))
+        if types != self._types:
+            self._types = types
+            self._box.clear()
+            with self._box:
+                self._parts = [FIGURE_PARTS[each](self._page) for each in types]
+        for part, figure in zip(self._parts, drawn, strict=True):
+            part.show(figure)
