@@ -3,7 +3,7 @@
 import { THREE } from "nicegui-scene";
 
 const EASE = 5; // 1/s: how fast the camera follows
-const DISTANCE = 4.3;
+const DISTANCE = 4.9;
 const TILT = 0.42; // rad by which the camera stands beside what it looks at
 const ARC = 40; // parts of the way
 const AXES = [
@@ -11,6 +11,23 @@ const AXES = [
   ["Y", [0, 1, 0], "#2a8c5a"],
   ["Z", [0, 0, 1], "#2b6cb0"],
 ];
+
+function texture(canvas) {
+  const found = new THREE.CanvasTexture(canvas);
+  found.colorSpace = THREE.SRGBColorSpace;
+  return found;
+}
+
+function circle(axis, colour) {
+  const points = [];
+  for (let part = 0; part <= 72; part++) {
+    const angle = (part / 36) * Math.PI;
+    const point = [0.99 * Math.cos(angle), 0.99 * Math.sin(angle)];
+    point.splice(axis, 0, 0);
+    points.push(new THREE.Vector3(...point));
+  }
+  return new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: colour }));
+}
 
 function label(text, colour) {
   const canvas = document.createElement("canvas");
@@ -25,7 +42,7 @@ function label(text, colour) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.fillText(text, 48, 52);
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas) }));
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture(canvas) }));
   sprite.scale.setScalar(0.24);
   return sprite;
 }
@@ -34,7 +51,7 @@ function sign(draw) {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 96;
   draw(canvas.getContext("2d"));
-  return new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: true });
+  return new THREE.SpriteMaterial({ map: texture(canvas) });
 }
 
 function tick(colour, ground) {
@@ -126,8 +143,7 @@ export default {
       const ball = new THREE.SphereGeometry(0.985, 48, 32);
       const skin = { color: this.colour("--sunken"), transparent: true, opacity: 0.82 };
       this.scene.add(new THREE.Mesh(ball, new THREE.MeshBasicMaterial(skin)));
-      const net = new THREE.EdgesGeometry(new THREE.SphereGeometry(0.99, 12, 6), 1);
-      this.scene.add(new THREE.LineSegments(net, new THREE.LineBasicMaterial({ color: this.colour("--line") })));
+      for (const axis of [0, 1, 2]) this.scene.add(circle(axis, this.colour("--muted")));
       for (const [name, direction, colour] of AXES) {
         for (const way of [1, -1]) {
           const mark = label(way > 0 ? `+${name}` : `−${name}`, colour);

@@ -41,7 +41,7 @@ class SpherePart:
             with block("legend"):
                 self._held = Text("", "legend-item good")
                 self._wanted = Text("", "legend-item warn")
-                self._now = Text("", "legend-item now")
+                self._now = Text("", "legend-item here")
         self._sphere._props["role"] = "img"
 
     def show(self, figure: SphereFigure) -> None:

@@ -14,7 +14,7 @@ from tumble.foundation.message import NOTHING, Message, message
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import LISTENING
 from tumble.live import open_set
-from tumble.poses.by_hand import MOST_ORIENTATIONS, orientation_message
+from tumble.poses.by_hand import MOST_ORIENTATIONS, orientation_parts
 from tumble.procedures.multipose.guide import HELD
 from tumble.procedures.multipose.live import (
     ORIENTATIONS,
@@ -228,7 +228,7 @@ def _instruction(step: MultiposeStep) -> Message:
         return message("Hold it still.")
     if step.up is None:
         return message("Let it stand still as it lies.")
-    return message("Turn it to {orientation}.", orientation=orientation_message(step.up))
+    return message("Turn it to {orientation}.", orientation=orientation_parts(step.up)[0])
 
 
 def _detail(step: MultiposeStep) -> Message:
@@ -236,29 +236,22 @@ def _detail(step: MultiposeStep) -> Message:
         return message("Waiting for samples of {unit}.", unit=step.name)
     if _is_held(step):
         return message("{still} of {wanted} s", still=f"{step.still:.1f}", wanted=f"{step.still_wanted:g}")
-    if math.isnan(step.off):
+    if step.up is None or math.isnan(step.off):
         return NOTHING
-    return message("{angle} deg to go", angle=f"{step.off:.0f}")
+    left = message("{angle} deg to go", angle=f"{step.off:.0f}")
+    tilt = orientation_parts(step.up)[1]
+    return message("{tilt}; {left}", tilt=tilt, left=left) if tilt else left
 
 
 def _orientations(step: MultiposeStep) -> CheckGroup:
-    """Returns an item for each orientation: those shown, the present one, and those that are still wanted."""
-    count = max(step.orientations_wanted or 0, step.orientations + (step.kind not in ("done", "ended early")))
-    present = step.orientations + 1
-    items = (
-        CheckItem(
-            str(number),
-            _share(step) if number == present else float(number < present),
-            done=number < present,
-            current=number == present,
-        )
-        for number in range(1, count + 1)
-    )
-    return CheckGroup(message("Orientations"), tuple(items))
-
-
-def _share(step: MultiposeStep) -> float:
-    return step.still / step.still_wanted if _is_held(step) else 0.0
+    """Returns one item for all orientations: the sphere beside it shows which."""
+    wanted = step.orientations_wanted
+    name = str(step.orientations) if wanted is None else f"{step.orientations} / {wanted}"
+    share = 0.0 if wanted is None else min(1.0, step.orientations / wanted)
+    done = step.kind == "done"
+    turns = message("{count} turns", count=step.turns)
+    item = CheckItem(name, 1.0 if done else share, done=done, current=not done, detail=turns)
+    return CheckGroup(message("Orientations"), (item,))
 
 
 def _direction(up: FloatArray | None) -> CaseDirection | None:

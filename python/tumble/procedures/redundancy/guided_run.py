@@ -10,7 +10,7 @@ from typing import Final
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE
+from tumble.foundation.file_names import EVENTS, REDUNDANCY_PAGE, STORE
 from tumble.foundation.files import PAGE, check_output, prepare_folder
 from tumble.foundation.message import message
 from tumble.live import open_set
@@ -58,7 +58,14 @@ FIELDS = (
         advanced=True,
     ),
     RunField(name="calibration", label=message("Calibration of the primary"), kind="file", advanced=True),
-    RunField(name="store", label=message("Folder of stored errors"), kind="file", advanced=True),
+    RunField(
+        name="stored",
+        label=message("Go on from the errors stored by earlier runs"),
+        kind="flag",
+        default=False,
+        help=message("They are kept beside the folders of the runs."),
+        advanced=True,
+    ),
 )
 
 
@@ -92,7 +99,7 @@ class GuidedRedundancy:
             secondaries,
             settings=_settings(answers),
             calibration=None if calibration is None else Calibration.load(calibration),
-            store=answers.file("store"),
+            store=order.folder.parent / STORE if answers.flag("stored") else None,
             serials=self._serials,
             as_published=self._as_published,
         )
