@@ -52,6 +52,9 @@ def bench_command(
     speed: Annotated[
         float, typer.Option(min=0.1, max=50.0, help="With --simulated: simulated seconds in a second.")
     ] = 1.0,
+    rate: Annotated[
+        float, typer.Option(min=1.0, max=2000.0, help="With --simulated: samples a second of every unit, Hz.")
+    ] = 200.0,
     registry: RegistryOption = "",
     as_json: JsonOption = False,
     *,
@@ -83,7 +86,7 @@ def bench_command(
         station=maker.station,
         pedal=pedal,
     )
-    with _simulation(folder, speed) if simulated else nullcontext(None) as simulation:
+    with _simulation(folder, speed, rate) if simulated else nullcontext(None) as simulation:
         bench: Bench = bench_module.Bench(settings, simulation)
         try:
             served = server.BenchServer(bench)
@@ -93,11 +96,11 @@ def bench_command(
             bench.close()
 
 
-def _simulation(folder: Path, speed: float) -> SimulatedBench:
+def _simulation(folder: Path, speed: float, rate: float) -> SimulatedBench:
     from tumble.bench.simulated import SimulatedBench
     from tumble.foundation.files import prepare_folder
 
-    return SimulatedBench(prepare_folder(folder), speed=speed)
+    return SimulatedBench(prepare_folder(folder), speed=speed, rate=rate)
 
 
 def _needed(module: str) -> Any:  # noqa: ANN401 - a module has no type of its own

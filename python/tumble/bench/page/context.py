@@ -60,7 +60,9 @@ class PageContext:
     def notify(self, text: str, kind: str = "bad") -> None:
         """Shows a line for a while."""
         with self.client.content:
-            ui.notify(text, color=None, position="top", timeout=5000, classes=f"notice {kind}", multi_line=True)
+            ui.notify(
+                text, color=None, position="top", timeout=5000, classes=f"notice {kind}", multi_line=True
+            )
 
     def tone(self, name: str) -> None:
         """Plays a tone: `held`, `part done`, `done`, `failed` or `warning`."""

@@ -50,6 +50,10 @@ def show_page(bench: Bench) -> None:
     page = PageContext(bench, request.scope[BROWSER], language, client)
     bench.access.beat(page.browser.key)
     ui.add_head_html(HEAD)
+    quasar_page = client.content.parent_slot
+    if quasar_page is not None:
+        # The screen is the main part, and the head of the page no part of it.
+        quasar_page.parent._props["role"] = "presentation"
     Frame(page, request.url.path)
 
 

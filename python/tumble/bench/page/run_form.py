@@ -26,12 +26,12 @@ class RunForm:
             Text(page.text(kind.summary), "lead")
         self._trouble = Text("", "trouble")
         with block("two-columns"):
-            with block("column"):
+            with block("side"):
                 self._units = block("panel")
                 if kind.takes_table:
                     with block("panel"):
                         self._table()
-            with block("column"), block("panel form"):
+            with block("side"), block("panel form"):
                 self._questions()
         with block("start-bar"):
             button(page.words("Start"), page.guarded(page.bench.start), "primary large")

@@ -85,10 +85,9 @@ class SourcesScreen:
 
         def add() -> None:
             page.bench.add_source(BenchSource(typed["name"].strip(), typed["address"].strip()))
-            address._props["value"] = name._props["value"] = ""
             typed.update(name="", address="")
-            address.update()
-            name.update()
+            name.show("")
+            address.show("")
 
         Text(page.words("Add a source"), "section", "h2")
         with block("form-row"):
@@ -119,7 +118,7 @@ class SourcesScreen:
 
         def use(found: str) -> None:
             typed["address"] = found
-            set_attribute(address, "value", found)
+            address.show(found)
 
         button(page.words("Look for plugged-in sensors"), look, "small quiet")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, file_link, set_attribute
+from tumble.bench.parts.elements import Text, block, button, file_link
 from tumble.bench.parts.fields import choice_field, text_field
 from tumble.bench.registry_view import DueState, RegisteredUnit, RegistryView
 from tumble.foundation.errors import TumbleError
@@ -59,7 +59,7 @@ class UnitsScreen:
 
     def _find(self, text: str) -> None:
         self._search = text.strip()
-        set_attribute(self._field, "value", self._search)
+        self._field.show(self._search)
         self._fill()
 
     def _filter(self, state: str) -> None:

@@ -6,6 +6,9 @@ from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Text, block, set_attribute, set_class
 from tumble.tools.guided.view import CheckGroup, CheckItem
 
+LONG_NAME = 12
+"""Letters of a name from which it is written smaller."""
+
 
 class Checks:
     """Groups of tiles."""
@@ -45,7 +48,7 @@ class _Tile:
         with self._box:
             with block("tile-head"):
                 self._sign = Text("○", "tile-sign")
-                Text(name, "tile-name")
+                Text(name, "tile-name long" if len(name) > LONG_NAME else "tile-name")
             with block("bar"):
                 self._bar = block("bar-fill")
             self._detail = Text("", "tile-detail")

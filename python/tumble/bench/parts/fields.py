@@ -13,16 +13,33 @@ Take = Callable[[str], object]
 """Takes what was typed or chosen."""
 
 
+class Field(Element, component="field.js"):
+    """A field of text, of a number, or of one of several."""
+
+    def __init__(self, tag: str, content: str, take: Take, choices: Sequence[tuple[str, str]] = ()) -> None:
+        super().__init__()
+        self._props |= {"tag": tag, "content": content, "choices": [list(each) for each in choices]}
+        self._take = take
+        self.on("taken", self._taken)
+
+    def show(self, content: str) -> None:
+        """Replaces what stands in the field."""
+        self._props["content"] = content
+        self.update()
+
+    def _taken(self, event: GenericEventArguments) -> None:
+        self._take(str(event.args))
+
+
 def text_field(
     label: str, value: str, take: Take, *, help_text: str = "", classes: str = "", hidden_label: bool = False
-) -> Element:
+) -> Field:
     """Adds a field of text; `take` gets what stands there when it is left, or after Enter."""
     with block(f"field {classes}".strip()):
-        element = _input(label, hidden_label)
-        element._props |= {"type": "text", "value": value, "autocomplete": "off", "spellcheck": "false"}
-        _on_change(element, take)
-        _help(element, help_text)
-    return element
+        field = _labelled(label, hidden_label, lambda: Field("input", value, take))
+        field._props |= {"type": "text", "autocomplete": "off", "spellcheck": "false"}
+        _help(field, help_text)
+    return field
 
 
 def number_field(
@@ -34,17 +51,17 @@ def number_field(
     least: float | None = None,
     most: float | None = None,
     help_text: str = "",
-) -> Element:
+) -> Field:
     """Adds a field of a number."""
     with block("field"):
-        element = _input(f"{label} ({unit})" if unit else label, False)
-        element._props |= {"type": "number", "value": "" if value is None else f"{value:g}", "step": "any"}
+        text = "" if value is None else f"{value:g}"
+        field = _labelled(f"{label} ({unit})" if unit else label, False, lambda: Field("input", text, take))
+        field._props |= {"type": "number", "step": "any"}
         for name, bound in (("min", least), ("max", most)):
             if bound is not None:
-                element._props[name] = f"{bound:g}"
-        _on_change(element, take)
-        _help(element, help_text)
-    return element
+                field._props[name] = f"{bound:g}"
+        _help(field, help_text)
+    return field
 
 
 def choice_field(
@@ -55,19 +72,12 @@ def choice_field(
     *,
     help_text: str = "",
     hidden_label: bool = False,
-) -> Element:
+) -> Field:
     """Adds a field in which one of several is chosen; `choices` are values and their texts."""
     with block("field"):
-        element = _labelled("select", label, hidden_label)
-        with element:
-            for key, text in choices:
-                option = Text(text, tag="option")
-                option._props["value"] = key
-                if key == value:
-                    option._props["selected"] = True
-        _on_change(element, take)
-        _help(element, help_text)
-    return element
+        field = _labelled(label, hidden_label, lambda: Field("select", value, take, choices))
+        _help(field, help_text)
+    return field
 
 
 def flag_field(label: str, value: bool, take: Callable[[bool], object], *, help_text: str = "") -> Element:
@@ -83,25 +93,13 @@ def flag_field(label: str, value: bool, take: Callable[[bool], object], *, help_
     return element
 
 
-def _input(label: str, hidden_label: bool) -> Element:
-    return _labelled("input", label, hidden_label)
-
-
-def _labelled(tag: str, label: str, hidden_label: bool) -> Element:
+def _labelled(label: str, hidden_label: bool, make: Callable[[], Field]) -> Field:
     name = Text(label, "visually-hidden" if hidden_label else "", tag="label")
-    element = Element(tag)
-    name._props["for"] = element.html_id
-    return element
+    field = make()
+    name._props["for"] = field.html_id
+    return field
 
 
-def _on_change(element: Element, take: Take) -> None:
-    def taken(event: GenericEventArguments) -> None:
-        element._props["value"] = str(event.args)
-        take(str(event.args))
-
-    element.on("change", taken, js_handler="(e) => emit(e.target.value)")
-
-
-def _help(element: Element, text: str) -> None:
+def _help(field: Field, text: str) -> None:
     if text:
-        element._props["aria-describedby"] = Text(text, "help").html_id
+        field._props["aria-describedby"] = Text(text, "help").html_id

@@ -75,7 +75,9 @@
     sound ??= new AudioContext();
     sound.resume();
   };
-  for (const name of ["pointerdown", "keydown"]) document.addEventListener(name, wake, { once: true });
+  // A little later: to open the sound takes longer than a scanner waits between two letters.
+  const wakeLater = () => setTimeout(wake, 300);
+  for (const name of ["pointerdown", "keydown"]) document.addEventListener(name, wakeLater, { once: true });
 
   window.benchTones = [];
   window.benchTone = (name) => {

@@ -13,6 +13,12 @@ from tumble.procedures.turntable.record import RecordedParameter, TargetRecord
 from tumble.procedures.turntable.result import GOOD
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, RunVerdict, UnitOutcome, worst
 
+VERDICTS: dict[str, RunVerdict] = {
+    "conditional pass": "warned",
+    "partly calibrated": "warned",
+    "not calibrated": "not observable",
+}
+"""Verdicts of targets that are neither passed nor failed for an operator."""
 MOST_FURTHEST = 5
 """Parameters that are shown beside a verdict."""
 
@@ -45,11 +51,9 @@ def _unit(record: TargetRecord, folder: Path) -> UnitOutcome:
 
 
 def _verdict(record: TargetRecord) -> RunVerdict:
-    if record.verdict == "not calibrated":
-        return "not observable"
-    if record.verdict not in GOOD:
-        return "failed"
-    return "warned" if record.warnings or record.verdict == "conditional pass" else "passed"
+    if record.verdict in VERDICTS:
+        return VERDICTS[record.verdict]
+    return "passed" if record.verdict in GOOD else "failed"
 
 
 def _reasons(record: TargetRecord) -> Iterator[Message]:

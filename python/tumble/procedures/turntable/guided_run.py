@@ -39,9 +39,7 @@ FIELDS = (
         label=message("Goal"),
         kind="text",
         default="",
-        help=message(
-            "Largest sigmas, such as: bias 0.001, scale 0.02 %."
-        ),
+        help=message("Largest sigmas, such as: bias 0.001, scale 0.02 %."),
     ),
     RunField(
         name="pose_seconds",

@@ -76,7 +76,7 @@ def _instruction(live: LiveTurntable, step: TurntableStep, by_table: bool) -> tu
     if len(waiting) == len(step.units):
         return message("Wait for the first samples."), message("Listening to {names}.", names=join(waiting))
     if by_table:
-        return message("Hands off: the table turns by itself."), message("{place}", place=step.table)
+        return message("Hands off."), message("The table turns by itself: {place}.", place=step.table)
     wanted = guide.wanted
     if isinstance(wanted, WantedTurn):
         return (

@@ -93,5 +93,3 @@ class SourceWatch:
             timing.gaps,
             "; ".join(units.remarks[name]),
         )
-
-
