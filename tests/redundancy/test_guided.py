@@ -84,7 +84,7 @@ def test_a_fault_is_a_warning_and_an_event_of_the_list(run):
     views, _, _ = run
     warned = [view for view in views if view.kind == "warning"]
     assert [view.subject for view in warned] == ["imu3"]
-    assert str(warned[0].warning).startswith("Unhealthy: late")
+    assert str(warned[0].warning).startswith("imu3: Unhealthy: late")
     lines = figure_of(views[-1], EventFigure).lines
     assert [line.time for line in lines] == sorted((line.time for line in lines), reverse=True)
     assert any(line.is_fault and line.unit == "imu3" for line in lines)

@@ -42,7 +42,7 @@ def test_robot_is_asked_to_stand_then_to_turn_and_turns_are_ticked(run):
     views, _, _ = run
     assert str(views[0].instruction) == "Let the robot stand still."
     wanted = next(view for view in views if view.kind == "wanted")
-    assert str(wanted.instruction) == "Turn on the spot, either way."
+    assert str(wanted.instruction) == "Turn on the spot."
     turned = [view.checks[1].items for view in views]
     assert [item.done for item in turned[0]] == [False, False]
     shares = [sum(item.share for item in items) for items in turned]

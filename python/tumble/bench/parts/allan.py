@@ -1,4 +1,4 @@
-"""Allan deviations that grow while a log is recorded: curves with intervals, and the figure at 1 s in words."""
+"""Allan deviations that grow while a log is recorded: curves with intervals, and figures in words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class AllanPart:
                 self._plot = Plot(PlotAxis(page.words("averaging time, s"), log=True), y)
         words = self._in_words(figure)
         self._words.show(words)
-        lines = [_line(curve) for curve in figure.curves]
+        lines = [_line(place, curve) for place, curve in enumerate(figure.curves)]
         self._plot.show(lines, label=f"{page.text(figure.title)}. {words}")
 
     def _in_words(self, figure: AllanFigure) -> str:
@@ -53,19 +53,18 @@ class AllanPart:
         )
 
 
-def _line(curve: AllanCurve) -> PlotLine:
-    """Returns a line of an axis: x, y and z have colours of their own, units their dashes."""
+def _line(place: int, curve: AllanCurve) -> PlotLine:
+    sigmas = curve.sigma or (math.nan,) * len(curve.tau)
     rows = [
         (tau, deviation, sigma)
-        for tau, deviation, sigma in zip(curve.tau, curve.deviation, curve.sigma, strict=True)
+        for tau, deviation, sigma in zip(curve.tau, curve.deviation, sigmas, strict=True)
         if deviation > 0.0
     ]
-    unit, _, axis = curve.name.rpartition(" ")
     return PlotLine(
         curve.name,
         tuple((tau, deviation) for tau, deviation, _ in rows),
-        colour="xyz".index(axis) if axis in "xyz" else 3,
-        dash=sum(map(ord, unit)),
+        colour=place,
+        dash=place // 4,
         intervals=tuple(
             (tau, max(deviation - INTERVAL * sigma, 0.05 * deviation), deviation + INTERVAL * sigma)
             for tau, deviation, sigma in rows

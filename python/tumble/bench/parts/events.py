@@ -16,7 +16,7 @@ class EventPart:
     def __init__(self, page: PageContext) -> None:
         self._page = page
         self._shown: EventFigure | None = None
-        with block("panel figure"):
+        with block("panel figure wide"):
             self._title = Text("", "section", "h2")
             self._list = block("events", "ol", aria_live="polite")
 

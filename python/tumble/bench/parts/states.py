@@ -67,4 +67,3 @@ class StatePart:
 def _marked(text: str, is_beyond: bool) -> str:
     """Marks what is beyond its threshold: colour never stands alone."""
     return f"✕ {text}" if is_beyond and text else text
-

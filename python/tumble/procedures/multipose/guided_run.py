@@ -174,7 +174,6 @@ class GuidedMultipose:
         return RunOutcome(
             verdict=verdict,
             units=(unit,),
-            files={"session": self._live.session},
             complete=self._live.is_reached,
         )
 
@@ -210,8 +209,14 @@ class GuidedMultipose:
             bodies=(BodyView(step.name, now, wanted, off=step.off),),
             figures=(SphereFigure(held, wanted, now, message("Orientations held so far")),),
             subject=step.subject,
-            warning=Message(step.text) if step.text else NOTHING,
+            warning=_warning(step),
         )
+
+
+def _warning(step: MultiposeStep) -> Message:
+    if step.kind == "warning":
+        return message("{unit}: {text}", unit=step.subject, text=step.text)
+    return Message(step.text)
 
 
 def _is_held(step: MultiposeStep) -> bool:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
+import numpy as np
+
 from tumble.foundation.errors import ProcedureError, TumbleError
-from tumble.foundation.message import NOTHING, Message, message
-from tumble.foundation.results import INTERVAL
+from tumble.foundation.message import Message, message
+from tumble.foundation.results import INTERVAL, Parameter
 from tumble.foundation.units import TRIADS, UNITS, Triad
 from tumble.foundation.words import LISTENING, join, length_of_time
 from tumble.live import open_set
@@ -17,7 +19,7 @@ from tumble.procedures.noise.command_files import prepare
 from tumble.procedures.noise.live import LiveNoise, NoiseStep
 from tumble.procedures.noise.procedure import noise
 from tumble.procedures.noise.report.text import unidentified
-from tumble.procedures.noise.result import ASKED_FOR, ChannelNoise, NoiseResult
+from tumble.procedures.noise.result import ASKED_FOR, ChannelNoise, DeviationCurve, NoiseResult
 from tumble.tools.guided.answers import Answers
 from tumble.tools.guided.field import RunField, UnitRole
 from tumble.tools.guided.figures import AllanCurve, AllanFigure, RunFigure
@@ -36,10 +38,9 @@ TITLES: Mapping[Triad, Message] = {
     "accelerometer": message("Allan deviation of the accelerometer"),
     "gyroscope": message("Allan deviation of the gyroscope"),
 }
-TERMS: Mapping[str, Message] = {
-    "white noise": message("White noise"),
-    "bias instability": message("Bias instability"),
-    "random walk": message("Random walk"),
+TITLES_OF_SEVERAL: Mapping[Triad, Message] = {
+    "accelerometer": message("Allan deviation of the accelerometers, mean of the axes"),
+    "gyroscope": message("Allan deviation of the gyroscopes, mean of the axes"),
 }
 FIELDS = (
     RunField(
@@ -122,7 +123,6 @@ class GuidedNoise:
         return RunOutcome(
             verdict=worst(tuple(unit.verdict for unit in units)),
             units=units,
-            files={"session": self._live.session},
             complete=self._live.is_reached,
         )
 
@@ -161,8 +161,14 @@ def _view(step: NoiseStep) -> RunView:
         lamps=tuple(UnitLamp(unit.name, unit.condition, unit.rate) for unit in step.units),
         figures=tuple(_figures(step)),
         subject=step.subject,
-        warning=Message(step.text) if step.text else NOTHING,
+        warning=_warning(step),
     )
+
+
+def _warning(step: NoiseStep) -> Message:
+    if step.kind == "warning":
+        return message("{unit}: {text}", unit=step.subject, text=step.text)
+    return Message(step.text)
 
 
 def _instruction(step: NoiseStep) -> Message:
@@ -203,44 +209,41 @@ def _at_rest(name: str, seconds: float, wanted: float | None) -> CheckItem:
 
 
 def _term_checks(step: NoiseStep) -> Iterator[CheckGroup]:
-    """Returns which terms the record shows by now, of all units."""
-    channels = [(unit, each) for unit, found in step.channels.items() for each in found]
-    if not channels:
-        return
-    for term in ASKED_FOR:
-        items = []
-        for triad in TRIADS:
-            own = [each for _, each in channels if each.triad == triad]
-            shown = sum(each.term(term).observable for each in own)
-            share = shown / len(own)
-            items.append(CheckItem(triad, share, done=share >= 1.0, detail=_bound(term, own)))
-        yield CheckGroup(TERMS[term], tuple(items))
+    """Returns which terms the record shows by now, of all channels."""
+    channels = [each for found in step.channels.values() for each in found]
+    if channels:
+        items = (_shown(term, [each.term(term) for each in channels]) for term in ASKED_FOR)
+        yield CheckGroup(message("Shown so far"), tuple(items))
 
 
-def _bound(term: str, channels: list[ChannelNoise]) -> Message:
-    """Gives the reason of the first channel that does not show the term yet."""
-    hidden = next((each.term(term) for each in channels if not each.term(term).observable), None)
-    return Message(hidden.reason) if hidden is not None else NOTHING
+def _shown(term: str, found: Sequence[Parameter]) -> CheckItem:
+    shown = sum(each.observable for each in found)
+    share = shown / len(found)
+    text = message("{count} of {all} channels", count=shown, all=len(found))
+    return CheckItem(term, share, done=share >= 1.0, detail=text)
 
 
 def _figures(step: NoiseStep) -> Iterator[RunFigure]:
-    several = len(step.channels) > 1
     for triad in TRIADS:
-        own = [
-            (f"{unit} {each.name[-1]}" if several else each.name[-1], each)
-            for unit, found in step.channels.items()
-            for each in found
-            if each.triad == triad
-        ]
-        if own:
-            curves = tuple(_curve(name, each) for name, each in own)
+        own = {unit: [each for each in found if each.triad == triad] for unit, found in step.channels.items()}
+        if len(own) == 1:
+            [channels] = own.values()
+            curves = tuple(_curve(each.name[-1], each.allan) for each in channels)
             yield AllanFigure(TITLES[triad], UNITS[triad], curves)
+        elif own:
+            curves = tuple(_mean_curve(unit, channels) for unit, channels in own.items())
+            yield AllanFigure(TITLES_OF_SEVERAL[triad], UNITS[triad], curves)
 
 
-def _curve(name: str, channel: ChannelNoise) -> AllanCurve:
-    curve = channel.allan
+def _curve(name: str, curve: DeviationCurve) -> AllanCurve:
     sigma = 0.5 * (curve.high - curve.low) / INTERVAL
     return AllanCurve(name, tuple(curve.tau.tolist()), tuple(curve.deviation.tolist()), tuple(sigma.tolist()))
+
+
+def _mean_curve(name: str, channels: Sequence[ChannelNoise]) -> AllanCurve:
+    """Returns the root mean square over the axes of a unit."""
+    deviation = np.sqrt(np.mean([each.allan.deviation**2 for each in channels], axis=0))
+    return AllanCurve(name, tuple(channels[0].allan.tau.tolist()), tuple(deviation.tolist()))
 
 
 def _furthest(result: NoiseResult) -> Iterator[FurthestParameter]:

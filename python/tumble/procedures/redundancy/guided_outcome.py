@@ -28,9 +28,7 @@ UNITS: Mapping[str, RunVerdict] = {
 """By the state of a unit at the end; `warned` for others."""
 
 
-def outcome_of(
-    result: RedundancyResult, files: Mapping[str, Path], session: Path, lost: Sequence[str]
-) -> RunOutcome:
+def outcome_of(result: RedundancyResult, files: Mapping[str, Path], lost: Sequence[str]) -> RunOutcome:
     """Returns the outcome of a result whose files were written; `lost` describes missing samples."""
     read = result.from_start()
     verdict = VERDICTS[result.verdict]
@@ -39,7 +37,7 @@ def outcome_of(
         verdict="warned" if lost and verdict == "passed" else verdict,
         reasons=tuple(map(Message, sentences)),
         units=tuple(_of_unit(result, read, unit, files) for unit in (result.primary, *result.secondaries)),
-        files={"report": files["report"], "events": files["events"], "session": session},
+        files={"report": files["report"], "events": files["events"]},
     )
 
 

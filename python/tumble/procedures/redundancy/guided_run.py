@@ -144,7 +144,7 @@ class GuidedRedundancy:
         result = self._live.result("as published" if self._as_published else "")
         lost = [str(loss) for loss in self._units.losses if loss.is_heavy]
         files: dict[str, Path] = result.save(self._order.folder)
-        return outcome_of(result, files, self._session, lost)
+        return outcome_of(result, files, lost)
 
     def _writer(self) -> SessionWriter:
         described = {

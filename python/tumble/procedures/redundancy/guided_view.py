@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, TypeAlias
 
 from tumble.foundation.message import NOTHING, Message, message
-from tumble.foundation.words import join
 from tumble.procedures.redundancy.board import DISAGREES, HEALTHY, SENSORS, WAITING, SetBoard, UnitOnBoard
 from tumble.procedures.redundancy.live import RedundancyStep, SetState
 from tumble.procedures.redundancy.monitor import COMMANDS
@@ -85,13 +84,13 @@ def view_of(board: SetBoard, step: RedundancyStep | End, start: float) -> RunVie
         kind=_kind(step),
         elapsed=0.0 if board.state is None else board.state.elapsed,
         instruction=_instruction(board, rows),
-        detail=Message(board.motion),
+        detail=_detail(board),
         checks=_checks(board, rows),
         lamps=tuple(_lamp(row) for row in rows),
         figures=tuple(_figures(board, rows, start)),
         actions=() if step in ("done", "ended early") else ACTIONS,
         subject=event.unit if event is not None else "",
-        warning=_fault(event) if event is not None and is_fault else _ending(step),
+        warning=_warning(event) if event is not None and is_fault else _ending(step),
     )
 
 
@@ -103,19 +102,33 @@ def _kind(step: RedundancyStep | End) -> ViewKind:
     return "progress"
 
 
+def _warning(event: RedundancyEvent) -> Message:
+    return message("{unit}: {text}", unit=event.unit, text=_fault(event))
+
+
 def _ending(step: RedundancyStep | End) -> Message:
     return message("Stopped.") if step == "ended early" else NOTHING
 
 
 def _instruction(board: SetBoard, rows: Sequence[UnitOnBoard]) -> Message:
-    faulty = join([row.name for row in rows if LAMPS.get(row.condition, "faulty") not in ("good", "waiting")])
+    """Names what is wrong before all else."""
+    faulty = [row for row in rows if LAMPS.get(row.condition, "faulty") not in ("good", "waiting")]
     if not board.source:
         return message("No source: {why}.", why=board.why)
+    if len(faulty) == 1:
+        return message("{unit}: {state}.", unit=faulty[0].name, state=Message(faulty[0].condition))
     if faulty:
-        return message(
-            "{units}: not as it should be. The source is {source}.", units=faulty, source=board.source
-        )
-    return message("The source is {source} ({why}).", source=board.source, why=board.why)
+        return message("{count} units are faulty.", count=len(faulty))
+    return message("No unit is faulty.")
+
+
+def _detail(board: SetBoard) -> Message:
+    if not board.source:
+        return Message(board.motion)
+    source = message("The source is {source} ({why})", source=board.source, why=Message(board.why))
+    if not board.motion:
+        return message("{source}.", source=source)
+    return message("{source}; {motion}.", source=source, motion=Message(board.motion))
 
 
 def _checks(board: SetBoard, rows: Sequence[UnitOnBoard]) -> tuple[CheckGroup, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Final, cast
 
 from tumble.calibration.document import Calibration
@@ -49,7 +48,7 @@ KINDS: Mapping[LiveStepKind, ViewKind] = {
 VERDICTS: Mapping[str, RunVerdict] = {"calibrated": "passed", "model not met": "failed"}
 """By the verdict of the procedure; `warned` for others."""
 HINTS: Mapping[str, Message] = {
-    "none": message("Turn on the spot, either way."),
+    "none": message("Turn on the spot."),
     "good": message("Good. Go on turning."),
     "too slow": message("Turn faster."),
     "too fast": message("Turn more slowly."),
@@ -159,7 +158,6 @@ class GuidedSpin:
 
     def outcome(self) -> RunOutcome:
         """See `GuidedRun`."""
-        files: dict[str, Path] = {"session": self._session}
         if self._live is None or self._why_not:
             failed = UnitOutcome(
                 name=self._name,
@@ -168,10 +166,10 @@ class GuidedSpin:
                 word="not calibrated",
                 reasons=(Message(self._why_not or "no sample came"),),
             )
-            return RunOutcome(verdict=failed.verdict, units=(failed,), files=files, complete=False)
+            return RunOutcome(verdict=failed.verdict, units=(failed,), complete=False)
         result = self._live.result()
         unit = self._of_result(result)
-        return RunOutcome(verdict=unit.verdict, units=(unit,), files=files)
+        return RunOutcome(verdict=unit.verdict, units=(unit,))
 
     def _of_result(self, result: SpinResult) -> UnitOutcome:
         files = result.save(self._folder)
@@ -254,10 +252,10 @@ def _detail(step: SpinStep) -> Message:
             "{still} of {wanted} s", still=f"{progress['still']:.1f}", wanted=f"{progress['still_wanted']:g}"
         )
     return message(
-        "{turned} of {wanted} turns, {rate} deg/s now",
+        "{turned} of {wanted} turns, either way; {rate} deg/s now",
         turned=f"{progress['turned'] / math.tau:.2f}",
         wanted=f"{progress['turned_wanted'] / math.tau:.4g}",
-        rate=f"{math.degrees(progress['rate']):+.0f}",
+        rate=f"{abs(math.degrees(progress['rate'])):.0f}",
     )
 
 
