@@ -45,6 +45,8 @@ class DeviationPart:
         unit = "" if figure.unit == RATIO else f" {readable_unit(figure.unit)}"
         if figure.threshold is None:
             return f"{series.name} {value:.2g}{unit}"
+        if series.note:
+            return f"{series.name} {value:.2g}{unit}, {page.text(series.note)}"
         if value > figure.threshold:
             return page.words("✕ {name} {value}, beyond", name=series.name, value=f"{value:.2g}{unit}")
         return page.words("✓ {name} {value}, within", name=series.name, value=f"{value:.2g}{unit}")

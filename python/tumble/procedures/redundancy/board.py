@@ -43,6 +43,8 @@ class UnitOnBoard:
     """State of its calibration, with the reason; empty of the primary."""
     deviations: dict[Sensor, RedundancyEvent]
     """Newest evaluation of each sensor: the one nearest to its threshold, or farthest beyond."""
+    calibrated: frozenset[Sensor]
+    """Sensors that were calibrated after that evaluation."""
     cause: RedundancyEvent | None
     """Event that reported its fault, or why it was not calibrated; None where nothing is wrong."""
 
@@ -63,6 +65,7 @@ class SetBoard:
         self._conditions = dict.fromkeys(units, "")
         self._calibrations = dict.fromkeys(units, "")
         self._deviations: dict[tuple[str, Sensor], RedundancyEvent] = {}
+        self._calibrated_since: set[tuple[str, Sensor]] = set()
         self._faults: dict[str, RedundancyEvent] = {}
         self._refusals: dict[str, RedundancyEvent] = {}
 
@@ -85,6 +88,7 @@ class SetBoard:
                 rates.get(unit),
                 self._calibrations[unit],
                 {of: event for (name, of), event in self._deviations.items() if name == unit},
+                frozenset(of for name, of in self._calibrated_since if name == unit),
                 self._faults.get(unit) or self._refusals.get(unit),
             )
 
@@ -112,6 +116,8 @@ class SetBoard:
             case word if word in CALIBRATING:
                 self._calibrations[event.unit] = f"{CALIBRATING[word]}{f': {reason}' if reason else ''}"
                 self._note_refusal(event)
+                if word == "adopted":
+                    self._calibrated_since.add((event.unit, _sensor(event)))
 
     def _note_refusal(self, event: RedundancyEvent) -> None:
         self._refusals.pop(event.unit, None)
@@ -120,13 +126,13 @@ class SetBoard:
 
     def _keep_deviation(self, event: RedundancyEvent) -> None:
         """Keeps the evaluation that is nearest to its threshold, or farthest beyond, of the newest rest."""
-        sensor: Sensor = "gyroscope" if event.figures["sensor"] == "gyroscope" else "accelerometer"
-        place = event.unit, sensor
+        place = event.unit, _sensor(event)
         before = self._deviations.get(place)
         is_new = before is None or before.time != event.time
         if before is not None and not is_new and ratio(event) <= ratio(before):
             return
         self._deviations[place] = event
+        self._calibrated_since.discard(place)
         history = self.history.setdefault(place, deque(maxlen=MOST_KEPT))
         if not is_new:
             history.pop()
@@ -136,6 +142,10 @@ class SetBoard:
         if self._conditions[unit]:
             return self._conditions[unit]
         return HEALTHY if rate is not None and rate.samples else WAITING
+
+
+def _sensor(event: RedundancyEvent) -> Sensor:
+    return "gyroscope" if event.figures["sensor"] == "gyroscope" else "accelerometer"
 
 
 def ratio(event: RedundancyEvent) -> float:

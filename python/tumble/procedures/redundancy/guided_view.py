@@ -28,8 +28,6 @@ from tumble.tools.guided.figures import (
     StateRow,
 )
 from tumble.tools.guided.view import (
-    CheckGroup,
-    CheckItem,
     RunAction,
     RunView,
     UnitLamp,
@@ -41,10 +39,6 @@ NEWEST = 40
 """Events that are shown."""
 FAULTS = ("unhealthy", "lost", "silent", "disagree", "no samples", "record rejected", "time jumped")
 """Events that report a fault."""
-WORDS = ("waiting for motion", "collecting", "fitted", "adopted")
-"""States of a calibration, in their order."""
-SETTLED = ("adopted", "stored before")
-"""States in which nothing is left to be done."""
 TITLES: Mapping[Sensor, Message] = {
     "accelerometer": message("Deviation of the accelerometers over their thresholds"),
     "gyroscope": message("Deviation of the gyroscopes over their thresholds"),
@@ -85,7 +79,6 @@ def view_of(board: SetBoard, step: RedundancyStep | End, start: float) -> RunVie
         elapsed=0.0 if board.state is None else board.state.elapsed,
         instruction=_instruction(board, rows),
         detail=_detail(board),
-        checks=_checks(board, rows),
         lamps=tuple(_lamp(row) for row in rows),
         figures=tuple(_figures(board, rows, start)),
         actions=() if step in ("done", "ended early") else ACTIONS,
@@ -131,18 +124,6 @@ def _detail(board: SetBoard) -> Message:
     return message("{source}; {motion}.", source=source, motion=Message(board.motion))
 
 
-def _checks(board: SetBoard, rows: Sequence[UnitOnBoard]) -> tuple[CheckGroup, ...]:
-    items = tuple(_calibration(row) for row in rows if row.name != board.units[0])
-    return (CheckGroup(message("Calibrations"), items),)
-
-
-def _calibration(row: UnitOnBoard) -> CheckItem:
-    word = row.calibration.partition(":")[0]
-    done = word in SETTLED
-    stage = (WORDS.index(word) + 1) / len(WORDS) if word in WORDS else float(done)
-    return CheckItem(row.name, stage, done=done, current=0.0 < stage < 1.0, detail=Message(row.calibration))
-
-
 def _lamp(row: UnitOnBoard) -> UnitLamp:
     rate = math.nan if row.rate is None else row.rate.rate
     return UnitLamp(row.name, LAMPS.get(row.condition, "faulty"), rate, Message(row.condition))
@@ -152,7 +133,7 @@ def _figures(board: SetBoard, rows: Sequence[UnitOnBoard], start: float) -> Iter
     states = tuple(_state(board, row, rows) for row in rows)
     yield StateFigure(message("Units of the set"), (*COLUMNS.values(), message("calibration")), states)
     for sensor in SENSORS:
-        series = tuple(_series(board, sensor, start))
+        series = tuple(_series(board, rows, sensor, start))
         if series:
             yield DeviationFigure(TITLES[sensor], "1", series, 1.0, tuple(_marks(board, start)))
     lines = (_line(event, start) for event in reversed(board.newest))
@@ -178,12 +159,15 @@ def _deviation(row: UnitOnBoard, sensor: Sensor, rows: Sequence[UnitOnBoard]) ->
     if event is None:
         return NOTHING
     beside = [each.deviations[sensor] for each in rows if sensor in each.deviations]
-    return Message(deviation_of_threshold(event, beside))
+    shown = deviation_of_threshold(event, beside)
+    if sensor in row.calibrated:
+        return message("{deviation}, before its calibration", deviation=shown)
+    return Message(shown)
 
 
 def _exceeds(row: UnitOnBoard, sensor: Sensor) -> bool:
     event = row.deviations.get(sensor)
-    return event is not None and bool(event.figures.get("exceeded"))
+    return event is not None and bool(event.figures.get("exceeded")) and sensor not in row.calibrated
 
 
 def _fault(event: RedundancyEvent) -> Message:
@@ -194,12 +178,15 @@ def _fault(event: RedundancyEvent) -> Message:
     return Message(f"{found}. {todo}" if todo else f"{found}.")
 
 
-def _series(board: SetBoard, sensor: Sensor, start: float) -> Iterator[DeviationSeries]:
-    for unit in board.units:
-        points = board.history.get((unit, sensor), ())
+def _series(
+    board: SetBoard, rows: Sequence[UnitOnBoard], sensor: Sensor, start: float
+) -> Iterator[DeviationSeries]:
+    for row in rows:
+        points = board.history.get((row.name, sensor), ())
         if points:
             times, ratios = zip(*points, strict=True)
-            yield DeviationSeries(unit, tuple(time - start for time in times), ratios)
+            note = message("before its calibration") if sensor in row.calibrated else NOTHING
+            yield DeviationSeries(row.name, tuple(time - start for time in times), ratios, note)
 
 
 def _marks(board: SetBoard, start: float) -> Iterator[tuple[float, str]]:

@@ -57,6 +57,8 @@ class DeviationSeries:
     """s since the run began."""
     value: tuple[float, ...]
     """In the unit of the figure."""
+    note: Message = NOTHING
+    """Words on the newest one, where it does not count any more."""
 
 
 @dataclass(frozen=True, slots=True)
