@@ -20,7 +20,7 @@ class Banner:
         self._offered = block("banner")
         with self._offered:
             self._offer = Text("", "banner-text")
-            button(page.words("Go on"), page.guarded(page.bench.resume), "small")
+            button(page.words("Go on"), page.guarded(page.bench.adopt_offer), "small")
             button(page.words("Leave it"), page.guarded(page.bench.discard_offer), "small quiet")
 
     def update(self) -> None:

@@ -50,10 +50,6 @@ def show_page(bench: Bench) -> None:
     page = PageContext(bench, request.scope[BROWSER], language, client)
     bench.access.beat(page.browser.key)
     ui.add_head_html(HEAD)
-    quasar_page = client.content.parent_slot
-    if quasar_page is not None:
-        # The screen is the main part, and the head of the page no part of it.
-        quasar_page.parent._props["role"] = "presentation"
     Frame(page, request.url.path)
 
 
@@ -69,7 +65,7 @@ class Frame:
         self._header()
         with block("banners", role="status"):
             self._banner = Banner(page)
-        with block("screen", "main", id="screen", tabindex="-1"):
+        with block("screen", id="screen"):
             ui.sub_pages({path: partial(self._show, path, build) for path, _, build in SCREENS})
         self._stop_bar()
         self._listen()
@@ -103,6 +99,7 @@ class Frame:
         ui.on("bench_stop", lambda _: self._stop_now())
         ui.on("bench_go", lambda _: self._go())
         ui.on("bench_scan", lambda event: self._scan(str(event.args)[:200]))
+        ui.run_javascript(f"document.documentElement.lang = '{page.language}'")
         ui.run_javascript(f"document.body.dataset.pedal = '{_letters(page.bench.settings.pedal)}'")
 
     def _show(self, path: str, build: Callable[[PageContext], Screen]) -> None:

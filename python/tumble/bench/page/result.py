@@ -182,7 +182,7 @@ class ResultScreen:
 
 
 def _figure(value: float, unit: str) -> str:
-    return "–" if math.isnan(value) else f"{value:.4g} {unit if unit != '1' else ''}".strip()
+    return "-" if math.isnan(value) else f"{value:.4g} {unit if unit != '1' else ''}".strip()
 
 
 def show_result(page: PageContext) -> ResultScreen:

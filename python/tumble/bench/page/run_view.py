@@ -118,7 +118,11 @@ class RunPanel:
                 for action in self._actions:
                     self._offer(action)
             elif engine.state in ("paused", "error"):
-                button(page.words("Go on"), page.guarded(self._resume), "primary large")
+                if page.bench.resumes_by_table:
+                    again = page.guarded(partial(page.bench.resume, armed=True))
+                    button(page.words("Arm the table and go on"), again, "arm-button large")
+                else:
+                    button(page.words("Go on"), page.guarded(page.bench.resume), "primary large")
                 if engine.state == "paused":
                     button(page.words("Calibrate what there is"), page.guarded(engine.finish), "large")
                 button(page.words("Leave the run"), page.guarded(engine.leave), "quiet large")
@@ -136,16 +140,9 @@ class RunPanel:
                     button(subject, page.guarded(partial(engine.act, action.name, subject)), "small")
 
     def _go(self) -> None:
-        """Pauses a run that goes on, and goes on with one that is paused."""
-        engine = self._page.bench.engine
-        if engine.state == "running":
-            engine.pause()
-        elif engine.state in ("paused", "error"):
-            self._resume()
-
-    def _resume(self) -> None:
-        """Goes on; the table has to be armed once more by whoever goes on with it."""
+        """Pauses a run that goes on, and goes on with one that is paused; no key arms a table."""
         bench = self._page.bench
-        folder = bench.engine.folder
-        by_table = folder is not None and folder.order.table is not None
-        bench.resume(armed=by_table)
+        if bench.engine.state == "running":
+            bench.engine.pause()
+        elif bench.engine.state in ("paused", "error") and not bench.resumes_by_table:
+            bench.resume()

@@ -37,7 +37,7 @@ class Goals:
                 Text(page.words(goal.name), "goal-name")
                 sigma = f"{goal.sigma:.2g} {goal.unit}" if known else page.words("not known yet")
                 aim = "" if wanted is None else f" / {wanted:g}"
-                Text(f"σ {sigma}{aim}", "goal-figures")
+                Text(f"sigma {sigma}{aim}", "goal-figures")
             with block("bar"):
                 fill = block("bar-fill")
                 share = min(1.0, wanted / goal.sigma) if known and wanted and goal.sigma > 0.0 else 0.0

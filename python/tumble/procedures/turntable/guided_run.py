@@ -201,7 +201,9 @@ class GuidedTurntable:
     def _poses(self) -> PoseList | None:
         if path := self._file("poses"):
             return PoseList.load(path)
-        return poses_of(self._order.folder / SESSION_FOLDER) if self._order.resume else None
+        # The way of a table is planned anew, and is the same; its turns end where no pose of a list is.
+        is_by_hand = self._order.table is None
+        return poses_of(self._order.folder / SESSION_FOLDER) if self._order.resume and is_by_hand else None
 
     @property
     def _seconds(self) -> float:
