@@ -92,7 +92,8 @@ class Bench:
     def choose(self, word: str) -> None:
         """Prepares a kind of run; units take its roles."""
         if word != self.choice.word:
-            self.choice.word, self.choice.options = word, {}
+            self.choice.word = word
+            self.choice.options = {} if self.simulated is None else self.simulated.answers(word)
         kind = self.kind
         self.sources.choose(word, tuple((role.name, role.most) for role in kind.roles))
         if kind.takes_table and self.simulated is not None and not self.choice.table.address:

@@ -36,6 +36,7 @@ FOLLOWS = {"running": "/run", "paused": "/run", "calibrating": "/run", "error": 
 FOLLOWERS = ("/", "/run", "/result")
 HEAD = """
 <link rel="stylesheet" href="/bench/bench.css">
+<link rel="stylesheet" href="/bench/figures.css">
 <script src="/bench/bench.js" defer></script>
 """
 TONES = {"held": "held", "part done": "part done", "warning": "warning", "ended early": "failed"}

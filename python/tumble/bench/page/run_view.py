@@ -38,12 +38,13 @@ class RunPanel:
                 self._instruction = Text("", "instruction", "h1")
                 self._detail = Text("", "detail")
                 self._left = Text("", "left")
-            with block("run-middle"):
-                with block("stand"):
+            with block("run-middle") as self._middle:
+                with block("stand") as self._stand:
                     self._body = Body().classes("body")
                     self._off = Text("", "off")
-                self._checks = Checks(page)
-            self._figures = Figures(page)
+                with block("run-side"):
+                    self._checks = Checks(page)
+                    self._figures = Figures(page)
             with block("run-foot"):
                 self._lamps = UnitLamps(page)
                 self._goals = Goals(page)
@@ -85,7 +86,8 @@ class RunPanel:
     def _draw(self, view: RunView) -> None:
         page = self._page
         body = view.bodies[0] if view.bodies else None
-        set_class(self._body, "hidden", body is None)
+        set_class(self._stand, "hidden", body is None)
+        set_class(self._middle, "without-body", body is None)
         if body is not None:
             self._body.show(body)
             far = "" if math.isnan(body.off) else page.words("{angle}° off", angle=f"{body.off:.0f}")

@@ -48,7 +48,7 @@ class _Tile:
         with self._box:
             with block("tile-head"):
                 self._sign = Text("○", "tile-sign")
-                Text(name, "tile-name long" if len(name) > LONG_NAME else "tile-name")
+                Text(page.words(name), "tile-name long" if len(name) > LONG_NAME else "tile-name")
             with block("bar"):
                 self._bar = block("bar-fill")
             self._detail = Text("", "tile-detail")
