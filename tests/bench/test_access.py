@@ -72,7 +72,15 @@ def serves(bench, cookie):
 
 
 def test_nobody_enters_without_the_token(bench):
-    for path in ("/", "/run", "/bench/bench.js", "/?token=wrong", "/runs/x/y.html", "/?token=", "/_nicegui/x"):
+    for path in (
+        "/",
+        "/run",
+        "/bench/bench.js",
+        "/?token=wrong",
+        "/runs/x/y.html",
+        "/?token=",
+        "/_nicegui/x",
+    ):
         status, headers, text = asked(bench, path)
         assert (status, "set-cookie" in headers) == (403, False), path
         assert "token" in text
@@ -169,7 +177,9 @@ def test_only_files_of_runs_are_given(bench):
     cookie = cookie_of(bench)
     run = bench.folder / "2026-01-01_turntable_1"
     (run / "session").mkdir(parents=True)
-    (run / "order.json").write_text('{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}')
+    (run / "order.json").write_text(
+        '{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}'
+    )
     (run / "page.html").write_text("<!doctype html><script>1</script>")
     (run / "secret.txt").write_text("x")
     (bench.folder / "outside.yaml").write_text("x")

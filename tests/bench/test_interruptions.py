@@ -67,7 +67,9 @@ def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
                     time.sleep(4.0)
                     assert position_of_table(bench) == position_of_table(bench)
                     page = opened(browser, f"{bench.address}run")
-                    page.locator(".detail", has_text="browser was gone").or_(page.locator(".verdict-word")).wait_for()
+                    page.locator(".detail", has_text="browser was gone").or_(
+                        page.locator(".verdict-word")
+                    ).wait_for()
                 else:
                     bench.kill()
                     bench = BenchProcess(tmp_path, *options[1:])

@@ -17,7 +17,7 @@ SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 PATIENCE = 60_000.0
 """ms that a busy computer may take for what a page shows."""
-QUICK = ("--speed", "5", "--rate", "100")
+QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
 
