@@ -112,8 +112,9 @@ def scan(page, text: str) -> None:
     """Types as a scanner does: all letters at once, then Enter."""
     page.evaluate(
         """text => {
+            const press = { bubbles: true, cancelable: true };
             for (const key of [...text, "Enter"])
-                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, ...press }));
         }""",
         text,
     )
