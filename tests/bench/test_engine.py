@@ -168,8 +168,8 @@ def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
         assert [bench.take_serial(text) for text in ("A", "B", "C")] == ["one", "two", ""]
         with pytest.raises(TumbleError, match="scanned already"):
             bench.take_serial("A")
+        bench.choice.options["limits"] = "../limits.yaml"
         with pytest.raises(TumbleError, match="no such file"):
-            bench.choice.options["limits"] = "../limits.yaml"
             bench.start()
         bench.choice.table.address, bench.choice.table.armed = "simulated:two-axis", True
         bench._keep()

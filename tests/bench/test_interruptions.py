@@ -1,4 +1,4 @@
-"""A session that is interrupted goes on where it was: reloads, a browser that is gone, a server that is killed."""
+"""An interrupted session goes on where it was: reloads, a browser that is gone, a server that is killed."""
 
 from __future__ import annotations
 
