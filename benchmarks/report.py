@@ -352,9 +352,10 @@ def bench_page(content: Content) -> Iterator[str]:
         yield _row([f"from a click to its effect, {name}", f"{1e3 * bench['click'][name]:.0f} ms", ""])
     yield ""
     yield (
-        f"Over {memory_used['hours']:g} h of stream time, at {memory_used['times_real_time']:g} times, the memory of "
-        f"the server grew to {memory_used['server_growth']:.3f} of what it was, {memory_used['server']:.0f} MiB, "
-        f"that of the tab to {memory_used['tab_growth']:.3f}, {memory_used['tab']:.0f} MiB."
+        f"Over {memory_used['hours']:g} h of stream time, at {memory_used['times_real_time']:g} times, the "
+        f"memory of the server grew to {memory_used['server_growth']:.3f} of its size, "
+        f"{memory_used['server']:.0f} MiB, that of the tab to {memory_used['tab_growth']:.3f}, "
+        f"{memory_used['tab']:.0f} MiB."
     )
 
 
