@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
 SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
@@ -73,10 +74,9 @@ def serving(folder: Path, *options: str):
 @contextmanager
 def chromium():
     """Opens the system's browser; skips the test where there is none."""
-    sync_api = pytest.importorskip("playwright.sync_api")
     if not Path(CHROMIUM).exists():
         pytest.skip(f"no {CHROMIUM}; scripts/install_test_tools.sh installs it")
-    with sync_api.sync_playwright() as driver:
+    with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", SOFTWARE_PICTURES])
         try:
             yield browser
