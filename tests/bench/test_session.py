@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
-from bench_pages import QUICK, chromium, gone_on, opened, scan, serving, waited
+from bench_pages import LIMITS, QUICK, chromium, gone_on, opened, scan, serving, waited, write_limits
 from turntable_sessions import typed
 
 DATES = re.compile(rb"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
@@ -24,6 +24,7 @@ IMAGES = Path(__file__).parents[2] / "docs" / "images"
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
+    write_limits(folder)
     registry = folder / "lab.db"
     typed("registry", "init", registry, "--laboratory", "Inertial laboratory")
     with serving(folder, "--simulated", *QUICK, "--registry", str(registry)) as found:
@@ -87,7 +88,8 @@ def test_table_moves_only_once_it_is_armed(page, bench):
     page.get_by_role("button", name="Start").wait_for()
     page.get_by_label("Time at each pose (s)").fill("2")
     page.get_by_label("Goal").fill("bias 0.05")
-    page.get_by_label("Limits", exact=True).select_option("limits.yaml")
+    page.get_by_label("Turns for the gyroscopes").uncheck()
+    page.get_by_label("Limits", exact=True).select_option(LIMITS)
     assert not violations(page)
     assert not list(bench.folder.glob("*_turntable_*"))
     page.get_by_role("button", name="Arm the table").click()
@@ -129,7 +131,7 @@ def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
 
 def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path):
     (run,) = bench.folder.glob("*_turntable_1")
-    options = ["--limits", bench.folder / "limits.yaml", "--pages", "all"]
+    options = ["--limits", bench.folder / LIMITS, "--pages", "all"]
     typed("turntable", run / "session", *options, "-o", tmp_path)
     names = sorted(path.name for path in run.glob("target_*"))
     assert names == sorted(path.name for path in tmp_path.glob("target_*"))

@@ -21,6 +21,15 @@ PATIENCE = 60_000.0
 QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
+LIMITS = "accelerometer.yaml"
+"""File of limits that rests alone can show to be kept."""
+
+
+def write_limits(folder: Path) -> None:
+    """Puts the limits into the folder of a bench."""
+    text = "schema: tumble-limits/1\naccelerometer: {bias: 1.0, scale: 0.05, non-orthogonality: 2.0}\n"
+    (folder / LIMITS).write_text(text)
+
 
 class BenchProcess:
     """`tumble bench` in a process; `address` is that of operators."""
