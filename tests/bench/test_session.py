@@ -6,9 +6,8 @@ import json
 import re
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 
-from bench_pages import QUICK, chromium, opened, scan, serving, waited
+from bench_pages import QUICK, chromium, opened, scan, serving, violations, waited
 from turntable_sessions import typed
 
 DATES = re.compile(rb"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
@@ -32,24 +31,6 @@ def browser():
 @pytest.fixture(scope="module")
 def page(bench, browser):
     return opened(browser, bench.address)
-
-
-def violations(page):
-    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
-    found = []
-    for width in (1400, 800):
-        page.set_viewport_size({"width": width, "height": 900})
-        for scheme in ("light", "dark"):
-            page.emulate_media(color_scheme=scheme)
-            page.wait_for_timeout(150)
-            results = Axe().run(page)
-            found += [
-                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
-                for each in results.response["violations"]
-            ]
-    page.set_viewport_size({"width": 1400, "height": 900})
-    page.emulate_media(color_scheme="light")
-    return found
 
 
 def test_sources_show_their_state_and_take_scanned_serials(page, bench):

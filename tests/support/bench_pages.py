@@ -117,3 +117,23 @@ def scan(page, text: str) -> None:
         }""",
         text,
     )
+
+
+def violations(page):
+    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = []
+    for width in (1400, 800):
+        page.set_viewport_size({"width": width, "height": 900})
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            page.wait_for_timeout(150)
+            results = Axe().run(page)
+            found += [
+                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
+                for each in results.response["violations"]
+            ]
+    page.set_viewport_size({"width": 1400, "height": 900})
+    page.emulate_media(color_scheme="light")
+    return found
