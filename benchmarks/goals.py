@@ -66,6 +66,7 @@ from benchmarks.thermal_loops import COVERAGE as LOOP_COVERAGE
 from benchmarks.thermal_loops import MOST_FALSE_LAGS
 from benchmarks.tremor import COVERAGE as TREMOR_COVERAGE
 from benchmarks.truths import BIASES, DESIGN_MRAD
+from benchmarks.view import OPEN_GOAL, ZOOM_GOAL
 
 SPEED_NAMES = {
     "acquisition": "rests and turns of a recording in memory",
@@ -647,7 +648,18 @@ def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> G
     return Goal(what, f"{100 * low:g} to {100 * high:g} %", reached, outside == 0)
 
 
+def _view(content: Content) -> Iterator[Goal]:
+    browser = content["browser"]
+    size = f"{content['samples']:.0e} samples by {content['channels']} channels".replace("e+0", "e")
+    for what, wanted, reached in (
+        (f"`tumble view` of {size}: time to open", OPEN_GOAL, browser["open"]),
+        (f"`tumble view` of {size}: time to another range, p95", ZOOM_GOAL, browser["zoom"]["p95"]),
+    ):
+        yield Goal(what, f"{wanted:g} s", f"{two_digits(reached)} s", reached <= wanted)
+
+
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
+    "view": _view,
     "accuracy": _accuracy,
     "disturbed": lambda content: chain(_disturbed(content), _bumped(content)),
     "stamps": _stamps,

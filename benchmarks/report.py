@@ -312,6 +312,31 @@ def readers(content: Content) -> Iterator[str]:
     )
 
 
+def view(content: Content) -> Iterator[str]:
+    """Time to open a long log in a browser and to zoom, and the same by other means."""
+    browser, memory_used = content["browser"], content["browser"]["memory"]
+    yield "| | time |"
+    yield "|---|---|"
+    yield _row(["from opening the address to the first picture", f"{browser['first_picture']:.2f} s"])
+    yield _row(["to the picture of the whole log", f"{browser['open']:.2f} s"])
+    yield _row(["to rests, turns and inspection", f"{browser['inspected']:.2f} s"])
+    zoom = browser["zoom"]
+    yield _row(["from a key to the picture of another range, p50", f"{1e3 * zoom['p50']:.0f} ms"])
+    yield _row(["the same, p95", f"{1e3 * zoom['p95']:.0f} ms"])
+    yield ""
+    yield "| by | reading | picture of the whole log | bins whose highest value is lost |"
+    yield "|---|---|---|---|"
+    for row in content["peers"]:
+        lost = "none" if not row["lost"] else f"{100 * row['lost']:.0f} %"
+        yield _row([row["way"], f"{row['read']:.2f} s", f"{1e3 * row['window']:.0f} ms", lost])
+    yield ""
+    yield (
+        f"{content['samples']} samples by {content['channels']} channels in {content['megabytes']:.0f} MB of "
+        f"Parquet, {zoom['count']} zooms in Chromium, 1400 px wide. The server holds "
+        f"{memory_used['own']:.0f} MiB, and maps {memory_used['mapped']:.0f} MiB of files."
+    )
+
+
 SPIN_UNITS: dict[str, tuple[float, str]] = {
     "accelerometer bias": (1e3, "mm/s²"),
     "gyroscope bias": (1e6, "µrad/s"),
@@ -1097,6 +1122,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "production": production,
     "memory": memory,
     "readers": readers,
+    "view": view,
     "footprint": footprint,
 }
 

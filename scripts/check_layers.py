@@ -50,6 +50,7 @@ TOOLS = {
         "record",
         "simulate",
         "table",
+        "view",
     ),
 }
 ROOMS = {"foundation", "procedures", "tools"}

@@ -1,4 +1,7 @@
-"""A whole session, clicked through in a browser: five targets on a table, one of them faulty."""
+"""A whole session, clicked through in a browser: five targets on a table, one of them faulty.
+
+With TUMBLE_PICTURES in the environment it takes the pictures of docs/how-to/bench.md.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import re
 
 import pytest
 
-from bench_pages import QUICK, chromium, opened, scan, serving, violations, waited
+from bench_pages import QUICK, chromium, opened, picture, scan, serving, violations, waited
 from turntable_sessions import typed
 
 DATES = re.compile(rb"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
@@ -18,7 +21,10 @@ MOST_PAUSES = 3
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    with serving(tmp_path_factory.mktemp("bench"), "--simulated", *QUICK, "--registry", "") as found:
+    folder = tmp_path_factory.mktemp("bench")
+    registry = folder / "lab.db"
+    typed("registry", "init", registry, "--laboratory", "Inertial laboratory")
+    with serving(folder, "--simulated", *QUICK, "--registry", str(registry)) as found:
         yield found
 
 
@@ -30,7 +36,9 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(bench, browser):
-    return opened(browser, bench.address)
+    found = opened(browser, bench.address)
+    found.locator(".holder.mine").wait_for()
+    return found
 
 
 def test_sources_show_their_state_and_take_scanned_serials(page, bench):
@@ -41,6 +49,7 @@ def test_sources_show_their_state_and_take_scanned_serials(page, bench):
     kept = json.loads((bench.folder / "bench.json").read_text())
     assert [each["serial"] for each in kept["sources"]][1:6] == SERIALS
     assert not violations(page)
+    picture(page, "sources")
 
 
 def test_table_moves_only_once_it_is_armed(page, bench):
@@ -63,6 +72,7 @@ def test_run_shows_poses_lamps_and_the_goal(page):
     assert page.locator(".lamp-row").count() == 6
     assert page.locator(".goal-name").inner_text() == "accelerometer bias"
     assert "held" in page.evaluate("benchTones")
+    picture(page, "run")
     assert not violations(page)
 
 
@@ -92,12 +102,13 @@ def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
     assert page.locator(".unit-tile").count() == 5
     assert "failed" in page.evaluate("benchTones")
     assert not violations(page)
+    picture(page, "result")
 
 
 def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path):
     (run,) = bench.folder.glob("*_turntable_1")
     options = ["--limits", bench.folder / "limits.yaml", "--pages", "all"]
-    typed(["turntable", run / "session", *options, "-o", tmp_path])
+    typed("turntable", run / "session", *options, "-o", tmp_path)
     names = sorted(path.name for path in run.glob("target_*"))
     assert names == sorted(path.name for path in tmp_path.glob("target_*"))
     assert len(names) == 10
@@ -113,4 +124,16 @@ def test_one_key_accepts_and_prepares_the_next_units(page, bench):
     waited(page, lambda: json.loads((run / "outcome.json").read_text())["decision"] == "accepted")
     assert page.locator(".unit-line .help").count() == 5
     assert page.locator(".arm-button[aria-pressed=false]").count() == 1
+
+
+def test_accepted_units_are_found_in_the_registry(page):
+    page.get_by_role("link", name="Units").click()
+    waited(page, lambda: page.locator(".unit-row").count() == 5)
+    scan(page, SERIALS[1])
+    waited(page, lambda: page.locator(".unit-row").count() == 1)
+    page.get_by_role("button", name="Issue certificate").wait_for()
+    assert not violations(page)
+    picture(page, "units")
+    page.get_by_role("button", name="Issue certificate").click()
+    page.locator(".notice", has_text="no certificate without").wait_for()
     assert page.script_errors == []

@@ -40,7 +40,11 @@ class Access:
     Without tokens whoever reaches the page may operate: it is served on this computer only.
     """
 
-    def __init__(self, *, needs_token: bool, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, *, needs_token: bool, cookie: str = COOKIE, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.cookie = cookie
+        """Name of the cookie, which browsers keep for all ports of a computer."""
         self.token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who may operate."""
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
@@ -69,13 +73,13 @@ class Access:
         return self._browsers.get(key)
 
     def beat(self, key: str) -> None:
-        """Notes a sign of life; the first browser that may operate holds the bench from then on."""
+        """Notes a sign of life; the first browser that may operate holds a bench that nobody holds."""
         browser = self._browsers.get(key)
         if browser is None:
             return
         browser.seen = self._clock()
         with self._lock:
-            if browser.rank == "operator" and not self._operator:
+            if browser.rank == "operator" and self.silent > HOLDS_FOR:
                 self._operator = key
 
     def operates(self, key: str) -> bool:

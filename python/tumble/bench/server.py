@@ -81,6 +81,8 @@ def _listening(settings: BenchSettings) -> socket.socket:
 def _application(bench: Bench) -> FastAPI:
     application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     nicegui_app.add_static_files("/bench", STATIC, max_cache_age=0)
+    for router in bench.logs.routers:
+        nicegui_app.include_router(router)
 
     @nicegui_app.get("/runs/{run}/{name}")
     def report(run: str, name: str) -> Response:
@@ -99,6 +101,7 @@ def _application(bench: Bench) -> FastAPI:
 
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.app.config.socket_io_js_transports = ["websocket"]
+    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.sio.eio.max_http_buffer_size = LARGEST_MESSAGE
     ui.run_with(
         application,

@@ -62,6 +62,11 @@ COMMANDS = {
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
     ),
+    "view": CommandEntry(
+        "tumble.bench.log.command",
+        "view_command",
+        "Show recordings as charts in the browser: zoom, rests and turns, spectra, calibrated beside raw.",
+    ),
     "formats": CommandEntry(
         "tumble.tools.exchange.command_formats",
         "formats_command",

@@ -19,7 +19,8 @@ class Procedure:
     """
 
     __slots__ = (
-        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "title", "typed", "word"),
+        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "takes_one_log", "title"),
+        *("typed", "word"),
     )
 
     def __init__(
@@ -34,6 +35,7 @@ class Procedure:
         guided: bool = False,
         serves: bool = True,
         simulated: str = "",
+        takes_one_log: bool = False,
         typed: str = "",
     ) -> None:
         self.word = word
@@ -53,6 +55,8 @@ class Procedure:
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
         """Simulated recording for trials: a word of `tumble simulate`."""
+        self.takes_one_log = takes_one_log
+        """Indicates whether one log, and nothing else, is enough to run it."""
         self.typed = typed
         """Arguments of its command for that recording, in the folder `{0}`."""
 
@@ -80,6 +84,7 @@ PROCEDURES = (
         title="By a spin of a robot",
         endings=("spin", "live"),
         simulated="spin",
+        takes_one_log=True,
         typed="{0}/spin.csv",
         guided=True,
     ),
@@ -102,6 +107,7 @@ PROCEDURES = (
         title="In many orientations",
         endings=("multipose",),
         simulated="multipose",
+        takes_one_log=True,
         typed="{0}/multipose.csv",
         guided=True,
     ),
@@ -112,6 +118,7 @@ PROCEDURES = (
         title="Noise",
         endings=("noise",),
         simulated="static",
+        takes_one_log=True,
         typed="{0}/static.csv",
         guided=True,
     ),
@@ -122,6 +129,7 @@ PROCEDURES = (
         title="Temperature",
         endings=("thermal",),
         simulated="thermal",
+        takes_one_log=True,
         typed="{0}/thermal.csv",
     ),
     Procedure(

@@ -8,9 +8,9 @@ from functools import partial
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.body import Body
 from tumble.bench.parts.checks import Checks
-from tumble.bench.parts.elements import Text, block, button, set_class
-from tumble.bench.parts.figures import Figures
-from tumble.bench.parts.goals import Goals
+from tumble.bench.parts.elements import Label, block, button, set_class
+from tumble.bench.parts.figures import FigureParts
+from tumble.bench.parts.goals import GoalBars
 from tumble.bench.parts.units import UnitLamps
 from tumble.foundation.message import message
 from tumble.tools.guided.view import RunAction, RunView
@@ -35,19 +35,19 @@ class RunPanel:
         page.primary = self._go
         with block("run"):
             with block("now"):
-                self._instruction = Text("", "instruction", "h1")
-                self._detail = Text("", "detail")
-                self._left = Text("", "left")
+                self._instruction = Label("", "instruction", "h1")
+                self._detail = Label("", "detail")
+                self._left = Label("", "left")
             with block("run-middle") as self._middle:
                 with block("stand") as self._stand:
                     self._body = Body().classes("body")
-                    self._off = Text("", "off")
+                    self._off = Label("", "off")
                 with block("run-side"):
                     self._checks = Checks(page)
-                    self._figures = Figures(page)
+                    self._figures = FigureParts(page)
             with block("run-foot"):
                 self._lamps = UnitLamps(page)
-                self._goals = Goals(page)
+                self._goals = GoalBars(page)
             self._warnings = block("warnings", role="log", aria_label=page.words("Warnings"))
             self._buttons = block("run-buttons")
         # A picture says nothing to those who listen; the words beside it do.
@@ -104,8 +104,8 @@ class RunPanel:
         with self._warnings:
             for note in told[-SHOWN_WARNINGS:]:
                 with block("warning"):
-                    Text("▲", "warning-sign")._props["aria-hidden"] = "true"
-                    Text(page.text(note.text))
+                    Label("▲", "warning-sign")._props["aria-hidden"] = "true"
+                    Label(page.text(note.text))
 
     def _fill_buttons(self, view: RunView | None) -> None:
         page, engine = self._page, self._page.bench.engine
@@ -134,7 +134,7 @@ class RunPanel:
             button(label, page.guarded(partial(engine.act, action.name)), "large")
             return
         with block("redo", "details"):
-            Text(label, tag="summary")
+            Label(label, tag="summary")
             with block("redo-list"):
                 for subject in action.subjects:
                     button(subject, page.guarded(partial(engine.act, action.name, subject)), "small")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block
+from tumble.bench.parts.elements import Label, block
 from tumble.bench.parts.plot import Plot, PlotAxis, PlotLine
 from tumble.foundation.results import INTERVAL
 from tumble.foundation.words import length_of_time
@@ -23,9 +23,9 @@ class AllanPart:
         self._page = page
         self._plot: Plot | None = None
         with block("panel figure") as self._box:
-            self._title = Text("", "section", "h2")
+            self._title = Label("", "section", "h2")
             self._plot_box = block("plot-box")
-            self._words = Text("", "figure-words")
+            self._words = Label("", "figure-words")
 
     def show(self, figure: AllanFigure) -> None:
         """Draws a figure."""

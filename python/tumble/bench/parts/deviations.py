@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block
+from tumble.bench.parts.elements import Label, block
 from tumble.bench.parts.plot import Plot, PlotAxis, PlotLine
 from tumble.report.numbers import readable_unit
 from tumble.tools.guided.figures import DeviationFigure, DeviationSeries
@@ -21,9 +21,9 @@ class DeviationPart:
         self._page = page
         self._plot: Plot | None = None
         with block("panel figure"):
-            self._title = Text("", "section", "h2")
+            self._title = Label("", "section", "h2")
             self._plot_box = block("plot-box")
-            self._words = Text("", "figure-words")
+            self._words = Label("", "figure-words")
 
     def show(self, figure: DeviationFigure) -> None:
         """Draws a figure."""

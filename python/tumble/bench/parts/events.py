@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block
+from tumble.bench.parts.elements import Label, block
 from tumble.tools.guided.figures import EventFigure
 
 SHOWN = 12
@@ -17,7 +17,7 @@ class EventPart:
         self._page = page
         self._shown: EventFigure | None = None
         with block("panel figure wide"):
-            self._title = Text("", "section", "h2")
+            self._title = Label("", "section", "h2")
             self._list = block("events", "ol", aria_live="polite")
 
     def show(self, figure: EventFigure) -> None:
@@ -31,7 +31,7 @@ class EventPart:
         with self._list:
             for line in figure.lines[:SHOWN]:
                 with block("event fault" if line.is_fault else "event", "li"):
-                    Text(f"{line.time:.1f} s", "event-time", "span")
-                    Text("▲" if line.is_fault else "·", "event-sign", "span")._props["aria-hidden"] = "true"
-                    Text(line.unit, "event-unit", "span")
-                    Text(page.text(line.text), "event-text", "span")
+                    Label(f"{line.time:.1f} s", "event-time", "span")
+                    Label("▲" if line.is_fault else "·", "event-sign", "span")._props["aria-hidden"] = "true"
+                    Label(line.unit, "event-unit", "span")
+                    Label(page.text(line.text), "event-text", "span")

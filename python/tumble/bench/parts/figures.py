@@ -1,4 +1,4 @@
-"""Figures of a run, as far as its views have any: a part for each type of figure."""
+"""FigureParts of a run, as far as its views have any: a part for each type of figure."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FIGURE_PARTS: dict[type[object], Callable[[PageContext], FigurePart]] = {
 """Part for each type of figure."""
 
 
-class Figures:
+class FigureParts:
     """The figures of the newest view, side by side."""
 
     def __init__(self, page: PageContext) -> None:

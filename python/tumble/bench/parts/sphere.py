@@ -10,7 +10,7 @@ import nicegui.elements.scene  # noqa: F401
 from nicegui.element import Element
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, set_attribute
+from tumble.bench.parts.elements import Label, block, set_attribute
 from tumble.tools.guided.figures import CaseDirection, SphereFigure
 
 
@@ -36,12 +36,12 @@ class SpherePart:
         self._page = page
         with block("panel figure", role="group") as box:
             self._box = box
-            self._title = Text("", "section", "h2")
+            self._title = Label("", "section", "h2")
             self._sphere = Sphere().classes("sphere")
             with block("legend"):
-                self._held = Text("", "legend-item good")
-                self._wanted = Text("", "legend-item warn")
-                self._now = Text("", "legend-item here")
+                self._held = Label("", "legend-item good")
+                self._wanted = Label("", "legend-item warn")
+                self._now = Label("", "legend-item here")
         self._sphere._props["role"] = "img"
 
     def show(self, figure: SphereFigure) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, set_class
+from tumble.bench.parts.elements import Label, block, set_class
 from tumble.foundation.message import message
 from tumble.tools.guided.figures import StateFigure, StateRow
 
@@ -28,7 +28,7 @@ class StatePart:
         self._shown = figure
         self._box.clear()
         with self._box:
-            Text(self._page.text(figure.title), "section", "h2")
+            Label(self._page.text(figure.title), "section", "h2")
             self._wrongs(figure)
             self._table(figure)
 
@@ -38,16 +38,16 @@ class StatePart:
             if row.why:
                 kind = "bad" if row.healthy is False else "warn"
                 with block(f"wrong {kind}"):
-                    Text("✕" if kind == "bad" else "▲", "wrong-sign")._props["aria-hidden"] = "true"
-                    Text(row.name, "wrong-name")
-                    Text(self._page.text(row.why), "wrong-why")
+                    Label("✕" if kind == "bad" else "▲", "wrong-sign")._props["aria-hidden"] = "true"
+                    Label(row.name, "wrong-name")
+                    Label(self._page.text(row.why), "wrong-why")
 
     def _table(self, figure: StateFigure) -> None:
         page = self._page
         with block("state-table", "table"):
             with block("", "thead"), block("", "tr"):
                 for head in (message("unit"), message("state"), *figure.columns):
-                    Text(page.text(head), tag="th")._props["scope"] = "col"
+                    Label(page.text(head), tag="th")._props["scope"] = "col"
             with block("", "tbody"):
                 for row in figure.rows:
                     self._row(row)
@@ -56,11 +56,11 @@ class StatePart:
         page = self._page
         with block("source-row" if row.is_source else "", "tr"):
             name = f"{row.name} ({page.text(SOURCE)})" if row.is_source else row.name
-            Text(name, "state-name", "th")._props["scope"] = "row"
-            Text(f"{SIGNS[row.healthy]} {page.text(row.state)}", f"state-word {CLASSES[row.healthy]}", "td")
+            Label(name, "state-name", "th")._props["scope"] = "row"
+            Label(f"{SIGNS[row.healthy]} {page.text(row.state)}", f"state-word {CLASSES[row.healthy]}", "td")
             exceeded = row.exceeded or (False,) * len(row.cells)
             for cell, is_beyond in zip(row.cells, exceeded, strict=True):
-                element = Text(_marked(page.text(cell), is_beyond), "", "td")
+                element = Label(_marked(page.text(cell), is_beyond), "", "td")
                 set_class(element, "beyond", is_beyond)
 
 
