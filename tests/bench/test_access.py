@@ -48,22 +48,26 @@ def cookie_of(bench, which="operator"):
     return headers["set-cookie"].partition(";")[0]
 
 
-def socket_status(bench, cookie="", origin=None, host=None):
-    """Asks for a socket; returns the status of the answer, 101 where it is opened, and the socket."""
-    place = urlsplit(bench.site)
-    line = socket.create_connection((place.hostname, place.port), timeout=30)
-    key = base64.b64encode(os.urandom(16)).decode()
+def handshake(host, cookie="", origin=None):
+    """Writes the request for a socket."""
     words = [
         "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1",
-        f"Host: {host or place.netloc}",
+        f"Host: {host}",
         "Upgrade: websocket",
         "Connection: Upgrade",
-        f"Sec-WebSocket-Key: {key}",
+        f"Sec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}",
         "Sec-WebSocket-Version: 13",
         *([f"Cookie: {cookie}"] if cookie else []),
         *([f"Origin: {origin}"] if origin else []),
     ]
-    line.sendall(("\r\n".join(words) + "\r\n\r\n").encode())
+    return ("\r\n".join(words) + "\r\n\r\n").encode()
+
+
+def socket_status(bench, cookie="", origin=None, host=None):
+    """Asks for a socket; returns the status of the answer, 101 where it is opened, and the socket."""
+    place = urlsplit(bench.site)
+    line = socket.create_connection((place.hostname, place.port), timeout=30)
+    line.sendall(handshake(host or place.netloc, cookie, origin))
     return int(line.recv(1024).split()[1]), line
 
 
@@ -72,7 +76,15 @@ def serves(bench, cookie):
 
 
 def test_nobody_enters_without_the_token(bench):
-    for path in ("/", "/run", "/bench/bench.js", "/?token=wrong", "/runs/x/y.html", "/?token=", "/_nicegui/x"):
+    for path in (
+        "/",
+        "/run",
+        "/bench/bench.js",
+        "/?token=wrong",
+        "/runs/x/y.html",
+        "/?token=",
+        "/_nicegui/x",
+    ):
         status, headers, text = asked(bench, path)
         assert (status, "set-cookie" in headers) == (403, False), path
         assert "token" in text
@@ -134,11 +146,7 @@ def test_many_sockets_are_refused_and_the_bench_goes_on(bench):
             async with gate:
                 try:
                     reader, writer = await asyncio.open_connection(place.hostname, place.port)
-                    writer.write(
-                        f"GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1\r\nHost: {place.netloc}\r\n"
-                        f"Cookie: {cookie}\r\nOrigin: {bench.site}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
-                    )
+                    writer.write(handshake(place.netloc, cookie, bench.site))
                     answer = await asyncio.wait_for(reader.readline(), 30.0)
                 except (OSError, asyncio.TimeoutError):
                     return 0, None
@@ -169,7 +177,9 @@ def test_only_files_of_runs_are_given(bench):
     cookie = cookie_of(bench)
     run = bench.folder / "2026-01-01_turntable_1"
     (run / "session").mkdir(parents=True)
-    (run / "order.json").write_text('{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}')
+    (run / "order.json").write_text(
+        '{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}'
+    )
     (run / "page.html").write_text("<!doctype html><script>1</script>")
     (run / "secret.txt").write_text("x")
     (bench.folder / "outside.yaml").write_text("x")
@@ -179,7 +189,7 @@ def test_only_files_of_runs_are_given(bench):
     assert "sandbox" in headers["content-security-policy"]
     for path in ("secret.txt", "session", "linked.yaml", "../outside.yaml", "..%2foutside.yaml", "none.html"):
         assert asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[0] in (404, 200), path
-        assert "x" != asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[2], path
+        assert asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[2] != "x", path
 
 
 def test_markup_in_names_is_text_and_viewers_only_look(bench):

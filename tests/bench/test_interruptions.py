@@ -1,4 +1,4 @@
-"""A session that is interrupted goes on where it was: reloads, a browser that is gone, a server that is killed."""
+"""An interrupted session goes on where it was: reloads, a browser that is gone, a server that is killed."""
 
 from __future__ import annotations
 
@@ -43,40 +43,63 @@ def position_of_table(bench):
     return typed("table", "position", kept["choice"]["table"]["address"]).out
 
 
+class InterruptedSession:
+    """A session, the browser that shows it, and the server, which both come and go."""
+
+    def __init__(self, folder, browser):
+        self.folder = folder
+        self.browser = browser
+        self.bench = self.served()
+        self.page = opened(browser, self.bench.address)
+        self.page.locator(".holder.mine").wait_for()
+        started(self.page)
+
+    def served(self):
+        return BenchProcess(self.folder, "--port", "0", "--simulated", *QUICK)
+
+    def is_done(self):
+        return gone_on(self.page)
+
+    def is_under_way(self):
+        """Returns whether a run or its result is shown."""
+        return self.is_done() or self.page.locator(".stop-bar.shown").count() > 0
+
+    def interrupt(self, kind):
+        if kind == "reload":
+            self.page.reload()
+            self.page.wait_for_selector(".head")
+        elif kind == "gone":
+            self.page.context.close()
+            time.sleep(4.0)
+            assert position_of_table(self.bench) == position_of_table(self.bench)
+            self.page = opened(self.browser, f"{self.bench.address}run")
+            why = self.page.locator(".detail", has_text="browser was gone")
+            why.or_(self.page.locator(".verdict-word")).wait_for()
+        else:
+            self.bench.kill()
+            self.page.context.close()
+            self.bench = self.served()
+            self.page = opened(self.browser, self.bench.address)
+            self.page.locator(".banner.shown", has_text="was not finished").wait_for()
+
+
 def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
     seed = random.SystemRandom().randrange(2**32)
     print(f"seed {seed}")
     chance = random.Random(seed)
     kinds = [*KINDS, *(chance.choice(KINDS) for _ in range(INTERRUPTIONS - len(KINDS)))]
-    options = (str(tmp_path), "--port", "0", "--simulated", *QUICK)
-    bench = BenchProcess(tmp_path, *options[1:])
-    try:
-        with chromium() as browser:
-            page = opened(browser, bench.address)
-            waited(page, lambda: page.locator(".holder.mine").count())
-            started(page)
+    with chromium() as browser:
+        session = InterruptedSession(tmp_path, browser)
+        try:
             for kind in kinds:
-                if waited(page, lambda: gone_on(page) or page.locator(".tile").count(), 120.0) is True:
+                waited(session.page, session.is_under_way, 120.0)
+                session.page.wait_for_timeout(1000.0 * chance.uniform(0.2, 3.0))
+                if session.is_done():
                     break
-                page.wait_for_timeout(1000.0 * chance.uniform(0.2, 3.0))
-                if kind == "reload":
-                    page.reload()
-                    page.wait_for_selector(".head")
-                elif kind == "gone":
-                    page.context.close()
-                    time.sleep(4.0)
-                    assert position_of_table(bench) == position_of_table(bench)
-                    page = opened(browser, f"{bench.address}run")
-                    page.locator(".detail", has_text="browser was gone").or_(page.locator(".verdict-word")).wait_for()
-                else:
-                    bench.kill()
-                    bench = BenchProcess(tmp_path, *options[1:])
-                    page.context.close()
-                    page = opened(browser, bench.address)
-                    page.locator(".banner.shown", has_text="was not finished").wait_for()
-            waited(page, lambda: gone_on(page), 300.0)
-            assert page.locator(".unit-tile.bad .unit-name").all_inner_texts() == [FAULTY]
-            assert page.locator(".unit-tile").count() == 5
-            assert page.script_errors == []
-    finally:
-        bench.end()
+                session.interrupt(kind)
+            waited(session.page, session.is_done, 300.0)
+            assert session.page.locator(".unit-tile.bad .unit-name").all_inner_texts() == [FAULTY]
+            assert session.page.locator(".unit-tile").count() == 5
+            assert session.page.script_errors == []
+        finally:
+            session.bench.end()

@@ -18,7 +18,7 @@ SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 PATIENCE = 60_000.0
 """ms that a busy computer may take for what a page shows."""
-QUICK = ("--speed", "5", "--rate", "100")
+QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
 
@@ -113,8 +113,9 @@ def scan(page, text: str) -> None:
     """Types as a scanner does: all letters at once, then Enter."""
     page.evaluate(
         """text => {
+            const press = { bubbles: true, cancelable: true };
             for (const key of [...text, "Enter"])
-                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, ...press }));
         }""",
         text,
     )
