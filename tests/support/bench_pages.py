@@ -126,13 +126,15 @@ def violations(page):
     from axe_playwright_python.sync_playwright import Axe
 
     found = []
-    # A notice that fades has less contrast for a moment.
-    page.wait_for_function("!document.querySelector('.q-notification')")
     for width in (1400, 800):
         page.set_viewport_size({"width": width, "height": 900})
         for scheme in ("light", "dark"):
             page.emulate_media(color_scheme=scheme)
             page.wait_for_timeout(150)
+            # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
+            page.wait_for_function(
+                "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"
+            )
             results = Axe().run(page, options={"resultTypes": ["violations"]})
             found += [
                 f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
