@@ -1,4 +1,7 @@
-"""Runs without a table, clicked through in a browser: still log, set, spin, and a unit in a hand."""
+"""Runs without a table, clicked through in a browser: still log, set, spin, and a unit in a hand.
+
+With TUMBLE_PICTURES in the environment it takes their pictures of docs/how-to/bench.md.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import re
 import pytest
 
 import tumble
-from bench_pages import chromium, opened, serving, violations, waited
+from bench_pages import chromium, opened, picture, serving, violations, waited
 from tumble.procedures.redundancy.command_files import event_lines
 from tumble.procedures.redundancy.settings import RedundancySettings
 
@@ -43,6 +46,11 @@ def begin(page, word, **answers):
     page.locator(".kind", has_text=TITLES[word]).first.click()
     page.locator(".kind[aria-pressed=true]", has_text=TITLES[word]).wait_for()
     page.get_by_role("button", name="Continue").click()
+    answer_and_start(page, **answers)
+
+
+def answer_and_start(page, **answers):
+    """Answers the questions of a run, and starts it."""
     page.get_by_role("button", name="Start").wait_for()
     page.locator("details.more summary").click()
     for label, answer in answers.items():
@@ -74,6 +82,7 @@ def test_still_log_draws_its_curve_while_it_grows(page, bench):
         lambda: lengths.add(re.search(r"Longest average (.*)\.", words.inner_text())[1]) or len(lengths) > 1,
     )
     assert page.locator(".plot canvas").count() == 2
+    picture(page, "still-log")
     assert "At 1 s: reference" in page.locator(".plot").first.get_attribute("aria-label")
     assert not violations(page)
 
@@ -88,13 +97,16 @@ def test_still_log_ends_with_the_noise_of_the_command(page, bench):
 
 
 def test_set_shows_each_unit_its_deviations_and_events(page, bench):
-    begin(page, "redundancy", **{"Changes of settings": PATIENT})
+    page.locator(".screen-link", has_text=TITLES["redundancy"]).click()
+    answer_and_start(page, **{"Changes of settings": PATIENT})
+    assert page.url.endswith("/redundancy")
     page.locator(".state-table tbody tr").nth(2).wait_for()
     waited(page, lambda: "primary (source)" in page.locator(".state-table").inner_text())
     assert page.get_by_role("button", name="Evaluate now").count() == 1
     page.locator(".plot canvas").nth(1).wait_for()
     assert "threshold" in page.locator(".figure .section").nth(1).inner_text()
     assert page.locator(".events .event").count() > 0
+    picture(page, "set")
     assert not violations(page)
 
 
@@ -115,6 +127,7 @@ def test_spin_counts_turns_and_passes(page, bench):
     begin(page, "spin")
     page.locator(".tile.current").first.wait_for()
     page.locator(".instruction", has_text="turning").wait_for(timeout=120_000.0)
+    picture(page, "spin")
     assert not violations(page)
     assert verdict(page) == "Passed"
     assert (folder_of(bench, "spin") / "robot_imu.live.yaml").exists()
@@ -124,7 +137,8 @@ def test_sphere_fills_until_the_unit_is_calibrated(page, bench):
     begin(page, "multipose", Orientations="10", **{"Time at rest in each": "3"})
     held = page.locator(".legend-item.good")
     held.wait_for()
-    waited(page, lambda: int(re.search(r"\d+", held.inner_text())[0]) >= 2)
+    waited(page, lambda: int(re.search(r"\d+", held.inner_text())[0]) >= 4)
+    picture(page, "orientations")
     assert "orientations: " in page.locator(".sphere").get_attribute("aria-label").lower()
     assert page.locator(".instruction").bounding_box()["height"] >= 24.0
     assert not violations(page)
