@@ -1,4 +1,4 @@
-"""Who reaches the bench: tokens, origins, floods, markup in names, viewers, and one operator at a time."""
+"""Access to the bench: tokens, origins, floods, markup in names, viewers, and one operator at a time."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import time
 from urllib.parse import urlsplit
 
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 from bench_pages import chromium, opened, serving, waited
 from repetitions import SOAK
@@ -122,11 +124,8 @@ def test_large_messages_and_bodies_are_refused(bench):
     cookie = cookie_of(bench)
     assert asked(bench, "/", "POST", b"x" * 10_000_000, Cookie=cookie, Origin=bench.site)[0] == 413
     assert asked(bench, "/", "PUT", b"", Cookie=cookie)[0] == 403
-    websockets = pytest.importorskip("websockets.sync.client")
     address = bench.site.replace("http", "ws") + "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
-    from websockets.exceptions import ConnectionClosed
-
-    with websockets.connect(address, additional_headers={"Cookie": cookie}, origin=bench.site) as line:
+    with connect(address, additional_headers={"Cookie": cookie}, origin=bench.site) as line:
         line.recv()
         with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012 - sent in parts, closed at any of them
             line.send("4" + "x" * 10_000_000)

@@ -6,7 +6,7 @@ import json
 import random
 import time
 
-from bench_pages import QUICK, BenchProcess, chromium, opened, waited
+from bench_pages import LIMITS, QUICK, BenchProcess, chromium, gone_on, opened, waited, write_limits
 from repetitions import SOAK
 from turntable_sessions import typed
 
@@ -20,22 +20,10 @@ def started(page):
     page.get_by_role("link", name="Run").click()
     page.get_by_label("Time at each pose (s)").fill("2")
     page.get_by_label("Turns for the gyroscopes").uncheck()
-    page.get_by_label("Limits", exact=True).select_option("limits.yaml")
+    page.get_by_label("Limits", exact=True).select_option(LIMITS)
     page.get_by_role("button", name="Arm the table").click()
     page.locator(".arm-button[aria-pressed=true]").wait_for()
     page.get_by_role("button", name="Start").click()
-
-
-def gone_on(page):
-    """Takes up whatever the page offers; True once there is a verdict."""
-    if page.locator(".verdict-word").count():
-        return True
-    for name in ("Go on", "Arm the table and go on"):
-        button = page.get_by_role("button", name=name, exact=True)
-        if button.count() and button.first.is_visible():
-            button.first.click()
-            page.wait_for_timeout(500)
-    return False
 
 
 def position_of_table(bench):
@@ -48,6 +36,7 @@ class InterruptedSession:
 
     def __init__(self, folder, browser):
         self.folder = folder
+        write_limits(folder)
         self.browser = browser
         self.bench = self.served()
         self.page = opened(browser, self.bench.address)

@@ -10,18 +10,29 @@ import re
 
 import pytest
 
-from bench_pages import QUICK, chromium, opened, picture, scan, serving, violations, waited
+from bench_pages import (
+    LIMITS,
+    QUICK,
+    chromium,
+    gone_on,
+    opened,
+    picture,
+    scan,
+    serving,
+    violations,
+    waited,
+    write_limits,
+)
 from turntable_sessions import typed
 
 DATES = re.compile(rb"\d{4}-\d{2}-\d{2}T[\d:.]+Z")
 SERIALS = [f"SN-{number}" for number in range(1001, 1006)]
-MOST_PAUSES = 3
-"""Times that a busy computer may be taken for a browser that is gone."""
 
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
+    write_limits(folder)
     registry = folder / "lab.db"
     typed("registry", "init", registry, "--laboratory", "Inertial laboratory")
     with serving(folder, "--simulated", *QUICK, "--registry", str(registry)) as found:
@@ -57,7 +68,8 @@ def test_table_moves_only_once_it_is_armed(page, bench):
     page.get_by_role("button", name="Start").wait_for()
     page.get_by_label("Time at each pose (s)").fill("2")
     page.get_by_label("Goal").fill("bias 0.05")
-    page.get_by_label("Limits", exact=True).select_option("limits.yaml")
+    page.get_by_label("Turns for the gyroscopes").uncheck()
+    page.get_by_label("Limits", exact=True).select_option(LIMITS)
     assert not violations(page)
     assert not list(bench.folder.glob("*_turntable_*"))
     page.get_by_role("button", name="Arm the table").click()
@@ -87,15 +99,7 @@ def test_escape_stops_the_table_and_the_run_goes_on(page):
 
 
 def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
-    for _ in range(MOST_PAUSES):
-        waited(
-            page,
-            lambda: page.locator(".verdict-word").count() or page.get_by_role("button", name="go on").count(),
-            180.0,
-        )
-        if page.locator(".verdict-word").count():
-            break
-        page.get_by_role("button", name="go on").click()
+    waited(page, lambda: gone_on(page), 300.0)
     assert page.locator(".verdict-word").inner_text() == "Failed"
     assert page.locator(".verdict").bounding_box()["height"] > 300.0
     assert page.locator(".unit-tile.bad .unit-name").all_inner_texts() == ["target_4"]
@@ -107,7 +111,7 @@ def test_verdict_fills_the_screen_and_names_the_faulty_unit(page):
 
 def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path):
     (run,) = bench.folder.glob("*_turntable_1")
-    options = ["--limits", bench.folder / "limits.yaml", "--pages", "all"]
+    options = ["--limits", bench.folder / LIMITS, "--pages", "all"]
     typed("turntable", run / "session", *options, "-o", tmp_path)
     names = sorted(path.name for path in run.glob("target_*"))
     assert names == sorted(path.name for path in tmp_path.glob("target_*"))

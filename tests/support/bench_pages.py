@@ -7,10 +7,11 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
@@ -20,6 +21,15 @@ PATIENCE = 60_000.0
 """ms that a busy computer may take for what a page shows."""
 QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
+
+LIMITS = "accelerometer.yaml"
+"""File of limits that rests alone can show to be kept."""
+
+
+def write_limits(folder: Path) -> None:
+    """Puts the limits into the folder of a bench."""
+    text = "schema: tumble-limits/1\naccelerometer: {bias: 1.0, scale: 0.05, non-orthogonality: 2.0}\n"
+    (folder / LIMITS).write_text(text)
 
 
 class BenchProcess:
@@ -51,7 +61,7 @@ class BenchProcess:
         self.process.communicate()
 
     def end(self) -> str:
-        """Ends it as Ctrl-C does; returns what it said."""
+        """Ends it as Ctrl-C does; returns what it printed as errors."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
@@ -74,10 +84,9 @@ def serving(folder: Path, *options: str):
 @contextmanager
 def chromium():
     """Opens the system's browser; skips the test where there is none."""
-    sync_api = pytest.importorskip("playwright.sync_api")
     if not Path(CHROMIUM).exists():
         pytest.skip(f"no {CHROMIUM}; scripts/install_test_tools.sh installs it")
-    with sync_api.sync_playwright() as driver:
+    with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", SOFTWARE_PICTURES])
         try:
             yield browser
@@ -107,6 +116,19 @@ def waited(page, condition, seconds: float = 60.0):
             return found
         page.wait_for_timeout(100)
     raise AssertionError(f"not within {seconds:g} s: {page.locator('#screen').inner_text()[:500]}")
+
+
+def gone_on(page):
+    """Takes up whatever the page offers to go on with; True once there is a verdict."""
+    if page.locator(".verdict-word").count():
+        return True
+    for name in ("Go on", "Arm the table and go on"):
+        button = page.get_by_role("button", name=name, exact=True)
+        if button.count() and button.first.is_visible():
+            with suppress(Exception):  # it is gone once the run goes on
+                button.first.click(timeout=2000.0)
+            page.wait_for_timeout(1000.0)
+    return False
 
 
 def scan(page, text: str) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -29,6 +31,9 @@ from tumble.tools.guided.run import RunKind, run_kind, run_kinds
 STATE = "bench.json"
 CHOSEN_FILES = ("*.yaml", "*.yml")
 """Files of the folder that an operator may choose."""
+STALLED, GRACE = 0.5, 3.0
+"""s without a pulse of the server after which it is starved of its processor, and s that signs of life of a
+browser, which then wait in its queue, may be late besides."""
 BETWEEN_LOOKS = 0.1
 """s between two looks whether the operator's browser is there."""
 _KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
@@ -74,6 +79,9 @@ class Bench:
         self.choice = RunChoice(self.kinds[0].word, operator=settings.operator, station=settings.station)
         self.sources = BenchSources()
         self.logs = OpenLogs()
+        self.pulse = time.monotonic()
+        """s at which the server last had time for its pages."""
+        self._stalled_at = -math.inf
         self._ends = threading.Event()
         self._listeners: list[Callable[[], None]] = []
         self._recall()
@@ -275,10 +283,18 @@ class Bench:
         if not self._ends.is_set() and self.engine.state in ("idle", "result", "error"):
             self.sources.watch(True)
 
+    def _is_operator_gone(self) -> bool:
+        """Returns whether the operator's browser has been gone for too long, rather than the server busy."""
+        now = time.monotonic()
+        if now - self.pulse > STALLED:
+            self._stalled_at = now
+        grace = GRACE if now - self._stalled_at < 1.0 else 0.0
+        return self.access.silent > BROWSER_GONE + grace
+
     def _watch_operator(self) -> None:
         """Stops a table whose operator's browser is gone."""
         while not self._ends.wait(BETWEEN_LOOKS):
-            if self.engine.moves_table and self.access.silent > BROWSER_GONE:
+            if self.engine.moves_table and self._is_operator_gone():
                 self.engine.pause(
                     message(
                         "The operator's browser was gone for {seconds} s, so the table was stopped.",

@@ -15,6 +15,7 @@ from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption, MakerOptions
 from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
+from tumble.tools.simulate.options import RateOption
 
 if TYPE_CHECKING:
     from tumble.bench.bench import Bench
@@ -52,9 +53,7 @@ def bench_command(
     speed: Annotated[
         float, typer.Option(min=0.1, max=50.0, help="With --simulated: simulated seconds in a second.")
     ] = 1.0,
-    rate: Annotated[
-        float, typer.Option(min=1.0, max=2000.0, help="With --simulated: samples a second of every unit, Hz.")
-    ] = 200.0,
+    rate: RateOption = 200.0,
     registry: RegistryOption = "",
     as_json: JsonOption = False,
     *,

@@ -68,9 +68,9 @@ class Engine:
 
     @property
     def moves_table(self) -> bool:
-        """Returns whether a run is under way that may move a table."""
+        """Returns whether a run is under way that may move a table, from its first view on."""
         table = self.folder.order.table if self.folder is not None else None
-        return self.state == "running" and table is not None and table.armed
+        return self.state == "running" and self.view is not None and table is not None and table.armed
 
     def begin(self, folder: RunFolder, order: RunOrder) -> None:
         """Begins or resumes a run; raises `TumbleError` where another is under way.

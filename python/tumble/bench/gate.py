@@ -31,6 +31,8 @@ LARGEST_MESSAGE = 1 << 18
 """Bytes of a message on a socket."""
 BROWSER = "tumble.browser"
 """Key of the browser in the scope of a request that passed."""
+BEAT = "/beat"
+"""Path of the signs of life of a browser."""
 _SOCKETS = "/_nicegui_ws/"
 _SCRIPT = re.compile(rb"<script(?=[ >])")
 _PUBLIC = ("/favicon.ico",)
@@ -87,6 +89,10 @@ class Gate:
         elif path in _PUBLIC:
             await self.app(scope, receive, send)
         elif browser := self._browser(scope):
+            if path == BEAT and method == "POST":
+                self._access.beat(browser.key)
+                await _answer(send, 204, "")
+                return
             scope[BROWSER] = browser
             await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
         else:
@@ -204,7 +210,9 @@ async def _answer(
     send: Send, status: int, text: str, kind: str = "text/plain; charset=utf-8", *headers: tuple[bytes, bytes]
 ) -> None:
     content = text.encode()
-    known = [(b"content-type", kind.encode()), (b"content-length", str(len(content)).encode())]
+    known = [(b"content-type", kind.encode())]
+    if status != 204:
+        known.append((b"content-length", str(len(content)).encode()))
     await send(
         {
             "type": "http.response.start",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,7 +13,7 @@ import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from nicegui import app as nicegui_app
-from nicegui import core, ui
+from nicegui import background_tasks, core, ui
 from starlette.middleware.gzip import GZipMiddleware
 
 from tumble.bench.bench import Bench
@@ -30,6 +32,8 @@ REPORTS = (".html", ".pdf", ".xml", ".yaml", ".csv", ".json")
 COMPRESSION = 4
 """Level of gzip: a page comes over a hall's wireless network, and the server has samples to read."""
 PDF = "application/pdf"
+BETWEEN_PULSES = 0.1
+"""s between two signs that the server has time for its pages."""
 GRACE = 2
 """s for open connections to end once the server is to."""
 
@@ -99,6 +103,7 @@ def _application(bench: Bench) -> FastAPI:
         """Returns a certificate."""
         return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
 
+    nicegui_app.on_startup(partial(_pulse, bench))
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.app.config.socket_io_js_transports = ["websocket"]
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
@@ -117,6 +122,17 @@ def _application(bench: Bench) -> FastAPI:
         gzip_middleware_factory=None,  # the gate marks the scripts of a page, and compresses after that
     )
     return application
+
+
+async def _pulse(bench: Bench) -> None:
+    """Notes again and again that the server has time for its pages."""
+
+    async def beat() -> None:
+        while True:
+            bench.pulse = time.monotonic()
+            await asyncio.sleep(BETWEEN_PULSES)
+
+    background_tasks.create(beat(), name="pulse")
 
 
 def _of_registry(bench: Bench, answer: Callable[[RegistryView], Response]) -> Response:

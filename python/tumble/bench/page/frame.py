@@ -109,7 +109,6 @@ class PageFrame:
 
     def _listen(self) -> None:
         page = self._page
-        ui.on("bench_beat", lambda _: page.bench.access.beat(page.browser.key))
         ui.on("bench_stop", lambda _: self._stop_now())
         ui.on("bench_go", lambda _: self._go())
         ui.on("bench_scan", lambda event: self._scan(str(event.args)[:200]))

@@ -9,8 +9,7 @@
     if (window.did_handshake) emitEvent(name, value ?? null);
   };
 
-  const worker = new Worker("/bench/heartbeat.js");
-  worker.onmessage = () => emit("bench_beat");
+  new Worker("/bench/heartbeat.js");
 
   let typed = "";
   let typedAt = 0;
