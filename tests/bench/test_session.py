@@ -6,17 +6,26 @@ With TUMBLE_PICTURES in the environment it takes the pictures of docs/how-to/ben
 from __future__ import annotations
 
 import json
-import os
-from pathlib import Path
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 
-from bench_pages import DATE, LIMITS, QUICK, chromium, gone_on, opened, scan, serving, waited, write_limits
+from bench_pages import (
+    DATE,
+    LIMITS,
+    QUICK,
+    chromium,
+    gone_on,
+    opened,
+    picture,
+    scan,
+    serving,
+    violations,
+    waited,
+    write_limits,
+)
 from turntable_sessions import typed
 
 SERIALS = [f"SN-{number}" for number in range(1001, 1006)]
-IMAGES = Path(__file__).parents[2] / "docs" / "images"
 
 
 @pytest.fixture(scope="module")
@@ -39,34 +48,6 @@ def browser():
 def page(bench, browser):
     found = opened(browser, bench.address)
     found.locator(".holder.mine").wait_for()
-    return found
-
-
-def picture(page, name):
-    """Takes a picture for the documentation, where that is asked for."""
-    if "TUMBLE_PICTURES" in os.environ:
-        page.evaluate("window.scrollTo(0, 0)")
-        page.wait_for_function("!document.querySelector('.q-notification')")
-        page.screenshot(path=IMAGES / f"bench-{name}.png")
-
-
-def violations(page):
-    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
-    found = []
-    # A notice that fades has less contrast for a moment.
-    page.wait_for_function("!document.querySelector('.q-notification')")
-    for width in (1400, 800):
-        page.set_viewport_size({"width": width, "height": 900})
-        for scheme in ("light", "dark"):
-            page.emulate_media(color_scheme=scheme)
-            page.wait_for_timeout(150)
-            results = Axe().run(page)
-            found += [
-                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
-                for each in results.response["violations"]
-            ]
-    page.set_viewport_size({"width": 1400, "height": 900})
-    page.emulate_media(color_scheme="light")
     return found
 
 

@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 PATIENCE = 60_000.0
@@ -142,3 +143,35 @@ def scan(page, text: str) -> None:
         }""",
         text,
     )
+
+
+def violations(page):
+    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = []
+    for width in (1400, 800):
+        page.set_viewport_size({"width": width, "height": 900})
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            page.wait_for_timeout(150)
+            # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
+            page.wait_for_function(
+                "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"
+            )
+            results = Axe().run(page, options={"resultTypes": ["violations"]})
+            found += [
+                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
+                for each in results.response["violations"]
+            ]
+    page.set_viewport_size({"width": 1400, "height": 900})
+    page.emulate_media(color_scheme="light")
+    return found
+
+
+def picture(page, name):
+    """Takes a picture for the documentation, where that is asked for."""
+    if "TUMBLE_PICTURES" in os.environ:
+        page.evaluate("window.scrollTo(0, 0)")
+        page.wait_for_function("!document.querySelector('.q-notification')")
+        page.screenshot(path=IMAGES / f"bench-{name}.png")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import TypeAlias
 
 from nicegui import ui
 from nicegui.element import Element
@@ -12,6 +13,7 @@ from tumble.bench.bench import Bench
 from tumble.bench.gate import BROWSER
 from tumble.bench.page.banner import Banner
 from tumble.bench.page.context import PageContext, Screen
+from tumble.bench.page.kind import KindScreen
 from tumble.bench.page.log import show_log
 from tumble.bench.page.result import show_result
 from tumble.bench.page.run import show_run
@@ -23,14 +25,18 @@ from tumble.foundation.translation import accepted_language
 
 BETWEEN_UPDATES = 0.05
 """s between two looks whether there is anything new to show."""
-SCREENS: tuple[tuple[str, str, Callable[[PageContext], Screen]], ...] = (
+NamedScreen: TypeAlias = tuple[str, str, Callable[[PageContext], Screen]]
+"""Path, name and builder of a screen."""
+SCREENS: tuple[NamedScreen, ...] = (
     ("/", "Sources", show_sources),
     ("/run", "Run", show_run),
     ("/result", "Result", show_result),
     ("/units", "Units", show_units),
     ("/log", "Log", show_log),
 )
-"""Path, name and builder of each screen."""
+"""All screens; kinds of runs with a screen of their own come behind `Run`."""
+BEHIND = 2
+"""Place of those."""
 FOLLOWS = {"running": "/run", "paused": "/run", "calibrating": "/run", "error": "/run", "result": "/result"}
 """Screen to which pages go that follow a run, by the state of the engine."""
 FOLLOWERS = ("/", "/run", "/result")
@@ -58,6 +64,15 @@ class PageFrame:
     def __init__(self, page: PageContext, path: str) -> None:
         self._page = page
         self._path = path
+        own = [
+            (f"/{kind.word}", page.text(kind.title), kind.word)
+            for kind in page.bench.kinds
+            if kind.has_screen
+        ]
+        self._own = {path: word for path, _, word in own}
+        """Words of the kinds of runs that have a screen, by its path."""
+        kinds: list[NamedScreen] = [(path, name, partial(KindScreen, word=word)) for path, name, word in own]
+        self._screens = (*SCREENS[:BEHIND], *kinds, *SCREENS[BEHIND:])
         self._state = page.bench.engine.state
         self._noted = page.bench.engine.notes[-1].number if page.bench.engine.notes else 0
         self._links: dict[str, Element] = {}
@@ -65,7 +80,7 @@ class PageFrame:
         with block("banners", role="status"):
             self._banner = Banner(page)
         with block("screen", id="screen"):
-            ui.sub_pages({path: partial(self._show, path, build) for path, _, build in SCREENS})
+            ui.sub_pages({path: partial(self._show, path, build) for path, _, build in self._screens})
         self._stop_bar()
         self._listen()
         ui.timer(BETWEEN_UPDATES, self._update)
@@ -77,7 +92,7 @@ class PageFrame:
                 block("brand-mark", aria_hidden="true")
                 Label("Tumble", "brand-name")
             with block("screens", "nav", aria_label=page.words("Screens")):
-                for path, name, _ in SCREENS:
+                for path, name, _ in self._screens:
                     self._links[path] = link(page.words(name), path, "screen-link")
             with block("head-end"):
                 self._held = Label("", "holder")
@@ -149,7 +164,8 @@ class PageFrame:
         elif engine.state == "error":
             page.tone("failed")
         target = FOLLOWS.get(engine.state, self._path)
-        if self._path in FOLLOWERS and target != self._path:
+        follows = self._path in FOLLOWERS or (self._path in self._own and target == "/result")
+        if follows and target != self._path:
             page.go(target)
         elif page.screen is not None:
             page.screen.update()

@@ -9,7 +9,7 @@ from tumble.bench.parts.elements import Label, block
 from tumble.bench.parts.plot import Plot, PlotAxis, PlotLine
 from tumble.foundation.results import INTERVAL
 from tumble.foundation.words import length_of_time
-from tumble.report.numbers import readable_unit
+from tumble.report.numbers import readable_scale, readable_unit, significant
 from tumble.tools.guided.figures import AllanCurve, AllanFigure
 
 AT = 1.0
@@ -42,13 +42,15 @@ class AllanPart:
 
     def _in_words(self, figure: AllanFigure) -> str:
         page = self._page
-        shown = ", ".join(f"{curve.name} {_at(curve, AT):.2g}" for curve in figure.curves)
+        found = {curve.name: _at(curve, AT) for curve in figure.curves}
+        scale = readable_scale(figure.unit, max(found.values()))
+        shown = ", ".join(f"{name} {significant(scale.factor * each)}" for name, each in found.items())
         longest = max(curve.tau[-1] for curve in figure.curves)
         return page.words(
             "At {at} s: {shown} {unit}. Longest average {longest}.",
             at=f"{AT:g}",
             shown=shown,
-            unit=readable_unit(figure.unit),
+            unit=scale.unit,
             longest=length_of_time(longest),
         )
 

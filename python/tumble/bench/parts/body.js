@@ -3,6 +3,7 @@ import { THREE } from "nicegui-scene";
 
 const UP = new THREE.Vector3(0, 1, 0);
 const EASE = 9; // 1/s: how fast the picture follows the unit
+const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const SIZE = new THREE.Vector3(1.7, 1.15, 0.5);
 const AXES = [
   ["X", new THREE.Vector3(1, 0, 0), "#d1495b"],
@@ -131,7 +132,7 @@ export default {
       this.frame = requestAnimationFrame((at) => this.draw(at));
     },
     draw(at) {
-      const share = 1 - Math.exp((-EASE * Math.min(100, at - this.last)) / 1000);
+      const share = STILL.matches ? 1 : 1 - Math.exp((-EASE * Math.min(100, at - this.last)) / 1000);
       this.last = at;
       this.unit.quaternion.slerp(this.goal, share);
       if (this.outlineGoal) this.outline.quaternion.slerp(this.outlineGoal, share);

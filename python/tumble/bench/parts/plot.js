@@ -7,7 +7,7 @@ const LIGHT = ["#0072b2", "#d55e00", "#009e73", "#7a4f9c", "#8a6d00", "#5d6870",
 const DARK = ["#56b4e9", "#e69f00", "#2fc295", "#c49be4", "#f0e442", "#9aa6ae", "#f08db0", "#e6eaed"];
 const SYMBOLS = ["circle", "rect", "triangle", "diamond"];
 const DASHES = ["solid", "dashed", "dotted"];
-const TEXT = 18;
+const TEXT = 20;
 
 export default {
   template: `<div class="plot"></div>`,
@@ -52,7 +52,7 @@ export default {
         type: wanted.log ? "log" : "value",
         name: wanted.name,
         nameLocation: "middle",
-        nameGap: vertical ? 78 : 34,
+        nameGap: vertical ? 84 : 38,
         nameTextStyle: { color: soft, fontSize: TEXT },
         axisLabel: { color: soft, fontSize: TEXT, hideOverlap: true, formatter: shown },
         axisLine: { show: !vertical, onZero: false, lineStyle: { color: soft } },
@@ -71,8 +71,8 @@ export default {
         {
           animation: false,
           textStyle: { fontFamily: "system-ui, 'Noto Sans', 'Noto Sans CJK SC', sans-serif" },
-          legend: { top: 0, left: 0, itemWidth: 30, textStyle: { color: ink, fontSize: 20 }, type: "scroll" },
-          grid: { left: 104, right: 24, top: 52, bottom: 62 },
+          legend: { top: 0, left: 0, itemWidth: 30, textStyle: { color: ink, fontSize: 24 }, type: "scroll" },
+          grid: { left: 112, right: 28, top: 58, bottom: 70 },
           tooltip: {
             trigger: "axis",
             confine: true,

@@ -6,6 +6,8 @@ const EASE = 5; // 1/s: how fast the camera follows
 const DISTANCE = 4.9;
 const TILT = 0.42; // rad by which the camera stands beside what it looks at
 const ARC = 40; // parts of the way
+const FRAME = 32; // ms between two pictures
+const STILL = window.matchMedia("(prefers-reduced-motion: reduce)");
 const AXES = [
   ["X", [1, 0, 0], "#d1495b"],
   ["Y", [0, 1, 0], "#2a8c5a"],
@@ -199,11 +201,15 @@ export default {
     },
     wake() {
       if (this.frame) return;
-      this.last = performance.now();
+      this.last = performance.now() - FRAME;
       this.frame = requestAnimationFrame((at) => this.draw(at));
     },
     draw(at) {
-      const share = 1 - Math.exp((-EASE * Math.min(100, at - this.last)) / 1000);
+      if (at - this.last < FRAME) {
+        this.frame = requestAnimationFrame((next) => this.draw(next));
+        return;
+      }
+      const share = STILL.matches ? 1 : 1 - Math.exp((-EASE * Math.min(100, at - this.last)) / 1000);
       this.last = at;
       const aim = new THREE.Vector3(...(this.wanted ?? this.now ?? [1, 1, 1])).normalize();
       const turn = new THREE.Quaternion().setFromUnitVectors(this.look, aim);

@@ -39,8 +39,8 @@ TITLES: Mapping[Triad, Message] = {
     "gyroscope": message("Allan deviation of the gyroscope"),
 }
 TITLES_OF_SEVERAL: Mapping[Triad, Message] = {
-    "accelerometer": message("Allan deviation of the accelerometers, mean of the axes"),
-    "gyroscope": message("Allan deviation of the gyroscopes, mean of the axes"),
+    "accelerometer": message("Allan deviation of the accelerometers, RMS of the axes"),
+    "gyroscope": message("Allan deviation of the gyroscopes, RMS of the axes"),
 }
 FIELDS = (
     RunField(

@@ -189,6 +189,7 @@ RUN_KIND: Final = RunKind(
         UnitRole(name=SECONDARY, label=message("Secondary"), most=MOST_SECONDARIES),
     ),
     fields=FIELDS,
+    has_screen=True,
     resumes=False,
     begin=GuidedRedundancy,
 )

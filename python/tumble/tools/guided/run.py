@@ -53,6 +53,8 @@ class RunKind:
     fields: tuple[RunField, ...]
     takes_table: bool = False
     """Indicates whether a rate table can turn the units."""
+    has_screen: bool = False
+    """Indicates whether it has a place of its own among the screens of a page."""
     resumes: bool = True
     """Indicates whether a recording can go on; a run is paused by that."""
     begin: Callable[[RunOrder], GuidedRun]
