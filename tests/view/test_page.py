@@ -165,7 +165,7 @@ def test_samples_and_page_are_for_who_has_the_token(folder):
         assert status(base, cookie | {"Origin": "http://elsewhere.example"}) == 403
         assert status(base, cookie | {"Host": "elsewhere.example"}) == 403
         assert status(f"{base}tumble-log/x/samples?start=0&end=1&bins=10", cookie) == 404
-        assert status(f"{base}tumble-result/1", cookie) == 404
+        assert status(f"{base}made-here/1", cookie) == 404
 
 
 def status(address, headers):

@@ -40,7 +40,11 @@ class Access:
     Without tokens whoever reaches the page may operate: it is served on this computer only.
     """
 
-    def __init__(self, *, needs_token: bool, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, *, needs_token: bool, cookie: str = COOKIE, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.cookie = cookie
+        """Name of the cookie, which browsers keep for all ports of a computer."""
         self.token = secrets.token_urlsafe(16) if needs_token else ""
         """Token of those who may operate."""
         self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""

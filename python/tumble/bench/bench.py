@@ -12,6 +12,7 @@ from typing import Any
 
 from tumble.bench.access import BROWSER_GONE, Access
 from tumble.bench.engine import Engine
+from tumble.bench.log.open_logs import OpenLogs
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
@@ -72,6 +73,7 @@ class Bench:
         """Number of changes so far, by which a page sees whether it is up to date."""
         self.choice = RunChoice(self.kinds[0].word, operator=settings.operator, station=settings.station)
         self.sources = BenchSources()
+        self.logs = OpenLogs()
         self._ends = threading.Event()
         self._listeners: list[Callable[[], None]] = []
         self._recall()

@@ -13,7 +13,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
 from urllib.parse import parse_qs, urlsplit
 
-from tumble.bench.access import COOKIE, Access, Browser
+from tumble.bench.access import Access, Browser
 from tumble.bench.settings import LOOPBACK, BenchSettings
 
 Scope: TypeAlias = MutableMapping[str, Any]
@@ -35,7 +35,7 @@ _SOCKETS = "/_nicegui_ws/"
 _SCRIPT = re.compile(rb"<script(?=[ >])")
 _PUBLIC = ("/favicon.ico",)
 _METHODS = ("GET", "HEAD", "POST")
-REPORTS = ("/runs/", "/history/", "/certificates/")
+REPORTS = ("/runs/", "/history/", "/certificates/", "/made-here/")
 """Paths of files that were written before; a page among them has an origin of its own, and no cookies."""
 REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; "
@@ -110,7 +110,8 @@ class Gate:
 
     def _cookie(self, browser: Browser) -> tuple[bytes, bytes]:
         secure = "; Secure" if self._settings.certificate is not None else ""
-        return b"set-cookie", f"{COOKIE}={browser.key}; Path=/; HttpOnly; SameSite=Strict{secure}".encode()
+        content = f"{self._access.cookie}={browser.key}; Path=/; HttpOnly; SameSite=Strict{secure}"
+        return b"set-cookie", content.encode()
 
     def _browser(self, scope: Scope) -> Browser | None:
         cookies = SimpleCookie()
@@ -118,7 +119,8 @@ class Gate:
             cookies.load(_header(scope, b"cookie"))
         except CookieError:
             return None
-        return self._access.known(cookies[COOKIE].value) if COOKIE in cookies else None
+        found = cookies.get(self._access.cookie)
+        return None if found is None else self._access.known(found.value)
 
     def _is_ours(self, scope: Scope, *, needs_origin: bool) -> bool:
         """Returns whether a request names this server, and comes from its own pages."""

@@ -81,6 +81,8 @@ def _listening(settings: BenchSettings) -> socket.socket:
 def _application(bench: Bench) -> FastAPI:
     application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     nicegui_app.add_static_files("/bench", STATIC, max_cache_age=0)
+    for router in bench.logs.routers:
+        nicegui_app.include_router(router)
 
     @nicegui_app.get("/runs/{run}/{name}")
     def report(run: str, name: str) -> Response:

@@ -13,8 +13,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from tumble.bench.log.palette import DARK, LIGHT, Palette
-from tumble.bench.log.words import translated
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.translation import translated
 from tumble.foundation.units import CHANNELS, UNITS, Triad, channels_of, triad_of
 from tumble.report.numbers import readable_unit
 from tumble.tools.view.deviation import Deviation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from tumble.bench.log.words import translated
+from tumble.foundation.translation import translated
 from tumble.report.numbers import readable_unit
 from tumble.tools.inspect.result import ChannelFacts, Inspection, head_lines, rest_lines, service_line
 

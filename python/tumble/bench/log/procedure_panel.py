@@ -11,13 +11,13 @@ from fastapi import APIRouter, HTTPException
 from fastapi.responses import FileResponse
 from nicegui import run, ui
 
-from tumble.bench.log.words import translated
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.procedures import PROCEDURES, Procedure
+from tumble.foundation.translation import translated
 from tumble.tools.view.viewing import ViewedUnit, Viewing
 
-ROUTE = "/tumble-result"
+ROUTE = "/made-here"
 
 
 class ResultPages:

@@ -10,7 +10,7 @@ from nicegui.element import Element
 from nicegui.elements.echart import EChart
 
 from tumble.bench.log.chart_options import ChartPlan
-from tumble.bench.log.words import translated
+from tumble.foundation.translation import translated
 from tumble.tools.view.marks import SegmentMark
 
 # Its import makes ECharts known to the page.

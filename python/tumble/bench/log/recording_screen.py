@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from nicegui import run, ui
@@ -18,14 +19,15 @@ from tumble.bench.log.inspection_panel import show_inspection
 from tumble.bench.log.procedure_panel import ProcedurePanel, ResultPages
 from tumble.bench.log.recording_chart import RecordingChart
 from tumble.bench.log.samples_route import SamplesRoute
-from tumble.bench.log.words import translated
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.translation import ENGLISH, speak, translated
 from tumble.tools.view.deviation import deviations
 from tumble.tools.view.samples import Form, channel_name
 from tumble.tools.view.spectrum import spectra
 from tumble.tools.view.viewing import ViewedUnit, Viewing
 
+STYLE = Path(__file__).with_name("log.css")
 REFRESH = 0.3
 """s between looks for what was found meanwhile."""
 KEYS = (
@@ -39,11 +41,19 @@ KEYS = (
 )
 
 
-class LogScreen:
+def add_style() -> None:
+    """Gives the current page the style of the screen."""
+    ui.add_css(STYLE.read_text(encoding="utf-8"))
+
+
+class RecordingScreen:
     """One page that shows a viewing; several pages may show the same."""
 
-    def __init__(self, viewing: Viewing, samples: SamplesRoute, pages: ResultPages) -> None:
+    def __init__(
+        self, viewing: Viewing, samples: SamplesRoute, pages: ResultPages, language: str = ENGLISH
+    ) -> None:
         self._viewing = viewing
+        self._language = language
         self._route = samples
         self._pages = pages
         self._version = -1
@@ -57,6 +67,7 @@ class LogScreen:
 
     def show(self) -> None:
         """Builds the page into the current place."""
+        speak(self._language)
         with ui.element("div").classes("tumble-log"):
             with ui.element("div").classes("tumble-charts"):
                 self._bar()
@@ -264,6 +275,7 @@ class LogScreen:
         self._list_sections()
 
     async def _show_spectrum(self) -> None:
+        speak(self._language)
         form: Form = "raw" if "raw" in self._forms else "calibrated"
         await self._analyse(
             translated("Amplitude spectral density"),
@@ -272,6 +284,7 @@ class LogScreen:
         )
 
     async def _show_deviation(self) -> None:
+        speak(self._language)
         form: Form = "raw" if "raw" in self._forms else "calibrated"
         await self._analyse(
             translated("Allan deviation"),
@@ -321,6 +334,7 @@ class LogScreen:
 
     def _show_figures(self) -> None:
         """Shows the lowest and highest values of one unit in the visible range."""
+        speak(self._language)
         window = self._window
         lines = {line.series: line for line in self._plan().lines}
         self._visible.clear()
@@ -351,6 +365,7 @@ class LogScreen:
 
     def _look(self) -> None:
         """Shows what was found since the last look."""
+        speak(self._language)
         viewing = self._viewing
         reading = any(unit.stage in ("waiting", "reading") for unit in viewing.units)
         if viewing.version == self._version and not reading:
@@ -405,6 +420,7 @@ class LogScreen:
 
     def _show_residuals(self, unit: ViewedUnit) -> None:
         assert unit.result is not None
+        speak(self._language)
         title = translated("Residuals of {name}", name=unit.result.name)
         subtitle = translated("measured less modelled, with 1-sigma of what was measured")
         with self._analyses:
