@@ -31,6 +31,7 @@ HOW_TOS = (
     "compare",
     "read-logs",
     "convert",
+    "view",
     "python",
     "simulate",
     "tables",

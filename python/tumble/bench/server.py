@@ -100,6 +100,7 @@ def _application(bench: Bench) -> FastAPI:
         return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
 
     core.app.config.socket_io_js_transports = ["websocket"]
+    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.sio.eio.max_http_buffer_size = LARGEST_MESSAGE
     ui.run_with(
         application,

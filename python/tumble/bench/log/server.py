@@ -42,6 +42,8 @@ class PageServer:
         for router in routers:
             pages.include_router(router)
         core.app.config.socket_io_js_transports = ["websocket"]
+        # Otherwise a bar runs over the page with every range that is fetched.
+        core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
         ui.run_with(
             pages,
             root=build,
