@@ -157,7 +157,7 @@ def peers(path: Path) -> list[Content]:
     kept.read()
     ours = time.perf_counter() - began
     count = len(values["time"])
-    downsampler = MinMaxLTTBDownsampler()
+    downsampler = MinMaxLTTBDownsampler()  # type: ignore[no-untyped-call]
     every = max(count // (2 * BINS), 1)
     ways: dict[str, tuple[float, Callable[[], Any]]] = {
         "tumble view, without the browser": (ours, lambda: kept.lines(0.0, kept.duration, BINS)),
@@ -207,7 +207,7 @@ def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int)
     if "matplotlib" in way:
         return None
     if "tsdownsample" in way:
-        at = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)
+        at = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)  # type: ignore[no-untyped-call]
     elif "nth" in way:
         at = np.arange(0, len(wanted), every)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -137,7 +138,7 @@ class RecordingScreen:
 
             ui.label(name).classes("tumble-soft")
             for key, text in options.items():
-                buttons[key] = self._button(text, lambda key=key: choose(key))
+                buttons[key] = self._button(text, partial(choose, key))
                 buttons[key].props["aria-pressed"] = "true" if key == value else "false"
 
     def _button(self, text: str, act: Callable[[], Any], hint: str = "") -> ui.button:
@@ -266,7 +267,7 @@ class RecordingScreen:
                     ui.label(f"{section[0]:.3f} to {section[1]:.3f} s")
                     self._button(
                         translated("Remove"),
-                        lambda section=section: self._remove(section),
+                        partial(self._remove, section),
                         translated("Remove section from {start} s", start=f"{section[0]:.3f}"),
                     )
 
@@ -322,7 +323,7 @@ class RecordingScreen:
                 for kind in ("png", "svg"):
                     self._button(
                         kind.upper(),
-                        lambda kind=kind: chart.command("picture", kind),
+                        partial(chart.command, "picture", kind),
                         translated("Save {title} as {kind}", title=title, kind=kind.upper()),
                     )
                 if closes:
@@ -375,7 +376,7 @@ class RecordingScreen:
         if planned != self._planned:
             self._planned = planned
             self._replan()
-        self._chart.mark(self._unit.marks, viewing.duration)
+        self._chart.show_marks(self._unit.marks, viewing.duration)
         self._report(self._progress())
         self._facts.clear()
         with self._facts:

@@ -39,7 +39,7 @@ class GrowingColumn:
     def append(self, values: FloatArray) -> None:
         """Appends (n,) values; raises `LogError` where the disk is full."""
         try:
-            self._file.write(memoryview(np.ascontiguousarray(values)).cast("B"))
+            self._file.write(np.ascontiguousarray(values).data)
         except OSError as error:
             raise LogError(
                 f"{tempfile.gettempdir()}: holds the samples while they are shown, and cannot: "
