@@ -97,7 +97,7 @@ def in_browser(path: Path, zooms: int) -> Content:
         first = time.perf_counter()
         duration = (path_samples(path) - 1) / RATE
         page.wait_for_function(
-            "end => Number(document.querySelector('.tumble-plot').dataset.drawn.split(' ')[1]) > end",
+            "end => Number(document.querySelector('.tumble-plot')?.dataset.drawn?.split(' ')[1]) > end",
             arg=duration - 1e-3,
             polling=5,
         )
