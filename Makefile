@@ -13,7 +13,7 @@ RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -22,6 +22,9 @@ build: $(VENV)/.native  ## Build the native module and install the package into 
 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/tumble demo -o out/demo
+
+demo-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
+	@$(BIN)/tumble bench --simulated --folder out/bench
 
 demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
 	@$(BIN)/python examples/06_live_bench.py

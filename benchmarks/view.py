@@ -207,7 +207,8 @@ def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int)
     if "matplotlib" in way:
         return None
     if "tsdownsample" in way:
-        at = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)  # type: ignore[no-untyped-call]
+        found = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)  # type: ignore[no-untyped-call]
+        at = found.astype(np.int64)
     elif "nth" in way:
         at = np.arange(0, len(wanted), every)
     else:

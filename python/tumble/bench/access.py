@@ -73,13 +73,13 @@ class Access:
         return self._browsers.get(key)
 
     def beat(self, key: str) -> None:
-        """Notes a sign of life; the first browser that may operate holds the bench from then on."""
+        """Notes a sign of life; the first browser that may operate holds a bench that nobody holds."""
         browser = self._browsers.get(key)
         if browser is None:
             return
         browser.seen = self._clock()
         with self._lock:
-            if browser.rank == "operator" and not self._operator:
+            if browser.rank == "operator" and self.silent > HOLDS_FOR:
                 self._operator = key
 
     def operates(self, key: str) -> bool:

@@ -92,7 +92,8 @@ class Bench:
     def choose(self, word: str) -> None:
         """Prepares a kind of run; units take its roles."""
         if word != self.choice.word:
-            self.choice.word, self.choice.options = word, {}
+            self.choice.word = word
+            self.choice.options = {} if self.simulated is None else self.simulated.answers(word)
         kind = self.kind
         self.sources.choose(word, tuple((role.name, role.most) for role in kind.roles))
         if kind.takes_table and self.simulated is not None and not self.choice.table.address:
@@ -149,10 +150,23 @@ class Bench:
             raise
         self.offered = None
 
-    def resume(self, armed: bool = False) -> None:
-        """Goes on with the paused run, or with that which is offered; raises `TumbleError`."""
-        folder = self.engine.folder if self.engine.state in ("paused", "error") else self.offered
-        if folder is None:
+    def adopt_offer(self) -> None:
+        """Takes the offered run as paused."""
+        offered, self.offered = self.offered, None
+        if offered is not None:
+            self.sources.watch(False)
+            self.engine.adopt(offered)
+
+    @property
+    def resumes_by_table(self) -> bool:
+        """Returns whether a table turns the units of the paused run."""
+        folder = self.engine.folder
+        return folder is not None and folder.order.table is not None
+
+    def resume(self, *, armed: bool = False) -> None:
+        """Goes on with the paused run; a table has to be `armed` anew. Raises `TumbleError`."""
+        folder = self.engine.folder
+        if folder is None or self.engine.state not in ("paused", "error"):
             raise TumbleError("there is no run that could go on")
         table = folder.order.table
         order = replace(
@@ -162,7 +176,6 @@ class Bench:
             table=None if table is None else replace(table, armed=armed),
         )
         self.sources.watch(False)
-        self.offered = None
         self.engine.begin(folder, order)
 
     def repeat(self) -> None:

@@ -98,10 +98,8 @@ class Engine:
         """Stops recording and the table, and calibrates what there is."""
         with self._lock:
             if self.state == "paused":
-                run = self._run
-                assert run is not None, "a paused run is there"
                 self.state = "calibrating"
-                self._thread = threading.Thread(target=self._calibrate, args=(run,), name="run", daemon=True)
+                self._thread = threading.Thread(target=self._finish_paused, name="run", daemon=True)
                 self._thread.start()
                 return
         self._end("finish")
@@ -110,6 +108,15 @@ class Engine:
         """Does one of the actions of the newest view."""
         if self.state == "running" and self._run is not None:
             self._run.act(action, subject)
+
+    def adopt(self, folder: RunFolder) -> None:
+        """Takes a run as paused that was recorded before, by a server that is gone."""
+        with self._lock:
+            if self.is_busy:
+                raise TumbleError("a run is under way; stop it first")
+            self.folder, self._run, self.view, self.outcome = folder, None, None, None
+            self.trouble, self.state = message("It was interrupted; what was recorded is whole."), "paused"
+        self._on_change()
 
     def show(self, folder: RunFolder) -> None:
         """Shows the outcome of a run that was finished before."""
@@ -163,6 +170,15 @@ class Engine:
             if self._is_to_end:
                 run.stop()
         return run
+
+    def _finish_paused(self) -> None:
+        """Calibrates what a paused run has recorded; no table is needed for that."""
+        run, folder = self._run, self.folder
+        assert folder is not None, "a paused run has a folder"
+        if run is None:
+            run = self._prepared(replace(folder, order=replace(folder.order, table=None, resume=True)))
+        if run is not None:
+            self._calibrate(run)
 
     def _work(self, folder: RunFolder) -> None:
         run, is_done = self._prepared(folder), False

@@ -99,6 +99,7 @@ def _application(bench: Bench) -> FastAPI:
         """Returns a certificate."""
         return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
 
+    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.app.config.socket_io_js_transports = ["websocket"]
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.sio.eio.max_http_buffer_size = LARGEST_MESSAGE
@@ -107,6 +108,7 @@ def _application(bench: Bench) -> FastAPI:
         root=partial(show_page, bench),
         title="Tumble",
         dark=None,
+        language="en-US",
         tailwind=False,
         reconnect_timeout=5.0,
         show_welcome_message=False,

@@ -13,9 +13,11 @@ import numpy as np
 
 from tumble.bench.sources import BenchSource
 from tumble.tools.demo.scene import write_limits
+from tumble.tools.guided.field import FieldValue
 from tumble.tools.guided.view import RunView
 from tumble.tools.simulate import LiveSimulation
 from tumble.tools.simulate.grade import Grade
+from tumble.tools.simulate.live.files import write_set
 from tumble.tools.simulate.live.ports import free_port
 from tumble.tools.simulate.live.scenario import LiveScenario
 
@@ -27,6 +29,8 @@ GRADES = ("reference", "consumer", "industrial", "tactical", "faulty", "industri
 REST = 40.0
 """s for which a robot stands still before it turns."""
 SEED = 7
+SET, SET_FILE = "redundancy", "set.yaml"
+"""Word of the runs that watch the set, and the file with the mounting of its units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +61,7 @@ class SimulatedBench:
             _Part(replace(shared, grades=tuple(map(_grade, GRADES)))),
             _Part(replace(shared, motion="hand", told=True, rest_seconds=3.0), "multipose", "hand_"),
             _Part(replace(shared, motion="spin", rest_seconds=REST), "spin", "robot_"),
-            _Part(replace(shared, motion="flight"), "redundancy"),
+            _Part(replace(shared, motion="flight"), SET),
         )
         # A motion that begins anew does so on the same ports.
         self._parts = tuple(
@@ -78,6 +82,8 @@ class SimulatedBench:
             self._running[part] = simulation = LiveSimulation(part.scenario, self._folder).__enter__()
             self._stack.callback(self._leave, part)
             self.table = self.table or simulation.table_address or ""
+            if part.kind == SET:
+                write_set(simulation, self._folder / SET_FILE)
         self.sources = tuple(self._found())
         thread = threading.Thread(target=self._keep_going, name="simulated bench", daemon=True)
         thread.start()
@@ -97,6 +103,11 @@ class SimulatedBench:
             if part.kind == word and simulation.hand is not None and wanted not in (None, self._asked):
                 self._asked = wanted
                 simulation.hand.go_to(np.array(wanted))
+
+    @staticmethod
+    def answers(word: str) -> dict[str, FieldValue]:
+        """Returns the answers that suit the simulated units, for a kind of run."""
+        return {"settings": SET_FILE} if word == SET else {}
 
     def _found(self) -> Iterator[BenchSource]:
         for part, simulation in self._running.items():

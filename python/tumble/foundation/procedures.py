@@ -86,6 +86,7 @@ PROCEDURES = (
         simulated="spin",
         takes_one_log=True,
         typed="{0}/spin.csv",
+        guided=True,
     ),
     Procedure(
         "redundancy",
@@ -97,6 +98,7 @@ PROCEDURES = (
         simulated="flight",
         typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv "
         "--settings {0}/units.yaml",
+        guided=True,
     ),
     Procedure(
         "multipose",
@@ -107,6 +109,7 @@ PROCEDURES = (
         simulated="multipose",
         takes_one_log=True,
         typed="{0}/multipose.csv",
+        guided=True,
     ),
     Procedure(
         "noise",
@@ -117,6 +120,7 @@ PROCEDURES = (
         simulated="static",
         takes_one_log=True,
         typed="{0}/static.csv",
+        guided=True,
     ),
     Procedure(
         "thermal",

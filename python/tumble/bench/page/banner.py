@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, set_class
+from tumble.bench.parts.elements import Label, block, button, set_class
 
 
 class Banner:
@@ -14,13 +14,13 @@ class Banner:
         access = page.bench.access
         self._asked = block("banner")
         with self._asked:
-            self._asker = Text("", "banner-text")
+            self._asker = Label("", "banner-text")
             button(page.words("Hand over"), lambda: access.hand_over(page.browser.key), "small")
             button(page.words("Keep"), lambda: access.keep(page.browser.key), "small quiet")
         self._offered = block("banner")
         with self._offered:
-            self._offer = Text("", "banner-text")
-            button(page.words("Go on"), page.guarded(page.bench.resume), "small")
+            self._offer = Label("", "banner-text")
+            button(page.words("Go on"), page.guarded(page.bench.adopt_offer), "small")
             button(page.words("Leave it"), page.guarded(page.bench.discard_offer), "small quiet")
 
     def update(self) -> None:

@@ -17,7 +17,7 @@ from tumble.bench.page.result import show_result
 from tumble.bench.page.run import show_run
 from tumble.bench.page.sources import show_sources
 from tumble.bench.page.units import show_units
-from tumble.bench.parts.elements import Text, block, button, link, set_attribute, set_class
+from tumble.bench.parts.elements import Label, block, button, link, set_attribute, set_class
 from tumble.foundation.message import message
 from tumble.foundation.translation import accepted_language
 
@@ -36,6 +36,7 @@ FOLLOWS = {"running": "/run", "paused": "/run", "calibrating": "/run", "error": 
 FOLLOWERS = ("/", "/run", "/result")
 HEAD = """
 <link rel="stylesheet" href="/bench/bench.css">
+<link rel="stylesheet" href="/bench/figures.css">
 <script src="/bench/bench.js" defer></script>
 """
 TONES = {"held": "held", "part done": "part done", "warning": "warning", "ended early": "failed"}
@@ -47,16 +48,11 @@ def show_page(bench: Bench) -> None:
     request = client.request
     language = accepted_language(request.headers.get("accept-language", ""))
     page = PageContext(bench, request.scope[BROWSER], language, client)
-    bench.access.beat(page.browser.key)
     ui.add_head_html(HEAD)
-    quasar_page = client.content.parent_slot
-    if quasar_page is not None:
-        # The screen is the main part, and the head of the page no part of it.
-        quasar_page.parent._props["role"] = "presentation"
-    Frame(page, request.url.path)
+    PageFrame(page, request.url.path)
 
 
-class Frame:
+class PageFrame:
     """The frame of one page."""
 
     def __init__(self, page: PageContext, path: str) -> None:
@@ -68,7 +64,7 @@ class Frame:
         self._header()
         with block("banners", role="status"):
             self._banner = Banner(page)
-        with block("screen", "main", id="screen", tabindex="-1"):
+        with block("screen", id="screen"):
             ui.sub_pages({path: partial(self._show, path, build) for path, _, build in SCREENS})
         self._stop_bar()
         self._listen()
@@ -79,12 +75,12 @@ class Frame:
         with block("head", "header"):
             with block("brand"):
                 block("brand-mark", aria_hidden="true")
-                Text("Tumble", "brand-name")
+                Label("Tumble", "brand-name")
             with block("screens", "nav", aria_label=page.words("Screens")):
                 for path, name, _ in SCREENS:
                     self._links[path] = link(page.words(name), path, "screen-link")
             with block("head-end"):
-                self._held = Text("", "holder")
+                self._held = Label("", "holder")
                 self._ask = button(page.words("Ask for the bench"), self._ask_for_it, "small")
                 button("◐", self._switch_dark, "icon", label=page.words("Light or dark"))
                 button("♪", self._mute, "icon", label=page.words("Tones on or off"))
@@ -94,7 +90,7 @@ class Frame:
         self._stop = block("stop-bar")
         with self._stop:
             button(self._page.words("Stop"), self._stop_now, "stop")
-            Text(self._page.words("or Escape"), "stop-key")
+            Label(self._page.words("or Escape"), "stop-key")
 
     def _listen(self) -> None:
         page = self._page
@@ -102,6 +98,7 @@ class Frame:
         ui.on("bench_stop", lambda _: self._stop_now())
         ui.on("bench_go", lambda _: self._go())
         ui.on("bench_scan", lambda event: self._scan(str(event.args)[:200]))
+        ui.run_javascript(f"document.documentElement.lang = '{page.language}'")
         ui.run_javascript(f"document.body.dataset.pedal = '{_letters(page.bench.settings.pedal)}'")
 
     def _show(self, path: str, build: Callable[[PageContext], Screen]) -> None:

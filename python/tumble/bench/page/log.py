@@ -6,7 +6,7 @@ from functools import partial
 
 from tumble.bench.log.recording_screen import RecordingScreen, add_style
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button
+from tumble.bench.parts.elements import Label, block, button
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.message import message
@@ -19,8 +19,8 @@ class LogScreen:
         self._page = page
         add_style()
         with block("screen-head"):
-            Text(page.words("Log"), "title", "h1")
-            Text(page.words("Recordings of the runs in {folder}.", folder=str(page.bench.folder)), "lead")
+            Label(page.words("Log"), "title", "h1")
+            Label(page.words("Recordings of the runs in {folder}.", folder=str(page.bench.folder)), "lead")
         self._choices = block("kinds", role="group", aria_label=page.words("Recording"))
         self._place = block()
         with self._choices:

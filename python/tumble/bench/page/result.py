@@ -9,7 +9,7 @@ from pathlib import Path
 from nicegui.element import Element
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, file_link, set_attribute, set_class
+from tumble.bench.parts.elements import Label, block, button, file_link, set_attribute, set_class
 from tumble.bench.run_folder import ACCEPTED
 from tumble.foundation.message import Message, message
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, RunVerdict, UnitOutcome
@@ -56,22 +56,22 @@ class ResultScreen:
         page = self._page
         page.primary = lambda: page.go("/")
         with block("screen-head"):
-            Text(page.words("No result yet"), "title", "h1")
-            Text(page.words("Results of earlier runs are on the screen Sources."), "lead")
+            Label(page.words("No result yet"), "title", "h1")
+            Label(page.words("Results of earlier runs are on the screen Sources."), "lead")
 
     def _outcome(self, outcome: RunOutcome) -> None:
         page = self._page
         fine = outcome.verdict in ("passed", "warned")
         page.primary = self._accept_and_go_on if fine else self._repeat
         with block(f"verdict {CLASSES[outcome.verdict]}", role="status"):
-            Text(SIGNS[outcome.verdict], "verdict-sign")._props["aria-hidden"] = "true"
+            Label(SIGNS[outcome.verdict], "verdict-sign")._props["aria-hidden"] = "true"
             with block("verdict-words"):
-                Text(page.text(WORDS[outcome.verdict]), "verdict-word", "h1")
-                Text(self._count(outcome), "verdict-count")
+                Label(page.text(WORDS[outcome.verdict]), "verdict-word", "h1")
+                Label(self._count(outcome), "verdict-count")
         if not outcome.complete:
-            Text(page.words("The session ended before all was shown."), "trouble")
+            Label(page.words("The session ended before all was shown."), "trouble")
         for reason in outcome.reasons[:2]:
-            Text(page.text(reason), "lead")
+            Label(page.text(reason), "lead")
         self._next(fine)
         with block("unit-tiles", role="group", aria_label=page.words("Units")):
             self._tiles = {unit.name: self._tile(unit) for unit in outcome.units}
@@ -93,7 +93,7 @@ class ResultScreen:
         with block("next"):
             accept = self._accept_and_go_on
             if engine.decision == ACCEPTED:
-                Text(page.words("✓ accepted"), "accepted")
+                Label(page.words("✓ accepted"), "accepted")
                 button(page.words("Next unit"), page.guarded(self._go_on), "primary large")
             else:
                 button(
@@ -103,18 +103,18 @@ class ResultScreen:
                 )
                 button(page.words("Accept"), page.guarded(self._accept), "large quiet")
             button(page.words("Repeat"), page.guarded(self._repeat), "large" if fine else "large primary")
-            Text(page.words("Space, Enter or the pedal do what is filled."), "help")
+            Label(page.words("Space, Enter or the pedal do what is filled."), "help")
 
     def _tile(self, unit: UnitOutcome) -> Element:
         page = self._page
         element = button("", partial(self._choose, unit), f"unit-tile {CLASSES[unit.verdict]}")
         element.clear()
         with element:
-            Text(SIGNS[unit.verdict], "tile-sign", "span")._props["aria-hidden"] = "true"
+            Label(SIGNS[unit.verdict], "tile-sign", "span")._props["aria-hidden"] = "true"
             with block("", "span"):
-                Text(unit.name, "unit-name", "span")
-                Text(unit.serial, "unit-serial", "span")
-            Text(page.text(WORDS[unit.verdict]), "tile-word", "span")
+                Label(unit.name, "unit-name", "span")
+                Label(unit.serial, "unit-serial", "span")
+            Label(page.text(WORDS[unit.verdict]), "tile-word", "span")
         return element
 
     def _choose(self, unit: UnitOutcome) -> None:
@@ -123,9 +123,9 @@ class ResultScreen:
             set_attribute(tile, "aria-pressed", "true" if name == unit.name else "false")
         self._why.clear()
         with self._why:
-            Text(page.words("{name}: {word}", name=unit.name, word=unit.word), "section", "h2")
+            Label(page.words("{name}: {word}", name=unit.name, word=unit.word), "section", "h2")
             for reason in unit.reasons[:6]:
-                Text(page.text(reason), "reason")
+                Label(page.text(reason), "reason")
             if unit.furthest:
                 self._furthest(unit.furthest)
             with block("file-links"):
@@ -138,20 +138,20 @@ class ResultScreen:
 
     def _furthest(self, parameters: tuple[FurthestParameter, ...]) -> None:
         page = self._page
-        Text(page.words("Furthest out"), "subsection", "h3")
+        Label(page.words("Furthest out"), "subsection", "h3")
         with block("figures-table", "table"):
             with block("", "thead"), block("", "tr"):
                 for head in ("Parameter", "Value", "1-sigma", "Limit"):
-                    Text(page.words(head), tag="th")._props["scope"] = "col"
+                    Label(page.words(head), tag="th")._props["scope"] = "col"
             with block("", "tbody"):
                 for each in parameters:
                     row = block("", "tr")
                     set_class(row, "out", not each.within)
                     with row:
-                        Text(f"{'' if each.within else '✕ '}{each.name}", tag="th")._props["scope"] = "row"
-                        Text(_figure(each.value, each.unit), tag="td")
-                        Text(_figure(each.sigma, ""), tag="td")
-                        Text("" if each.limit is None else f"{each.limit:g}", tag="td")
+                        Label(f"{'' if each.within else '✕ '}{each.name}", tag="th")._props["scope"] = "row"
+                        Label(_figure(each.value, each.unit), tag="td")
+                        Label(_figure(each.sigma, ""), tag="td")
+                        Label("" if each.limit is None else f"{each.limit:g}", tag="td")
 
     def _files(self, outcome: RunOutcome) -> None:
         page = self._page
@@ -182,7 +182,7 @@ class ResultScreen:
 
 
 def _figure(value: float, unit: str) -> str:
-    return "–" if math.isnan(value) else f"{value:.4g} {unit if unit != '1' else ''}".strip()
+    return "-" if math.isnan(value) else f"{value:.4g} {unit if unit != '1' else ''}".strip()
 
 
 def show_result(page: PageContext) -> ResultScreen:

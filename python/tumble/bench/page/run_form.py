@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, set_attribute
+from tumble.bench.parts.elements import Label, block, button, set_attribute
 from tumble.bench.parts.fields import choice_field, flag_field, number_field, text_field
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.numbers import number_of
@@ -22,9 +22,9 @@ class RunForm:
         page.scan = self._scan
         kind = page.bench.kind
         with block("screen-head"):
-            Text(page.text(kind.title), "title", "h1")
-            Text(page.text(kind.summary), "lead")
-        self._trouble = Text("", "trouble")
+            Label(page.text(kind.title), "title", "h1")
+            Label(page.text(kind.summary), "lead")
+        self._trouble = Label("", "trouble")
         with block("two-columns"):
             with block("side"):
                 self._units = block("panel")
@@ -35,7 +35,7 @@ class RunForm:
                 self._questions()
         with block("start-bar"):
             button(page.words("Start"), page.guarded(page.bench.start), "primary large")
-            Text(page.words("or space, Enter, the pedal"), "help")
+            Label(page.words("or space, Enter, the pedal"), "help")
 
     def update(self) -> None:
         """Shows the units as they are now, and why the last order could not be carried out."""
@@ -48,24 +48,24 @@ class RunForm:
 
     def _list_units(self) -> None:
         page = self._page
-        Text(page.words("Units"), "section", "h2")
+        Label(page.words("Units"), "section", "h2")
         labels = {role.name: page.text(role.label) for role in page.bench.kind.roles}
         for source in page.bench.sources.of_kind():
             if source.role:
                 with block("unit-line"):
-                    Text(source.name, "unit-name")
-                    Text(labels.get(source.role, source.role), "unit-role")
-                    Text(
+                    Label(source.name, "unit-name")
+                    Label(labels.get(source.role, source.role), "unit-role")
+                    Label(
                         source.serial or page.words("no serial; scan it"),
                         "unit-serial" if source.serial else "help",
                     )
         for missing in page.bench.missing():
-            Text(page.words("No unit is the {role} yet.", role=labels[missing]), "trouble")
+            Label(page.words("No unit is the {role} yet.", role=labels[missing]), "trouble")
 
     def _questions(self) -> None:
         page = self._page
         kind, choice = page.bench.kind, page.bench.choice
-        Text(page.words("This run"), "section", "h2")
+        Label(page.words("This run"), "section", "h2")
         for field in kind.fields:
             if not field.advanced:
                 self._question(field)
@@ -74,7 +74,7 @@ class RunForm:
         advanced = [field for field in kind.fields if field.advanced]
         if advanced:
             with block("more", "details"):
-                Text(page.words("More"), tag="summary")
+                Label(page.words("More"), tag="summary")
                 for field in advanced:
                     self._question(field)
 
@@ -115,13 +115,13 @@ class RunForm:
 
     def _table(self) -> None:
         page, table = self._page, self._page.bench.choice.table
-        Text(page.words("Rate table"), "section", "h2")
+        Label(page.words("Rate table"), "section", "h2")
         address = page.words("Such as simulated:two-axis, or empty to turn it by hand")
         text_field(page.words("Table"), table.address, partial(setattr, table, "address"), help_text=address)
         text_field(page.words("Limits of motion"), table.limits, partial(setattr, table, "limits"))
         with block("arm"):
             arm = button(page.words("Arm the table"), page.guarded(lambda: self._arm()), "arm-button")
-            Text(page.words("Armed, it moves by itself once the run starts. Keep clear of it."), "help")
+            Label(page.words("Armed, it moves by itself once the run starts. Keep clear of it."), "help")
         self._armed = arm
         self._show_armed()
 

@@ -8,9 +8,9 @@ from functools import partial
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.body import Body
 from tumble.bench.parts.checks import Checks
-from tumble.bench.parts.elements import Text, block, button, set_class
-from tumble.bench.parts.figures import Figures
-from tumble.bench.parts.goals import Goals
+from tumble.bench.parts.elements import Label, block, button, set_class
+from tumble.bench.parts.figures import FigureParts
+from tumble.bench.parts.goals import GoalBars
 from tumble.bench.parts.units import UnitLamps
 from tumble.foundation.message import message
 from tumble.tools.guided.view import RunAction, RunView
@@ -35,18 +35,19 @@ class RunPanel:
         page.primary = self._go
         with block("run"):
             with block("now"):
-                self._instruction = Text("", "instruction", "h1")
-                self._detail = Text("", "detail")
-                self._left = Text("", "left")
-            with block("run-middle"):
-                with block("stand"):
+                self._instruction = Label("", "instruction", "h1")
+                self._detail = Label("", "detail")
+                self._left = Label("", "left")
+            with block("run-middle") as self._middle:
+                with block("stand") as self._stand:
                     self._body = Body().classes("body")
-                    self._off = Text("", "off")
-                self._checks = Checks(page)
-            self._figures = Figures(page)
+                    self._off = Label("", "off")
+                with block("run-side"):
+                    self._checks = Checks(page)
+                    self._figures = FigureParts(page)
             with block("run-foot"):
                 self._lamps = UnitLamps(page)
-                self._goals = Goals(page)
+                self._goals = GoalBars(page)
             self._warnings = block("warnings", role="log", aria_label=page.words("Warnings"))
             self._buttons = block("run-buttons")
         # A picture says nothing to those who listen; the words beside it do.
@@ -85,7 +86,8 @@ class RunPanel:
     def _draw(self, view: RunView) -> None:
         page = self._page
         body = view.bodies[0] if view.bodies else None
-        set_class(self._body, "hidden", body is None)
+        set_class(self._stand, "hidden", body is None)
+        set_class(self._middle, "without-body", body is None)
         if body is not None:
             self._body.show(body)
             far = "" if math.isnan(body.off) else page.words("{angle}° off", angle=f"{body.off:.0f}")
@@ -102,8 +104,8 @@ class RunPanel:
         with self._warnings:
             for note in told[-SHOWN_WARNINGS:]:
                 with block("warning"):
-                    Text("▲", "warning-sign")._props["aria-hidden"] = "true"
-                    Text(page.text(note.text))
+                    Label("▲", "warning-sign")._props["aria-hidden"] = "true"
+                    Label(page.text(note.text))
 
     def _fill_buttons(self, view: RunView | None) -> None:
         page, engine = self._page, self._page.bench.engine
@@ -116,7 +118,11 @@ class RunPanel:
                 for action in self._actions:
                     self._offer(action)
             elif engine.state in ("paused", "error"):
-                button(page.words("Go on"), page.guarded(self._resume), "primary large")
+                if page.bench.resumes_by_table:
+                    again = page.guarded(partial(page.bench.resume, armed=True))
+                    button(page.words("Arm the table and go on"), again, "arm-button large")
+                else:
+                    button(page.words("Go on"), page.guarded(page.bench.resume), "primary large")
                 if engine.state == "paused":
                     button(page.words("Calibrate what there is"), page.guarded(engine.finish), "large")
                 button(page.words("Leave the run"), page.guarded(engine.leave), "quiet large")
@@ -128,22 +134,15 @@ class RunPanel:
             button(label, page.guarded(partial(engine.act, action.name)), "large")
             return
         with block("redo", "details"):
-            Text(label, tag="summary")
+            Label(label, tag="summary")
             with block("redo-list"):
                 for subject in action.subjects:
                     button(subject, page.guarded(partial(engine.act, action.name, subject)), "small")
 
     def _go(self) -> None:
-        """Pauses a run that goes on, and goes on with one that is paused."""
-        engine = self._page.bench.engine
-        if engine.state == "running":
-            engine.pause()
-        elif engine.state in ("paused", "error"):
-            self._resume()
-
-    def _resume(self) -> None:
-        """Goes on; the table has to be armed once more by whoever goes on with it."""
+        """Pauses a run that goes on, and goes on with one that is paused; no key arms a table."""
         bench = self._page.bench
-        folder = bench.engine.folder
-        by_table = folder is not None and folder.order.table is not None
-        bench.resume(armed=by_table)
+        if bench.engine.state == "running":
+            bench.engine.pause()
+        elif bench.engine.state in ("paused", "error") and not bench.resumes_by_table:
+            bench.resume()

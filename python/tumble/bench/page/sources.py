@@ -10,7 +10,7 @@ from functools import partial
 from nicegui.element import Element
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, set_attribute
+from tumble.bench.parts.elements import Label, block, button, set_attribute
 from tumble.bench.parts.fields import choice_field, text_field
 from tumble.bench.parts.lamp import CONDITIONS, Lamp
 from tumble.bench.sources import BenchSource, found_lines
@@ -27,13 +27,13 @@ class SourcesScreen:
         page.primary = lambda: page.go("/run")
         page.scan = self._scan
         with block("screen-head"):
-            Text(page.words("Sources"), "title", "h1")
-            Text(page.words("Choose a run, and give each unit its role and serial."), "lead")
+            Label(page.words("Sources"), "title", "h1")
+            Label(page.words("Choose a run, and give each unit its role and serial."), "lead")
         with block("kinds", role="group", aria_label=page.words("Kind of run")):
             self._kinds = {kind.word: self._kind(kind.word) for kind in page.bench.kinds}
         self._list = block("sources")
         with block("below-list"):
-            self._empty = Text("", "lead")
+            self._empty = Label("", "lead")
             button(page.words("Continue"), page.guarded(page.primary), "primary")
         with block("panel"):
             self._add_form()
@@ -54,7 +54,7 @@ class SourcesScreen:
         kind = next(each for each in page.bench.kinds if each.word == word)
         element = button(page.text(kind.title), page.guarded(partial(page.bench.choose, word)), "kind")
         with element:
-            Text(page.text(kind.summary), "kind-summary")
+            Label(page.text(kind.summary), "kind-summary")
         return element
 
     def _fill(self) -> None:
@@ -89,7 +89,7 @@ class SourcesScreen:
             name.show("")
             address.show("")
 
-        Text(page.words("Add a source"), "section", "h2")
+        Label(page.words("Add a source"), "section", "h2")
         with block("form-row"):
             name = text_field(page.words("Name"), "", partial(typed.__setitem__, "name"))
             address = text_field(
@@ -107,12 +107,12 @@ class SourcesScreen:
             lines = found_lines()
             with self._found:
                 if not lines:
-                    Text(page.words("No serial port and no IIO sensor is plugged in."), "lead")
+                    Label(page.words("No serial port and no IIO sensor is plugged in."), "lead")
                 for line in lines:
                     with block("found-line"):
-                        Text(line.address, "mono")
+                        Label(line.address, "mono")
                         if line.trouble:
-                            Text(page.text(message(line.trouble)), "help")
+                            Label(page.text(message(line.trouble)), "help")
                         else:
                             button(page.words("Use"), partial(use, line.address), "small")
 
@@ -124,13 +124,13 @@ class SourcesScreen:
 
     def _earlier_runs(self) -> None:
         page = self._page
-        Text(page.words("Earlier runs"), "section", "h2")
+        Label(page.words("Earlier runs"), "section", "h2")
         runs = page.bench.earlier()[:8]
         if not runs:
-            Text(page.words("None in {folder}.", folder=str(page.bench.folder)), "lead")
+            Label(page.words("None in {folder}.", folder=str(page.bench.folder)), "lead")
         for run in runs:
             with block("earlier"):
-                Text(run.path.name, "mono")
+                Label(run.path.name, "mono")
                 if run.is_finished:
                     button(
                         page.words("Show result"),
@@ -138,7 +138,7 @@ class SourcesScreen:
                         "small quiet",
                     )
                 elif run.has_recording:
-                    Text(page.words("not finished"), "help")
+                    Label(page.words("not finished"), "help")
 
 
 class _Row:
@@ -150,12 +150,12 @@ class _Row:
             with block("source-state"):
                 self._lamp = Lamp()
             with block("source-name"):
-                Text(source.name, "unit-name")
-                Text(source.address, "address mono")
+                Label(source.name, "unit-name")
+                Label(source.address, "address mono")
             with block("source-figures"):
-                self._condition = Text("", "condition")
-                self._rate = Text("", "rate")
-                self._remark = Text("", "help")
+                self._condition = Label("", "condition")
+                self._rate = Label("", "rate")
+                self._remark = Label("", "help")
             roles = [("", page.words("takes no part"))]
             roles += [(role.name, page.text(role.label)) for role in page.bench.kind.roles]
             choice_field(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, button, file_link
+from tumble.bench.parts.elements import Label, block, button, file_link
 from tumble.bench.parts.fields import choice_field, text_field
 from tumble.bench.registry_view import DueState, RegisteredUnit, RegistryView
 from tumble.foundation.errors import TumbleError
@@ -31,8 +31,8 @@ class UnitsScreen:
         self._registry: RegistryView | None = None
         page.scan = self._find
         with block("screen-head"):
-            Text(page.words("Units"), "title", "h1")
-            self._lead = Text("", "lead")
+            Label(page.words("Units"), "title", "h1")
+            self._lead = Label("", "lead")
         try:
             self._registry = page.bench.registry()
         except TumbleError as error:
@@ -84,47 +84,47 @@ class UnitsScreen:
         element = button("", partial(self._open, unit), "unit-row")
         element.clear()
         with element:
-            Text(_SIGNS[unit.state], f"lamp {unit.state.replace(' ', '-')}", "span")._props["aria-hidden"] = (
-                "true"
-            )
-            Text(unit.serial or unit.name, "unit-name", "span")
-            Text(" ".join(filter(None, (unit.model, unit.lot))), "unit-model", "span")
+            Label(_SIGNS[unit.state], f"lamp {unit.state.replace(' ', '-')}", "span")._props[
+                "aria-hidden"
+            ] = "true"
+            Label(unit.serial or unit.name, "unit-name", "span")
+            Label(" ".join(filter(None, (unit.model, unit.lot))), "unit-model", "span")
             due = page.words("due {date}", date=unit.due) if unit.due else page.text(STATES["unknown"])
-            Text(due, "unit-due", "span")
+            Label(due, "unit-due", "span")
 
     def _open(self, unit: RegisteredUnit) -> None:
         page = self._page
         assert self._registry is not None, "a unit is of a registry"
         self._detail.clear()
         with self._detail, block("panel"):
-            Text(unit.serial or unit.name, "section", "h2")
+            Label(unit.serial or unit.name, "section", "h2")
             try:
                 results = self._registry.results(unit)
                 certificates = self._registry.certificates(unit)
             except TumbleError as error:
-                Text(page.text(message(str(error))), "trouble")
+                Label(page.text(message(str(error))), "trouble")
                 return
             with block("file-links"):
                 file_link(page.words("History"), f"/history/{unit.unit}", "file-link")
-            Text(page.words("Results"), "subsection", "h3")
+            Label(page.words("Results"), "subsection", "h3")
             for result in results:
                 with block("unit-line"):
-                    Text(str(result["date"])[:10])
-                    Text(str(result["procedure"]))
-                    Text(str(result["verdict"]))
+                    Label(str(result["date"])[:10])
+                    Label(str(result["procedure"]))
+                    Label(str(result["verdict"]))
                     act = page.guarded(partial(self._issue, unit, str(result["calibration"])))
                     button(page.words("Issue certificate"), act, "small quiet")
-            Text(page.words("Certificates"), "subsection", "h3")
+            Label(page.words("Certificates"), "subsection", "h3")
             if not certificates:
-                Text(page.words("none"), "help")
+                Label(page.words("none"), "help")
             for each in certificates:
                 self._certificate(unit, str(each["number"]), str(each["state"]))
 
     def _certificate(self, unit: RegisteredUnit, number: str, state: str) -> None:
         page = self._page
         with block("unit-line"):
-            Text(number, "mono")
-            Text(page.words(state))
+            Label(number, "mono")
+            Label(page.words(state))
             file_link(page.words("PDF"), f"/certificates/{number}.pdf", "file-link")
             if state == "issued":
                 reason = {"why": ""}

@@ -24,6 +24,7 @@ function label(text, colour) {
   pen.textBaseline = "middle";
   pen.fillText(text, 48, 52);
   const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = THREE.SRGBColorSpace;
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: false }));
   sprite.scale.setScalar(0.34);
   return sprite;
@@ -43,6 +44,12 @@ function unit() {
   return group;
 }
 
+// Rotation of a case on a floor whose z points up, as the scene has it, whose y does.
+function fromFloor([w, x, y, z]) {
+  const floor = new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2);
+  return floor.multiply(new THREE.Quaternion(x, y, z, w));
+}
+
 function outline() {
   const box = new THREE.BoxGeometry(SIZE.x * 1.06, SIZE.y * 1.06, SIZE.z * 1.12);
   const edges = new THREE.EdgesGeometry(box);
@@ -53,7 +60,7 @@ function outline() {
 
 export default {
   template: `<div class="body-view"><canvas aria-hidden="true"></canvas></div>`,
-  props: { now: Array, wanted: Array },
+  props: { now: Array, wanted: Array, attitude: Array },
   mounted() {
     const canvas = this.$el.firstElementChild;
     try {
@@ -63,7 +70,7 @@ export default {
     }
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.1, 50);
-    this.camera.position.set(3.6, 2.5, 4.6);
+    this.camera.position.set(4.2, 2.9, 5.4);
     this.camera.lookAt(0, 0, 0);
     this.scene.add(new THREE.AmbientLight("#ffffff", 2.2));
     const lamp = new THREE.DirectionalLight("#ffffff", 1.8);
@@ -91,6 +98,9 @@ export default {
     wanted() {
       this.aim();
     },
+    attitude() {
+      this.aim();
+    },
   },
   methods: {
     resize() {
@@ -109,7 +119,8 @@ export default {
     },
     aim() {
       if (!this.renderer) return;
-      if (this.now) this.goal = this.turned(this.goal, this.now);
+      if (this.attitude) this.goal = fromFloor(this.attitude);
+      else if (this.now) this.goal = this.turned(this.goal, this.now);
       this.outline.visible = Boolean(this.wanted);
       if (this.wanted) this.outlineGoal = this.turned(this.goal, this.wanted);
       this.wake();

@@ -14,7 +14,8 @@ class Body(Element, component="body.js"):
 
     def show(self, view: BodyView) -> None:
         """Shows a view."""
-        for name, direction in (("now", view.up_now), ("wanted", view.up_wanted)):
-            shown = None if direction is None else [round(each, 4) for each in direction]
+        shown_ones = (("now", view.up_now), ("wanted", view.up_wanted), ("attitude", view.turned_now))
+        for name, numbers in shown_ones:
+            shown = None if numbers is None else [round(each, 4) for each in numbers]
             if self._props.get(name) != shown:
                 self._props[name] = shown

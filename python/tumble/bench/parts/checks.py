@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, set_attribute, set_class
+from tumble.bench.parts.elements import Label, block, set_attribute, set_class
 from tumble.tools.guided.view import CheckGroup, CheckItem
 
 LONG_NAME = 12
@@ -33,7 +33,7 @@ class Checks:
         self._tiles = []
         with self._box:
             for group in groups:
-                Text(self._page.text(group.title), "section", "h2")
+                Label(self._page.text(group.title), "section", "h2")
                 with block("tiles", role="list"):
                     self._tiles += [_Tile(self._page, item.name) for item in group.items]
 
@@ -47,12 +47,12 @@ class _Tile:
         self._box = block("tile", role="listitem")
         with self._box:
             with block("tile-head"):
-                self._sign = Text("○", "tile-sign")
-                Text(name, "tile-name long" if len(name) > LONG_NAME else "tile-name")
+                self._sign = Label("○", "tile-sign")
+                Label(page.words(name), "tile-name long" if len(name) > LONG_NAME else "tile-name")
             with block("bar"):
                 self._bar = block("bar-fill")
-            self._detail = Text("", "tile-detail")
-            self._units = Text("", "tile-units")
+            self._detail = Label("", "tile-detail")
+            self._units = Label("", "tile-units")
 
     def show(self, item: CheckItem) -> None:
         """Shows it as it stands."""

@@ -20,7 +20,7 @@ def block(classes: str = "", tag: str = "div", **attributes: str) -> Element:
     return element
 
 
-class Text(Element):
+class Label(Element):
     """A text that may change."""
 
     def __init__(self, text: str = "", classes: str = "", tag: str = "div") -> None:
@@ -43,7 +43,7 @@ def button(text: str, act: Act, classes: str = "", *, label: str = "") -> Elemen
     if label:
         element._props["aria-label"] = label
     with element:
-        Text(text, tag="span")
+        Label(text, tag="span")
     element.on("click", lambda _: act(), [])
     return element
 
@@ -53,7 +53,7 @@ def link(text: str, target: str, classes: str = "") -> Element:
     element = Element("a").classes(classes)
     element._props["href"] = target
     with element:
-        Text(text, tag="span")
+        Label(text, tag="span")
     element.on(
         "click", lambda _: ui.navigate.to(target), [], js_handler="(e) => { e.preventDefault(); emit(); }"
     )
@@ -65,7 +65,7 @@ def file_link(text: str, target: str, classes: str = "") -> Element:
     element = Element("a").classes(classes)
     element._props |= {"href": target, "target": "_blank", "rel": "noopener"}
     with element:
-        Text(text, tag="span")
+        Label(text, tag="span")
     return element
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from tumble.bench.parts.elements import Text, block
+from tumble.bench.parts.elements import Label, block
 
 Take = Callable[[str], object]
 """Takes what was typed or chosen."""
@@ -87,14 +87,14 @@ def flag_field(label: str, value: bool, take: Callable[[bool], object], *, help_
         element._props |= {"type": "checkbox", "checked": value}
         element.on("change", lambda event: take(bool(event.args)), js_handler="(e) => emit(e.target.checked)")
         with block():
-            Text(label, tag="span")
+            Label(label, tag="span")
             if help_text:
-                Text(help_text, "help")
+                Label(help_text, "help")
     return element
 
 
 def _labelled(label: str, hidden_label: bool, make: Callable[[], Field]) -> Field:
-    name = Text(label, "visually-hidden" if hidden_label else "", tag="label")
+    name = Label(label, "visually-hidden" if hidden_label else "", tag="label")
     field = make()
     name._props["for"] = field.html_id
     return field
@@ -102,4 +102,4 @@ def _labelled(label: str, hidden_label: bool, make: Callable[[], Field]) -> Fiel
 
 def _help(field: Field, text: str) -> None:
     if text:
-        field._props["aria-describedby"] = Text(text, "help").html_id
+        field._props["aria-describedby"] = Label(text, "help").html_id

@@ -1,27 +1,45 @@
-"""Figures of a run, as far as its views have any: a part for each type of figure."""
+"""FigureParts of a run, as far as its views have any: a part for each type of figure."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from tumble.bench.page.context import PageContext
+from tumble.bench.parts.allan import AllanPart
+from tumble.bench.parts.deviations import DeviationPart
 from tumble.bench.parts.elements import block
-from tumble.tools.guided.figures import RunFigure
+from tumble.bench.parts.events import EventPart
+from tumble.bench.parts.sphere import SpherePart
+from tumble.bench.parts.states import StatePart
+from tumble.tools.guided.figures import (
+    AllanFigure,
+    DeviationFigure,
+    EventFigure,
+    RunFigure,
+    SphereFigure,
+    StateFigure,
+)
 
 
 class FigurePart(Protocol):
     """Draws one figure after another of its type."""
 
-    def show(self, figure: RunFigure) -> None:
+    def show(self, figure: Any) -> None:  # noqa: ANN401 - of its own type
         """Draws a figure."""
 
 
-FIGURE_PARTS: dict[type[object], Callable[[PageContext], FigurePart]] = {}
+FIGURE_PARTS: dict[type[object], Callable[[PageContext], FigurePart]] = {
+    SphereFigure: SpherePart,
+    AllanFigure: AllanPart,
+    DeviationFigure: DeviationPart,
+    StateFigure: StatePart,
+    EventFigure: EventPart,
+}
 """Part for each type of figure."""
 
 
-class Figures:
+class FigureParts:
     """The figures of the newest view, side by side."""
 
     def __init__(self, page: PageContext) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block, set_class
+from tumble.bench.parts.elements import Label, block, set_class
 from tumble.tools.guided.view import GoalShare
 
 
-class Goals:
+class GoalBars:
     """Bars of the goal; nothing where none is stated."""
 
     def __init__(self, page: PageContext) -> None:
@@ -33,11 +33,11 @@ class Goals:
         is_met = known and wanted is not None and goal.sigma <= wanted
         with block("goal"):
             with block("goal-head"):
-                Text("✓" if is_met else "○", "tile-sign")
-                Text(page.words(goal.name), "goal-name")
+                Label("✓" if is_met else "○", "tile-sign")
+                Label(page.words(goal.name), "goal-name")
                 sigma = f"{goal.sigma:.2g} {goal.unit}" if known else page.words("not known yet")
                 aim = "" if wanted is None else f" / {wanted:g}"
-                Text(f"σ {sigma}{aim}", "goal-figures")
+                Label(f"sigma {sigma}{aim}", "goal-figures")
             with block("bar"):
                 fill = block("bar-fill")
                 share = min(1.0, wanted / goal.sigma) if known and wanted and goal.sigma > 0.0 else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tumble.bench.parts.elements import Text, set_class
+from tumble.bench.parts.elements import Label, set_class
 from tumble.foundation.message import Message, message
 
 CONDITIONS: dict[str, Message] = {
@@ -26,7 +26,7 @@ _KINDS = {
 }
 
 
-class Lamp(Text):
+class Lamp(Label):
     """A sign in a colour."""
 
     def __init__(self) -> None:

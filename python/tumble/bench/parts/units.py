@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tumble.bench.page.context import PageContext
-from tumble.bench.parts.elements import Text, block
+from tumble.bench.parts.elements import Label, block
 from tumble.bench.parts.lamp import CONDITIONS, Lamp
 from tumble.tools.guided.view import UnitLamp
 
@@ -16,7 +16,7 @@ class UnitLamps:
     def __init__(self, page: PageContext) -> None:
         self._page = page
         self._box = block("lamps", role="list", aria_label=page.words("Units"))
-        self._rows: dict[str, tuple[Lamp, Text, Text]] = {}
+        self._rows: dict[str, tuple[Lamp, Label, Label]] = {}
 
     def show(self, lamps: tuple[UnitLamp, ...]) -> None:
         """Shows the lamps."""
@@ -36,5 +36,5 @@ class UnitLamps:
             for each in lamps:
                 with block("lamp-row", role="listitem"):
                     lamp = Lamp()
-                    Text(each.name, "unit-name")
-                    self._rows[each.name] = lamp, Text("", "condition"), Text("", "rate")
+                    Label(each.name, "unit-name")
+                    self._rows[each.name] = lamp, Label("", "condition"), Label("", "rate")

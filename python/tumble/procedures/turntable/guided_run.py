@@ -120,7 +120,7 @@ class GuidedTurntable:
 
     def act(self, action: str, subject: str = "") -> None:
         """See `GuidedRun`."""
-        if action == "redo" and self._drive is None:
+        if action == "redo" and (self._live is None or self._live.is_for_hand):
             self._wanted.append(subject)
 
     def outcome(self) -> RunOutcome:
@@ -143,8 +143,9 @@ class GuidedTurntable:
         return outcome_of(run, files, complete=live is not None and live.is_complete and live.goal_is_met)
 
     def _view(self, live: LiveTurntable, step: TurntableStep) -> RunView:
-        aimed = self._drive.aimed_up if self._drive is not None else None
-        return view_of(live, step, self._reference, by_table=self._drive is not None, aimed=aimed)
+        drive = None if live.is_for_hand else self._drive
+        aimed = drive.aimed_up if drive is not None else None
+        return view_of(live, step, self._reference, by_table=drive is not None, aimed=aimed)
 
     def _halt(self) -> None:
         drive, self._drive = self._drive, None
@@ -201,7 +202,9 @@ class GuidedTurntable:
     def _poses(self) -> PoseList | None:
         if path := self._file("poses"):
             return PoseList.load(path)
-        return poses_of(self._order.folder / SESSION_FOLDER) if self._order.resume else None
+        # The way of a table is planned anew, and is the same; its turns end where no pose of a list is.
+        is_by_hand = self._order.table is None
+        return poses_of(self._order.folder / SESSION_FOLDER) if self._order.resume and is_by_hand else None
 
     @property
     def _seconds(self) -> float:

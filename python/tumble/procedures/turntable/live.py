@@ -233,6 +233,11 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
         """The poses that are wanted."""
         return self._poses
 
+    @property
+    def is_for_hand(self) -> bool:
+        """Returns whether hands turn the table: there is no driver, or it cannot show what is left."""
+        return self._driver is None
+
     def up(self) -> FloatArray | None:
         """Returns about which direction (3,) of the reference points up; None before its first samples."""
         if not math.isfinite(self._time):

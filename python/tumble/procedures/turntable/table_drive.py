@@ -115,7 +115,8 @@ class TableDrive:
 
     def shows(self, up: FloatArray) -> bool:
         """See `Driver`."""
-        return any(angle_between(up, other) <= SAME_ANGLE for other in self._plan.ups)
+        # The ends of turns are rests too, and what lies between others may have been left out as made.
+        return any(angle_between(up, other) <= SAME_ANGLE for other in ups(self._plan.axes, self._plan.route))
 
     def _stops_of(self, route: FloatArray) -> list[Stop]:
         return [*map(Position, route), *stops_of_runs(self._all_runs)]

@@ -30,6 +30,8 @@ class AllanCurve:
 
     name: str
     """`gyroscope x`."""
+    tau: tuple[float, ...]
+    """Averaging times, s."""
     deviation: tuple[float, ...]
     """At each averaging time, in the unit of its figure."""
     sigma: tuple[float, ...] = ()
@@ -43,8 +45,6 @@ class AllanFigure:
     title: Message
     unit: str
     """Unit of the deviations: `rad/s`."""
-    tau: tuple[float, ...]
-    """Averaging times, s."""
     curves: tuple[AllanCurve, ...]
 
 
@@ -57,6 +57,8 @@ class DeviationSeries:
     """s since the run began."""
     value: tuple[float, ...]
     """In the unit of the figure."""
+    note: Message = NOTHING
+    """Words on the newest one, where it does not count any more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,4 +75,50 @@ class DeviationFigure:
     """Events: s since the run began, and the text beside them."""
 
 
-RunFigure: TypeAlias = SphereFigure | AllanFigure | DeviationFigure
+@dataclass(frozen=True, slots=True)
+class StateRow:
+    """State of one unit of a set."""
+
+    name: str
+    state: Message
+    healthy: bool | None
+    """None while that is not known."""
+    cells: tuple[Message, ...]
+    """One for each further column."""
+    exceeded: tuple[bool, ...] = ()
+    """Indicates for each cell whether it is beyond its threshold; empty where none is."""
+    is_source: bool = False
+    why: Message = NOTHING
+    """Cause and remedy of a fault."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateFigure:
+    """States of the units of a set, and the unit that its output comes from."""
+
+    title: Message
+    columns: tuple[Message, ...]
+    """Heads of the cells."""
+    rows: tuple[StateRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    """One event of a set."""
+
+    time: float
+    """s since the run began."""
+    unit: str
+    text: Message
+    is_fault: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EventFigure:
+    """Newest events, the latest first."""
+
+    title: Message
+    lines: tuple[EventLine, ...]
+
+
+RunFigure: TypeAlias = SphereFigure | AllanFigure | DeviationFigure | StateFigure | EventFigure

@@ -78,6 +78,7 @@ class UnitWatch:
     by_hand: bool = False
 
     def hear(self, chunk: LiveChunk, listened: float) -> None:
+        """Adds samples, which came at `listened` s of the set."""
         self.heard, self.is_silent = listened, False
         self.newest.append(chunk)
         while len(self.newest) > 1 and chunk.time[-1] - self.newest[0].time[-1] > REST_WINDOW:

@@ -1,4 +1,4 @@
-"""One source looked at before anything is recorded: rate, gaps, the remark on its clock, and whether it rests."""
+"""One source looked at before anything is recorded: its rate, gaps and clock, and whether it rests."""
 
 from __future__ import annotations
 
