@@ -25,7 +25,6 @@ from tsdownsample import MinMaxLTTBDownsampler
 from benchmarks.results import Content, machine, save
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.logs import Facts, open_recording, open_writer
-from tumble.tools.view.column import BLOCK
 from tumble.tools.view.samples import KeptSamples
 
 if TYPE_CHECKING:
@@ -198,9 +197,9 @@ def drawn(values: dict[str, FloatArray]) -> None:
 
 
 def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int) -> float | None:
-    """Returns the share of bins whose highest specific force along x is not shown; None where all is drawn.
+    """Returns the share of bins whose highest specific force along x is hidden; None where all is drawn.
 
-    Bins may begin a block of samples earlier or later.
+    It is hidden where nothing that is shown, in its bin and those beside it, reaches it.
     """
     wanted = values["ax"]
     edges = np.linspace(0, len(wanted), BINS + 1).astype(int)
@@ -216,9 +215,10 @@ def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int)
         at = np.searchsorted(values["time"], line.time + values["time"][0] - 1e-9)
     highest = np.maximum.reduceat(wanted, edges[:-1])
     shown = np.full(BINS, -np.inf)
-    for moved in (-BLOCK, 0, BLOCK):
-        np.maximum.at(shown, np.searchsorted(edges, at + moved, side="right").clip(1, BINS) - 1, wanted[at])
-    return float((shown < highest).mean())
+    np.maximum.at(shown, np.searchsorted(edges, at, side="right").clip(1, BINS) - 1, wanted[at])
+    beside = np.pad(shown, 1, mode="edge")
+    reached = np.max([beside[:-2], shown, beside[2:]], axis=0)
+    return float((reached < highest).mean())
 
 
 def measure(samples: int, zooms: int) -> Content:
