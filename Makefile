@@ -83,6 +83,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.readers
 	$(BIN)/python -m benchmarks.view
+	$(BIN)/python -m benchmarks.bench_page
 	$(BIN)/python -m benchmarks.live
 	$(BIN)/python -m benchmarks.live_table
 	scripts/install_test_tools.sh qemu-system-arm gcc-arm-none-eabi

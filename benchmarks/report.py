@@ -337,6 +337,27 @@ def view(content: Content) -> Iterator[str]:
     )
 
 
+def bench_page(content: Content) -> Iterator[str]:
+    """Paint, clicks, frames and load of the bench page, beside `tumble record`, and its memory."""
+    bench, peer, memory_used = content["bench"], content["record"], content["memory"]
+    yield "| | `tumble bench` | `tumble record` |"
+    yield "|---|---|---|"
+    shares = (f"{two_digits(each['processor'])} of a core" for each in (bench, peer))
+    yield _row([f"processor, {content['units']} units at {content['rate']:g} Hz", *shares])
+    yield _row(["samples lost", *(f"{each['lost']} of {each['sent']}" for each in (bench, peer))])
+    yield _row(["frames a second", f"{bench['frames']:.0f}", ""])
+    yield _row(["from the address to the first paint", f"{bench['first_paint']:.2f} s", ""])
+    yield _row(["until it takes clicks", f"{bench['ready']:.2f} s", ""])
+    for name in ("p50", "p95"):
+        yield _row([f"from a click to its effect, {name}", f"{1e3 * bench['click'][name]:.0f} ms", ""])
+    yield ""
+    yield (
+        f"Over {memory_used['hours']:g} h of stream time, at {memory_used['times_real_time']:g} times, the memory of "
+        f"the server grew to {memory_used['server_growth']:.3f} of what it was, {memory_used['server']:.0f} MiB, "
+        f"that of the tab to {memory_used['tab_growth']:.3f}, {memory_used['tab']:.0f} MiB."
+    )
+
+
 SPIN_UNITS: dict[str, tuple[float, str]] = {
     "accelerometer bias": (1e3, "mm/s²"),
     "gyroscope bias": (1e6, "µrad/s"),
@@ -1123,6 +1144,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "memory": memory,
     "readers": readers,
     "view": view,
+    "bench_page": bench_page,
     "footprint": footprint,
 }
 

@@ -61,8 +61,8 @@ SUBJECTS = (
     Subject(
         "live-and-readers",
         "Live sources and readers",
-        "delay and load of live sources, live turntables, time to read a log, and to show one",
-        ("live", "live_table", "readers", "view"),
+        "delay and load of live sources, live turntables, time to read a log, and to show one, the bench page",
+        ("live", "live_table", "readers", "view", "bench_page"),
     ),
     Subject(
         "speed",

@@ -1,4 +1,4 @@
-"""Who reaches the bench: tokens, origins, floods, markup in names, viewers, and one operator at a time."""
+"""Access to the bench: tokens, origins, floods, markup in names, viewers, and one operator at a time."""
 
 from __future__ import annotations
 

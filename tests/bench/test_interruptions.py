@@ -6,7 +6,7 @@ import json
 import random
 import time
 
-from bench_pages import QUICK, BenchProcess, chromium, opened, waited
+from bench_pages import QUICK, BenchProcess, chromium, gone_on, opened, waited
 from repetitions import SOAK
 from turntable_sessions import typed
 
@@ -24,18 +24,6 @@ def started(page):
     page.get_by_role("button", name="Arm the table").click()
     page.locator(".arm-button[aria-pressed=true]").wait_for()
     page.get_by_role("button", name="Start").click()
-
-
-def gone_on(page):
-    """Takes up whatever the page offers; True once there is a verdict."""
-    if page.locator(".verdict-word").count():
-        return True
-    for name in ("Go on", "Arm the table and go on"):
-        button = page.get_by_role("button", name=name, exact=True)
-        if button.count() and button.first.is_visible():
-            button.first.click()
-            page.wait_for_timeout(500)
-    return False
 
 
 def position_of_table(bench):

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -50,7 +50,7 @@ class BenchProcess:
         self.process.communicate()
 
     def end(self) -> str:
-        """Ends it as Ctrl-C does; returns what it said."""
+        """Ends it as Ctrl-C does; returns what it printed as errors."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
@@ -106,6 +106,19 @@ def waited(page, condition, seconds: float = 60.0):
             return found
         page.wait_for_timeout(100)
     raise AssertionError(f"not within {seconds:g} s: {page.locator('#screen').inner_text()[:500]}")
+
+
+def gone_on(page):
+    """Takes up whatever the page offers to go on with; True once there is a verdict."""
+    if page.locator(".verdict-word").count():
+        return True
+    for name in ("Go on", "Arm the table and go on"):
+        button = page.get_by_role("button", name=name, exact=True)
+        if button.count() and button.first.is_visible():
+            with suppress(Exception):  # it is gone once the run goes on
+                button.first.click(timeout=2000.0)
+            page.wait_for_timeout(1000.0)
+    return False
 
 
 def scan(page, text: str) -> None:

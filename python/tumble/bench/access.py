@@ -18,7 +18,7 @@ MOST_BROWSERS = 1000
 COOKIE = "tumble_bench"
 
 Rank: TypeAlias = Literal["operator", "viewer"]
-"""Whether a browser may hold the bench, or only look."""
+"""Right of a browser: to hold the bench, or only to look."""
 
 
 @dataclass(slots=True)

@@ -35,9 +35,9 @@ class PageContext:
         self.client = client
         self.screen: Screen | None = None
         self.primary: Act | None = None
-        """What space, Enter and the pedal do on this screen; None for nothing."""
+        """Act of space, Enter and the pedal on this screen; None for nothing."""
         self.scan: Callable[[str], object] | None = None
-        """What a scanned text does on this screen; None for what it does everywhere."""
+        """Takes a scanned text on this screen; None where a scanner does nothing."""
 
     @property
     def operates(self) -> bool:

@@ -50,7 +50,7 @@ class RunPanel:
                 self._goals = GoalBars(page)
             self._warnings = block("warnings", role="log", aria_label=page.words("Warnings"))
             self._buttons = block("run-buttons")
-        # A picture says nothing to those who listen; the words beside it do.
+        # A picture is of no use to those who listen; the words beside it are.
         self._body._props["role"] = "img"
         self._body._props["aria-label"] = page.words(
             "Reference in 3D: as it stands, and in outline as it should"

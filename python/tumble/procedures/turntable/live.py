@@ -249,7 +249,7 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
     def redo(self, pose: str) -> None:
         """Asks for a pose once more in full; between two steps, and while no table turns the units.
 
-        What was recorded there stays in the recording, and counts in the calibration.
+        The samples from there stay in the recording, and count in the calibration.
         """
         for each in self.guide.poses:
             if each.name == pose:

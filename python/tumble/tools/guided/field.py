@@ -24,7 +24,7 @@ class RunField:
     unit: str = ""
     """Unit of a number: `s`."""
     choices: tuple[tuple[str, Message], ...] = ()
-    """Of a choice: each value, and its label."""
+    """Values of a choice, each with its label."""
     least: float | None = None
     most: float | None = None
     """Bounds of a number, both allowed."""
