@@ -17,7 +17,7 @@ from tumble.bench.log.chart_options import (
     spectrum_plan,
 )
 from tumble.bench.log.inspection_panel import show_inspection
-from tumble.bench.log.procedure_panel import ProcedurePanel, ResultPages
+from tumble.bench.log.procedure_panel import OWN_COMPUTER, ProcedurePanel, ResultPages, Workplace
 from tumble.bench.log.recording_chart import RecordingChart
 from tumble.bench.log.samples_route import SamplesRoute
 from tumble.foundation.errors import TumbleError
@@ -51,8 +51,14 @@ class RecordingScreen:
     """One page that shows a viewing; several pages may show the same."""
 
     def __init__(
-        self, viewing: Viewing, samples: SamplesRoute, pages: ResultPages, language: str = ENGLISH
+        self,
+        viewing: Viewing,
+        samples: SamplesRoute,
+        pages: ResultPages,
+        language: str = ENGLISH,
+        workplace: Workplace = OWN_COMPUTER,
     ) -> None:
+        self._workplace = workplace
         self._viewing = viewing
         self._language = language
         self._route = samples
@@ -88,7 +94,7 @@ class RecordingScreen:
                 self._analyses = ui.element("div")
             with ui.element("div").classes("tumble-side"):
                 self._selection_card()
-                self._procedures = ProcedurePanel(self._viewing, self._pages, self._report)
+                self._procedures = ProcedurePanel(self._viewing, self._pages, self._report, self._workplace)
                 self._facts = ui.element("div")
         ui.context.client.on_delete(lambda: self._route.end(self._address))
         self._look()

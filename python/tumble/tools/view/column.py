@@ -1,7 +1,7 @@
 """A channel of a recording on disk, mapped into memory, with the extremes of each block of its samples.
 
 Memory does not grow with the samples themselves: they lie in an unnamed file, which the system maps. Held are
-two extremes a block, 48 bytes for every 256 samples, and one block.
+two extremes a block, 32 bytes for every 256 samples, and one block.
 """
 
 from __future__ import annotations
