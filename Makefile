@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -25,6 +25,9 @@ build: $(VENV)/.native  ## Build the native module and install the package into 
 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/tumble demo -o out/demo
+
+demo-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
+	@$(BIN)/tumble bench --simulated --folder out/bench
 
 demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
 	@$(BIN)/python examples/06_live_bench.py
@@ -82,6 +85,8 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.production
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.readers
+	$(BIN)/python -m benchmarks.view
+	$(BIN)/python -m benchmarks.bench_page
 	$(BIN)/python -m benchmarks.live
 	$(BIN)/python -m benchmarks.live_table
 	scripts/install_test_tools.sh qemu-system-arm gcc-arm-none-eabi

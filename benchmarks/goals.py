@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
+from benchmarks.bench_page import CLICK_GOAL, FRAMES_GOAL, GROWTH_GOAL, PAINT_GOAL, SHARE_GOAL
 from benchmarks.bound import TRIADS
 from benchmarks.compare import COVERAGE as COMPARE_COVERAGE
 from benchmarks.compare import FOUND, LARGE
@@ -66,6 +67,7 @@ from benchmarks.thermal_loops import COVERAGE as LOOP_COVERAGE
 from benchmarks.thermal_loops import MOST_FALSE_LAGS
 from benchmarks.tremor import COVERAGE as TREMOR_COVERAGE
 from benchmarks.truths import BIASES, DESIGN_MRAD
+from benchmarks.view import OPEN_GOAL, ZOOM_GOAL
 
 SPEED_NAMES = {
     "acquisition": "rests and turns of a recording in memory",
@@ -646,7 +648,48 @@ def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> G
     return Goal(what, f"{100 * low:g} to {100 * high:g} %", reached, outside == 0)
 
 
+def _view(content: Content) -> Iterator[Goal]:
+    browser = content["browser"]
+    size = f"{content['samples']:.0e} samples by {content['channels']} channels".replace("e+0", "e")
+    for what, wanted, reached in (
+        (f"`tumble view` of {size}: time to open", OPEN_GOAL, browser["open"]),
+        (f"`tumble view` of {size}: time to another range, p95", ZOOM_GOAL, browser["zoom"]["p95"]),
+    ):
+        yield Goal(what, f"{wanted:g} s", f"{two_digits(reached)} s", reached <= wanted)
+
+
+def _bench_page(content: Content) -> Iterator[Goal]:
+    bench, memory = content["bench"], content["memory"]
+    beyond = bench["processor"] - content["record"]["processor"]
+    growth = max(memory["server_growth"], memory["tab_growth"])
+    units = f"{content['units']} units at {content['rate']:g} Hz"
+    for what, wanted, reached, shown, holds in (
+        ("`tumble bench`: first paint", f"{PAINT_GOAL:g} s", bench["first_paint"], "s", None),
+        ("`tumble bench`: click to effect, p95", f"{CLICK_GOAL:g} s", bench["click"]["p95"], "s", None),
+        (f"`tumble bench`, {units}: cores beyond `record`", f"{SHARE_GOAL:g}", beyond, "", None),
+        (f"`tumble bench`, {units}: samples lost", "0", float(bench["lost"]), "", bench["lost"] == 0),
+        (
+            f"`tumble bench`, {units}: frames a second",
+            f"{FRAMES_GOAL:g}",
+            bench["frames"],
+            "",
+            bench["frames"] >= FRAMES_GOAL,
+        ),
+        (
+            f"`tumble bench`: growth of memory in {memory['hours']:g} h of stream time",
+            f"{GROWTH_GOAL:g}",
+            growth,
+            "",
+            None,
+        ),
+    ):
+        met = reached <= float(wanted.split()[0]) if holds is None else holds
+        yield Goal(what, wanted, f"{two_digits(reached)} {shown}".strip(), met)
+
+
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
+    "view": _view,
+    "bench_page": _bench_page,
     "accuracy": _accuracy,
     "disturbed": lambda content: chain(_disturbed(content), _bumped(content)),
     "stamps": _stamps,

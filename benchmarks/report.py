@@ -309,6 +309,53 @@ def readers(content: Content) -> Iterator[str]:
     )
 
 
+def view(content: Content) -> Iterator[str]:
+    """Time to open a long log in a browser and to zoom, and the same by other means."""
+    browser, memory_used = content["browser"], content["browser"]["memory"]
+    yield "| | time |"
+    yield "|---|---|"
+    yield _row(["from opening the address to the first picture", f"{browser['first_picture']:.2f} s"])
+    yield _row(["to the picture of the whole log", f"{browser['open']:.2f} s"])
+    yield _row(["to rests, turns and inspection", f"{browser['inspected']:.2f} s"])
+    zoom = browser["zoom"]
+    yield _row(["from a key to the picture of another range, p50", f"{1e3 * zoom['p50']:.0f} ms"])
+    yield _row(["the same, p95", f"{1e3 * zoom['p95']:.0f} ms"])
+    yield ""
+    yield "| by | reading | picture of the whole log | bins whose highest value is hidden |"
+    yield "|---|---|---|---|"
+    for row in content["peers"]:
+        lost = "none" if not row["lost"] else f"{100 * row['lost']:.0f} %"
+        yield _row([row["way"], f"{row['read']:.2f} s", f"{1e3 * row['window']:.0f} ms", lost])
+    yield ""
+    yield (
+        f"{content['samples']} samples by {content['channels']} channels in {content['megabytes']:.0f} MB of "
+        f"Parquet, {zoom['count']} zooms in Chromium, 1400 px wide. The server holds "
+        f"{memory_used['own']:.0f} MiB, and maps {memory_used['mapped']:.0f} MiB of files."
+    )
+
+
+def bench_page(content: Content) -> Iterator[str]:
+    """Paint, clicks, frames and load of the bench page, beside `tumble record`, and its memory."""
+    bench, peer, memory_used = content["bench"], content["record"], content["memory"]
+    yield "| | `tumble bench` | `tumble record` |"
+    yield "|---|---|---|"
+    shares = (f"{two_digits(each['processor'])} of a core" for each in (bench, peer))
+    yield _row([f"processor, {content['units']} units at {content['rate']:g} Hz", *shares])
+    yield _row(["samples lost", *(f"{each['lost']} of {each['sent']}" for each in (bench, peer))])
+    yield _row(["frames a second", f"{bench['frames']:.0f}", ""])
+    yield _row(["from the address to the first paint", f"{bench['first_paint']:.2f} s", ""])
+    yield _row(["until it takes clicks", f"{bench['ready']:.2f} s", ""])
+    for name in ("p50", "p95"):
+        yield _row([f"from a click to its effect, {name}", f"{1e3 * bench['click'][name]:.0f} ms", ""])
+    yield ""
+    yield (
+        f"Over {memory_used['hours']:g} h of stream time, at {memory_used['times_real_time']:g} times, the "
+        f"memory of the server grew to {memory_used['server_growth']:.3f} of its size, "
+        f"{memory_used['server']:.0f} MiB, that of the tab to {memory_used['tab_growth']:.3f}, "
+        f"{memory_used['tab']:.0f} MiB."
+    )
+
+
 SPIN_UNITS: dict[str, tuple[float, str]] = {
     "accelerometer bias": (1e3, "mm/s²"),
     "gyroscope bias": (1e6, "µrad/s"),
@@ -1107,6 +1154,8 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "production": production,
     "memory": memory,
     "readers": readers,
+    "view": view,
+    "bench_page": bench_page,
     "footprint": footprint,
 }
 

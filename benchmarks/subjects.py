@@ -62,8 +62,8 @@ SUBJECTS = (
     Subject(
         "live-and-readers",
         "Live sources and readers",
-        "delay and load of live sources, live turntables, time to read a log",
-        ("live", "live_table", "readers"),
+        "delay and load of live sources, live turntables, time to read and to show a log, the bench page",
+        ("live", "live_table", "readers", "view", "bench_page"),
     ),
     Subject(
         "speed",

@@ -36,6 +36,7 @@ HOW_TOS = (
     "compare",
     "read-logs",
     "convert",
+    "view",
     "python",
     "simulate",
     "tables",

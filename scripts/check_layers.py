@@ -38,7 +38,20 @@ BORDER_CRATES = {"tumble-capi", "tumble-processor"}
 """Crates with unsafe code: pointers that C hands over, and instructions of a processor."""
 
 TOOLS = {
-    *("apply", "compare", "convert", "demo", "doctor", "exchange", "inspect", "record", "simulate", "table"),
+    *(
+        "apply",
+        "compare",
+        "convert",
+        "demo",
+        "doctor",
+        "exchange",
+        "guided",
+        "inspect",
+        "record",
+        "simulate",
+        "table",
+        "view",
+    ),
 }
 ROOMS = {"foundation", "procedures", "tools"}
 """Folders that hold what the layers name: a file of data, a procedure, a tool."""
@@ -47,7 +60,7 @@ PARTS = {"tumble", *(f"tumble.{room}" for room in ROOMS)}
 PROCEDURES = TOOLS | {procedure.word for procedure in procedures.PROCEDURES}
 """Folders of one procedure or tool each; layers of files: `result`, `procedure`, `page`, `command`."""
 
-LABORATORY, FLEET = "laboratory", "fleet"
+LABORATORY, BENCH, FLEET = "laboratory", "bench", "fleet"
 """Rooms whose commands are layers of their own."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
@@ -57,6 +70,8 @@ FILES_OF_A_RESULT = {"result", "record", "poses", "spans", "known_faults", "keys
 """Plain data of a procedure; files that users write of it among them."""
 FILE_OF_A_CALIBRATION = "calibration"
 """Makes a calibration file of a result."""
+FILE_OF_A_GUIDED_RUN = "guided"
+"""Guides an operator and calibrates what was recorded as the command does: `guided_run`, `guided_view`."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """Files of a procedure's command; `command_live` is a command too.
 
@@ -64,6 +79,7 @@ A folder `report` holds its pages, all other files are the procedure.
 """
 
 DATA = {
+    "message",
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *(
         "provenance",
@@ -104,10 +120,11 @@ LAYERS: dict[str, set[str]] = {
     "constants": {"_core"},
     "frames": {"errors"},
     "numbers": set(),
+    "message": set(),
+    "translation": {"catalogue", "errors"},
+    "catalogue": set(),
     "units": set(),
     "words": set(),
-    "catalogue": set(),
-    "translation": {"catalogue", "errors"},
     "clock_skew": set(),
     "body_axes": set(),
     "errors": {"words"},
@@ -173,6 +190,8 @@ LAYERS: dict[str, set[str]] = {
     "laboratory": DATA | {"calibration", "report", "translation", "_core"},
     "cli": DATA | {"logs", "translation"},
     "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "translation", "_core"},
+    "bench": DATA
+    | {"calibration", "laboratory", "live", "logs", "procedure", "report", "result", "translation"},
     "__main__": {"cli"},
     "command": DATA
     | {
@@ -187,11 +206,13 @@ LAYERS: dict[str, set[str]] = {
         "page",
         "laboratory",
         "fleet",
+        "bench",
         "cli",
         "translation",
     },
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
+LAYERS["guided"] = (LAYERS["command"] | LAYERS["procedure"] | {"command"}) - {"cli"}
 
 WHEN_ASKED = {("result", "page"), ("result", "command"), ("result", "to_calibration")}
 """Imports of a layer that are allowed inside a function only: a result shows and saves itself, and makes its
@@ -354,7 +375,7 @@ def _type_named(node: ast.stmt) -> str:
 def _layer(parts: Sequence[str]) -> str:
     """Returns the layer of a file or module, given as its path within the package."""
     room, *rest = parts
-    if parts[0] in (LABORATORY, FLEET) and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
+    if parts[0] in (LABORATORY, BENCH, FLEET) and parts[-1].split("_")[0] in FILES_OF_A_COMMAND:
         return "command"
     if room not in ROOMS or rest in ([], ["__init__"]):
         return room
@@ -375,6 +396,8 @@ def _layer_within(room: str, folder: str, *files: str) -> str:
         return "page"
     if file == FILE_OF_A_CALIBRATION:
         return "to_calibration"
+    if room == "procedures" and file.split("_")[0] == FILE_OF_A_GUIDED_RUN:
+        return "guided"
     return "command" if file.split("_")[0] in FILES_OF_A_COMMAND else "procedure"
 
 

@@ -572,6 +572,9 @@ class NoiseRecord:
     def end_stretch(self) -> None:
         """End a stretch without gaps: no difference spans what follows."""
 
+    def copy(self) -> NoiseRecord:
+        """Give a record of the same samples, to conclude from while this one goes on."""
+
     def conclude(self, interval: float) -> list[NoiseFigures]:
         """Give what all ended stretches show, of samples that many s apart."""
 

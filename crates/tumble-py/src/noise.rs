@@ -53,6 +53,14 @@ impl PyNoiseRecord {
         self.record.end_stretch();
     }
 
+    /// Returns a record of the same samples, to conclude from while this one goes on.
+    fn copy(&self) -> Self {
+        Self {
+            record: self.record.clone(),
+            kinds: self.kinds.clone(),
+        }
+    }
+
     /// Estimates the terms of all stretches, a mapping for each channel; `interval` between samples in s.
     fn conclude<'py>(&self, py: Python<'py>, interval: f64) -> PyResult<Bound<'py, PyList>> {
         let found = py.detach(|| self.record.conclude(interval));

@@ -62,6 +62,11 @@ COMMANDS = {
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
     ),
+    "view": CommandEntry(
+        "tumble.bench.log.command",
+        "view_command",
+        "Show recordings as charts in the browser: zoom, rests and turns, spectra, calibrated beside raw.",
+    ),
     "formats": CommandEntry(
         "tumble.tools.exchange.command_formats",
         "formats_command",
@@ -80,6 +85,11 @@ COMMANDS = {
         "tumble.tools.demo.command",
         "demo_command",
         "Calibrate a simulated turntable session, one target of it faulty, and compare with the truth.",
+    ),
+    "bench": CommandEntry(
+        "tumble.bench.command",
+        "bench_command",
+        "Calibrate in a browser: sources, guided runs, one big verdict, units and certificates.",
     ),
     "registry": CommandEntry(
         "tumble.laboratory.command",

@@ -18,7 +18,10 @@ class Procedure:
     docs/how-to/WORD.md explains its use.
     """
 
-    __slots__ = ("endings", "files", "result", "serves", "simulated", "summary", "title", "typed", "word")
+    __slots__ = (
+        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "takes_one_log", "title"),
+        *("typed", "word"),
+    )
 
     def __init__(
         self,
@@ -29,8 +32,10 @@ class Procedure:
         title: str,
         endings: tuple[str, ...] = (),
         files: tuple[str, ...] = (),
+        guided: bool = False,
         serves: bool = True,
         simulated: str = "",
+        takes_one_log: bool = False,
         typed: str = "",
     ) -> None:
         self.word = word
@@ -44,10 +49,14 @@ class Procedure:
         """Behind the name of a unit in the names of its files."""
         self.files = files
         """Names of its other files, without extension."""
+        self.guided = guided
+        """Indicates whether `guided_run.py` of the folder guides an operator; see `tumble.tools.guided`."""
         self.serves = serves
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
         """Simulated recording for trials: a word of `tumble simulate`."""
+        self.takes_one_log = takes_one_log
+        """Indicates whether one log, and nothing else, is enough to run it."""
         self.typed = typed
         """Arguments of its command for that recording, in the folder `{0}`."""
 
@@ -64,6 +73,7 @@ PROCEDURES = (
         "Calibrate targets on a turntable against a co-mounted reference.",
         title="On a turntable",
         files=("turntable", "summary", "batch"),
+        guided=True,
         simulated="turntable",
         typed="{0}/reference.csv {0}/target_1.csv {0}/target_2.csv --poses {0}/poses.yaml",
     ),
@@ -74,7 +84,9 @@ PROCEDURES = (
         title="By a spin of a robot",
         endings=("spin", "live"),
         simulated="spin",
+        takes_one_log=True,
         typed="{0}/spin.csv",
+        guided=True,
     ),
     Procedure(
         "redundancy",
@@ -86,6 +98,7 @@ PROCEDURES = (
         simulated="flight",
         typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv "
         "--settings {0}/units.yaml",
+        guided=True,
     ),
     Procedure(
         "multipose",
@@ -94,7 +107,9 @@ PROCEDURES = (
         title="In many orientations",
         endings=("multipose",),
         simulated="multipose",
+        takes_one_log=True,
         typed="{0}/multipose.csv",
+        guided=True,
     ),
     Procedure(
         "noise",
@@ -103,7 +118,9 @@ PROCEDURES = (
         title="Noise",
         endings=("noise",),
         simulated="static",
+        takes_one_log=True,
         typed="{0}/static.csv",
+        guided=True,
     ),
     Procedure(
         "thermal",
@@ -112,6 +129,7 @@ PROCEDURES = (
         title="Temperature",
         endings=("thermal",),
         simulated="thermal",
+        takes_one_log=True,
         typed="{0}/thermal.csv",
     ),
     Procedure(

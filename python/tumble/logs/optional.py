@@ -13,7 +13,7 @@ EXTRAS: Mapping[str, str] = {
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
     "laboratory": "registry of calibrations, in a file or on a server, and certificates",
     "plot": "figures of results in Python",
-    "bench": "the bench page, and charts of recordings in a browser",
+    "bench": "pages in the browser: charts of recordings, and the bench",
     "fleet": "clusters of Ray, and recordings and results on S3",
 }
 """Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""

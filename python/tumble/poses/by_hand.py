@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from tumble.foundation.message import NOTHING, Message, message
 from tumble.foundation.recording import FloatArray
 
 LEVEL = math.radians(10.0)
@@ -31,16 +32,30 @@ def orientation_words(up: FloatArray) -> str:
     >>> orientation_words(np.array([0.77, -0.64, 0.0]))
     'x up, tilted by 40 deg so that -y rises'
     """
+    return str(orientation_message(up))
+
+
+def orientation_message(up: FloatArray) -> Message:
+    """Describes the same for people of any language."""
+    main, tilt = orientation_parts(up)
+    return message("{main}, {tilt}", main=main, tilt=tilt) if tilt else main
+
+
+def orientation_parts(up: FloatArray) -> tuple[Message, Message]:
+    """Describes which axis is nearest to the vertical, and how it is tilted; no text where it is not."""
     main, second, third = sorted(range(3), key=lambda axis: -abs(up[axis]))
-    name = f"{'xyz'[main]} {'up' if up[main] > 0.0 else 'down'}"
+    name = message("{axis} up" if up[main] > 0.0 else "{axis} down", axis="xyz"[main])
     tilt = math.atan2(math.hypot(up[second], up[third]), abs(up[main]))
     if tilt < LEVEL:
-        return name
+        return name, NOTHING
     # A person cannot hold what is a small part of a tilt.
     named = (second, third) if abs(up[third]) > SMALL_PART * abs(up[second]) else (second,)
     rising = [f"{'+' if up[axis] > 0.0 else '-'}{'xyz'[axis]}" for axis in named]
-    verb = "rises" if len(rising) == 1 else "rise"
-    return f"{name}, tilted by {math.degrees(tilt):.0f} deg so that {' and '.join(rising)} {verb}"
+    angle = f"{math.degrees(tilt):.0f}"
+    if len(rising) == 1:
+        return name, message("tilted by {angle} deg so that {axis} rises", angle=angle, axis=rising[0])
+    text = "tilted by {angle} deg so that {axis} and {other} rise"
+    return name, message(text, angle=angle, axis=rising[0], other=rising[1])
 
 
 def axis_words(axis: FloatArray) -> str:

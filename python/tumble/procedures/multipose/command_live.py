@@ -15,14 +15,13 @@ from tumble.cli.live_options import LIVE, LiveDurationOption, SenderOption, Unti
 from tumble.cli.live_screen import failures_told
 from tumble.cli.options import Options, refuse_given
 from tumble.cli.results import end_unless, show_results, write_results
-from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.errors import ProcedureError
 
 if TYPE_CHECKING:
     from tumble.cli.shared_options import MakerOptions, VoiceOptions
     from tumble.logs.options import ReadOptions
     from tumble.logs.session import SessionProcedure
     from tumble.procedures.multipose.live import LiveMultipose
-    from tumble.procedures.multipose.result import MultiposeResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +87,7 @@ def run_live(
     from tumble.foundation.files import no_empty_folder
     from tumble.live import open_source
     from tumble.procedures.multipose import summary
+    from tumble.procedures.multipose.live import calibrated, session_procedure
 
     if raw:
         raise ProcedureError(
@@ -97,10 +97,10 @@ def run_live(
     with failures_told(voice.as_json):
         name = file_stem(open_source(source, read_options).name)
         folder = output or folder_named_after(name)
-        procedure = _procedure(asked, maker)
+        procedure = session_procedure(asked.until, maker.operator, maker.station, resume=asked.resume)
         with no_empty_folder(folder):
             session, whole = _recorded(source, name, folder, read_options, asked, options, procedure, voice)
-        result = _calibrated(session, options)
+        result = calibrated(session, options)
         well = result.verdict == "calibrated" and session.is_reached and whole
         show_results(summary, result, write_results(result, folder), voice, well=well, live=True)
     end_unless(well)
@@ -149,34 +149,3 @@ def _recorded(
         for step in session.steps():
             show(step)
     return session, is_whole(units.losses)
-
-
-def _procedure(asked: MultiposeLiveOptions, maker: MakerOptions) -> SessionProcedure:
-    from tumble.logs.session import SessionProcedure
-
-    goal = {"goal": asked.until} if asked.until else {}
-    return SessionProcedure(
-        name="multipose",
-        operator=maker.operator,
-        station=maker.station,
-        options={**goal, **({"resumed": True} if asked.resume else {})},
-    )
-
-
-def _calibrated(session: LiveMultipose, options: Mapping[str, Any]) -> MultiposeResult:
-    """Calibrates what was recorded, as it is from its folder."""
-    from tumble.procedures.multipose.procedure import multipose
-
-    if not session.is_heard:
-        raise ProcedureError(
-            f"there is nothing to calibrate, as no sample came of {session.name}; check power, cables and "
-            "the address, and go on with --resume"
-        )
-    try:
-        return multipose(str(session.session), **options)
-    except TumbleError as error:
-        raise ProcedureError(
-            f"{error.why}; what was recorded is in {session.session}: go on with the same command and "
-            "--resume",
-            about=session.name,
-        ) from error

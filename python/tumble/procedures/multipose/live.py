@@ -9,9 +9,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from pydantic import JsonValue
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire
@@ -152,6 +153,16 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
         """Indicates whether it ended when the user asked for it."""
         if resume:
             self._go_on()
+
+    @property
+    def up(self) -> FloatArray | None:
+        """Returns (3,) unit vector, case frame: what points up now; None before the first sample."""
+        return _unit(self._newest_force()) if self.is_heard else None
+
+    @property
+    def held(self) -> tuple[FloatArray, ...]:
+        """Returns (3,) unit vector, case frame, for each rest that was long enough: what pointed up."""
+        return tuple(_unit(force) for force in self.guide.forces)
 
     @property
     def is_heard(self) -> bool:
@@ -340,8 +351,11 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
     def _off(self) -> float:
         if self._asked is None or not self.is_heard:
             return math.nan
-        force = self._acquired.newest(self.name, NOW).accelerometer.mean(axis=0)
-        return angle_between(force, self._asked)
+        return angle_between(self._newest_force(), self._asked)
+
+    def _newest_force(self) -> FloatArray:
+        force: FloatArray = self._acquired.newest(self.name, NOW).accelerometer.mean(axis=0)
+        return force
 
     def _take(self, name: str, chunk: LiveChunk) -> None:
         self._time = float(chunk.time[-1])
@@ -363,6 +377,34 @@ class LiveMultipose(LiveProcedure[MultiposeStep, MultiposeSoFar]):
             if self.guide.rest(rest.accelerometer.mean(axis=0), end - start):
                 self._held.keep(during(rest, (end - self.guide.wanted_seconds - SHORTEST_REST, end)))
         self.guide.motion()
+
+
+def session_procedure(goal: str | None, operator: str, station: str, *, resume: bool) -> SessionProcedure:
+    """Returns the purpose of a session as its recording keeps it; `goal` as the user typed it."""
+    options: dict[str, JsonValue] = {"goal": goal} if goal else {}
+    if resume:
+        options["resumed"] = True
+    return SessionProcedure(name="multipose", operator=operator, station=station, options=options)
+
+
+def calibrated(session: LiveMultipose, options: Mapping[str, Any]) -> MultiposeResult:
+    """Calibrates what a session recorded, as from its folder; `options` are those of `multipose`.
+
+    Raises `ProcedureError`, in one line, where nothing can be calibrated; what was recorded stays.
+    """
+    if not session.is_heard:
+        raise ProcedureError(
+            f"there is nothing to calibrate, as no sample came of {session.name}; check power, cables and "
+            "the address, and go on with --resume"
+        )
+    try:
+        return multipose(str(session.session), **options)
+    except TumbleError as error:
+        raise ProcedureError(
+            f"{error.why}; what was recorded is in {session.session}: go on with the same command and "
+            "--resume",
+            about=session.name,
+        ) from error
 
 
 def _refuse_what_no_hand_shows(goal: Goal | None, orientations: int | None) -> None:

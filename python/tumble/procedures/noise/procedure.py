@@ -64,11 +64,7 @@ def noise(
         units.append(unit)
     rests = [np.array(unit.acquired.rest_times) for unit in units]
     found, part, disturbances = _without_disturbances(recordings, rests, progress)
-    channels = tuple(
-        _channel(f"{triad} {axis}", triad, found[3 * number + k])
-        for number, triad in enumerate(triads)
-        for k, axis in enumerate("xyz")
-    )
+    channels = channels_of(triads, found)
     return NoiseResult(
         name=first.name,
         sources=tuple(log_name(recording) for recording in recordings),
@@ -180,6 +176,15 @@ def _notices(units: Sequence[Imu]) -> Iterator[str]:
             begin, end, reason = max(refused, key=lambda each: each[1] - each[0])
             more = f", and {len(refused) - 1} more" if len(refused) > 1 else ""
             yield f"{whose}not used: {unit.log.time.span(begin, end)} s {REST_REJECTIONS[reason]}{more}"
+
+
+def channels_of(triads: Sequence[Triad], found: Sequence[_core.NoiseFigures]) -> tuple[ChannelNoise, ...]:
+    """Returns the noise of each channel of these triads, as the core found it."""
+    return tuple(
+        _channel(f"{triad} {axis}", triad, found[3 * number + k])
+        for number, triad in enumerate(triads)
+        for k, axis in enumerate("xyz")
+    )
 
 
 def _channel(name: str, triad: Triad, found: _core.NoiseFigures) -> ChannelNoise:

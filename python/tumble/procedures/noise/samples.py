@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import Triad
 from tumble.procedures.noise.result import StillPart
+
+RestNumbers: TypeAlias = NDArray[np.int64]
+"""(n,) number of the rest that each sample is in; -1 for none."""
 
 
 class StillSamples:
@@ -28,6 +33,7 @@ class StillSamples:
         self._longest = self._in_stretch = 0
         self._time = 0.0
         self._steps = 0
+        self.begin_part()
 
     def read(self, recording: Recording, rests: FloatArray, progress: SampleProgress | None = None) -> None:
         """Reads a log; `rests` (k, 2) are the times, s, in which it stood still."""
@@ -39,7 +45,7 @@ class StillSamples:
 
     def finish(self) -> tuple[list[_core.NoiseFigures], StillPart]:
         """Returns what the core found, and how much it was given."""
-        interval = self._time / self._steps if self._steps else float("nan")
+        interval = self._interval
         found = self.record.conclude(interval)
         return found, StillPart(
             logs=self._logs,
@@ -52,27 +58,53 @@ class StillSamples:
             gaps=self._gaps,
         )
 
+    def begin_part(self) -> None:
+        """Begins a part of a log: no stretch goes on into it."""
+        self._timing, self._last, self._rest = TimeWatch(), float("nan"), -1
+
+    def take(self, chunk: Chunk, rest: RestNumbers) -> None:
+        """Adds successive samples, each with the number of the rest that it is in; -1 for none."""
+        self._timing.push(chunk.time)
+        steps = np.diff(chunk.time, prepend=self._last)
+        gap = steps > self._timing.longest_step
+        same = np.diff(rest, prepend=self._rest) == 0
+        within = ~gap & same & (rest >= 0) & np.isfinite(steps)
+        self._time += float(steps[within].sum())
+        self._steps += int(within.sum())
+        for number, rows in enumerate(_runs(~(gap | ~same))):
+            if number or not within[0]:
+                self._end_stretch()
+            self._push(chunk, rows, at_rest=bool(rest[rows.start] >= 0))
+        self._last, self._rest = float(chunk.time[-1]), int(rest[-1])
+        self._samples += len(chunk)
+
+    def end_part(self) -> None:
+        """Ends a part of a log."""
+        self._end_stretch()
+        self._gaps += self._timing.gaps
+
+    @property
+    def seconds(self) -> float:
+        """Time at rest so far, s."""
+        return self._time
+
+    def so_far(self) -> Callable[[], list[_core.NoiseFigures]]:
+        """Returns a function that finds what the samples so far show, while others are added."""
+        record, interval = self.record.copy(), self._interval
+        record.end_stretch()
+        return lambda: record.conclude(interval)
+
+    @property
+    def _interval(self) -> float:
+        return self._time / self._steps if self._steps else float("nan")
+
     def _read_part(self, part: Recording, rests: FloatArray, progress: SampleProgress | None) -> None:
-        watch, last, at = TimeWatch(), float("nan"), -1
+        self.begin_part()
         for chunk in part.chunks():
-            watch.push(chunk.time)
-            rest = _rest_of(chunk.time, rests)
-            steps = np.diff(chunk.time, prepend=last)
-            gap = steps > watch.longest_step
-            same = np.diff(rest, prepend=at) == 0
-            within = ~gap & same & (rest >= 0) & np.isfinite(steps)
-            self._time += float(steps[within].sum())
-            self._steps += int(within.sum())
-            for number, rows in enumerate(_runs(~(gap | ~same))):
-                if number or not within[0]:
-                    self._end_stretch()
-                self._push(chunk, rows, at_rest=bool(rest[rows.start] >= 0))
-            last, at = float(chunk.time[-1]), int(rest[-1])
-            self._samples += len(chunk)
+            self.take(chunk, _rest_of(chunk.time, rests))
             if progress is not None:
                 progress(self._samples, None)
-        self._end_stretch()
-        self._gaps += watch.gaps
+        self.end_part()
 
     def _push(self, chunk: Chunk, rows: slice, *, at_rest: bool) -> None:
         if not at_rest and self._watch is None:
@@ -111,7 +143,7 @@ def without(rests: FloatArray, disturbed: Sequence[tuple[float, float]]) -> Floa
     return np.array(sorted(left)).reshape(-1, 2)
 
 
-def _rest_of(time: FloatArray, rests: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _rest_of(time: FloatArray, rests: FloatArray) -> RestNumbers:
     """(n,) number of the rest that each instant is in; -1 for none."""
     if not len(rests):
         return np.full(len(time), -1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 from collections.abc import Callable, Iterator
@@ -21,7 +20,6 @@ from tumble.cli.output import output_path
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError, TumbleError
-from tumble.foundation.file_names import SESSION_FOLDER
 from tumble.foundation.translation import translated
 from tumble.foundation.words import LISTENING
 
@@ -146,6 +144,7 @@ def run_live(
     from tumble.procedures.spin.live import LiveSpin, LiveSpinOptions
     from tumble.procedures.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.tools.record.recorded_source import recorded_source
+    from tumble.tools.record.session_folders import next_session_folder
 
     if true_turns is not None:
         raise ProcedureError(
@@ -171,7 +170,7 @@ def run_live(
     going_on = None if asked.then_apply is None else parse_output(asked.then_apply, as_json=voice.as_json)
     serial = read_options.serial or getattr(stream, "serial", "")
     kept = not (asked.no_record or source.startswith(REPLAY))
-    session = asked.record or (session_folder(folder) if kept else None)
+    session = asked.record or (next_session_folder(folder) if kept else None)
     recorded = recorded_source(ResumableSource(stream), session, typed=source, serial=serial)
     with no_empty_folder(folder), recorded as samples, samples:
         prepare_unit_files(folder, stream.name, "live")
@@ -219,16 +218,6 @@ def _written(result: SpinResult, folder: Path, *, meanwhile: bool) -> Iterator[d
         return
     with page_written_meanwhile(result, folder) as files:
         yield files
-
-
-def session_folder(folder: Path) -> Path:
-    """Names a folder for the samples of this run beside its results, in which none lie yet."""
-    taken = next(number for number in itertools.count(1) if not (folder / _session_name(number)).exists())
-    return folder / _session_name(taken)
-
-
-def _session_name(number: int) -> str:
-    return SESSION_FOLDER if number == 1 else f"{SESSION_FOLDER}-{number}"
 
 
 def _run(

@@ -49,6 +49,8 @@ REFERENCE = "reference"
 """Name of the unit that is the reference if none is named."""
 TIPPED_AFTER = 4.0
 """s at rest off all poses, after which that is reported."""
+NOW = 0.2
+"""s of the newest samples from which the attitude of the reference is reported."""
 LONGEST_GAP = 0.1
 """s between two samples over which the gyroscope's last word holds."""
 MARGIN, LARGEST_STEP = 1.1, 4.0
@@ -221,8 +223,39 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
         """Indicates whether the last estimate includes all that was asked for."""
         self._missing = Absence(lambda: units.listened)
         """Absence of targets that alone lack something."""
+        self._redone: dict[str, float] = {}
+        """s of the samples before which rests at a pose no longer count, by its name."""
         if resume:
             self._go_on()
+
+    @property
+    def poses(self) -> PoseList:
+        """The poses that are wanted."""
+        return self._poses
+
+    @property
+    def is_for_hand(self) -> bool:
+        """Returns whether hands turn the table: there is no driver, or it cannot show what is left."""
+        return self._driver is None
+
+    def up(self) -> FloatArray | None:
+        """Returns about which direction (3,) of the reference points up; None before its first samples."""
+        if not math.isfinite(self._time):
+            return None
+        force: FloatArray = self._acquired.newest(self._reference, NOW).accelerometer.mean(axis=0)
+        length = float(np.linalg.norm(force))
+        return force / length if length > 0.0 else None
+
+    def redo(self, pose: str) -> None:
+        """Asks for a pose once more in full; between two steps, and while no table turns the units.
+
+        The samples from there stay in the recording, and count in the calibration.
+        """
+        for each in self.guide.poses:
+            if each.name == pose:
+                self._redone[pose] = self._time
+                each.forget()
+                self._asked = ""
 
     @property
     def was_stopped(self) -> bool:
@@ -575,6 +608,8 @@ class LiveTurntable(LiveProcedure[TurntableStep, SoFar]):
             self.guide.turn(angle)
             targets = {name: seconds_shown(samples[name].time, span, frozen[name]) for name in self._targets}
             deque(self.guide.rest(rest.specific_force, rest.end - rest.start, targets), maxlen=0)
+            if self.guide.at is not None and rest.start < self._redone.get(self.guide.at.name, -math.inf):
+                self.guide.at.forget()
         self.guide.motion()
 
     def _leave_out_what_was_shown(self, driver: Driver) -> None:

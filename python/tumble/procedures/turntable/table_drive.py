@@ -72,6 +72,16 @@ class TableDrive:
             return ""
         return f"stop {self._stop + 1} of {len(self._stops)}: {self._name(self._stops[self._stop])}"
 
+    @property
+    def aimed_up(self) -> FloatArray | None:
+        """Direction (3,) in the frame of the table that points up where it is or goes; None during a run."""
+        stop = self._stops[self._stop] if 0 <= self._stop < len(self._stops) else None
+        return ups(self._table.axes, stop.angles[np.newaxis])[0] if isinstance(stop, Position) else None
+
+    def halt(self) -> None:
+        """Stops the table at once, wherever it is; raises `TableError` where that is not answered."""
+        self._table.stop()
+
     def advance(self, now: float, rest: float | None) -> None:
         """See `Driver`."""
         if self.is_done:
@@ -105,7 +115,8 @@ class TableDrive:
 
     def shows(self, up: FloatArray) -> bool:
         """See `Driver`."""
-        return any(angle_between(up, other) <= SAME_ANGLE for other in self._plan.ups)
+        # The ends of turns are rests too, and what lies between others may have been left out as made.
+        return any(angle_between(up, other) <= SAME_ANGLE for other in ups(self._plan.axes, self._plan.route))
 
     def _stops_of(self, route: FloatArray) -> list[Stop]:
         return [*map(Position, route), *stops_of_runs(self._all_runs)]

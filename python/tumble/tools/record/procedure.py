@@ -66,8 +66,8 @@ class RecordStep:
 
 
 @dataclass(slots=True)
-class _Unit:
-    """Recent samples of one unit."""
+class UnitWatch:
+    """Recent samples of one unit, by which it is at rest or in motion."""
 
     heard: float = 0.0
     """s of `LiveSet.listened`."""
@@ -78,6 +78,7 @@ class _Unit:
     by_hand: bool = False
 
     def hear(self, chunk: LiveChunk, listened: float) -> None:
+        """Adds samples, which came at `listened` s of the set."""
         self.heard, self.is_silent = listened, False
         self.newest.append(chunk)
         while len(self.newest) > 1 and chunk.time[-1] - self.newest[0].time[-1] > REST_WINDOW:
@@ -144,7 +145,7 @@ class Recorder:
         }
         clock: Literal["log", "host"] = "log" if units.is_replay else "host"
         self._writer = SessionWriter(folder, described, clock, resume=resume, clock_rate=units.clock_rate)
-        self._units = {name: _Unit(by_hand=by_hand) for name in typed}
+        self._units = {name: UnitWatch(by_hand=by_hand) for name in typed}
         self._began = math.nan
         self._oldest, self._newest = math.inf, -math.inf
         self._stopped = False

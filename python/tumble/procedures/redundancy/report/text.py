@@ -347,6 +347,14 @@ def remedy(event: RedundancyEvent) -> str:
     return REMEDIES.get(event.event, {}).get(reason, "")
 
 
+def deviation_of_threshold(event: RedundancyEvent, beside: Sequence[RedundancyEvent]) -> str:
+    """Prints the deviation of an evaluation and its threshold, in a unit that suits all of `beside`."""
+    unit = UNITS["gyroscope" if event.figures["sensor"] == "gyroscope" else "accelerometer"]
+    scale = readable_scale(unit, max(abs(number(each.figures["threshold"])) for each in beside))
+    found, limit = (abs(number(event.figures[name])) for name in ("deviation", "threshold"))
+    return scale.quantity(f"{significant(scale.factor * found)} of {significant(scale.factor * limit)}")
+
+
 def mark_text(event: RedundancyEvent) -> str:
     """Describes the event at a mark of the time line in a few words."""
     reason = str(event.figures.get("reason", ""))

@@ -25,6 +25,17 @@ def write_live(simulation: LiveSimulation, directory: str | Path) -> Path:
     return path
 
 
+def write_set(simulation: LiveSimulation, path: Path) -> None:
+    """Writes what a builder knows of the units of a flight, as settings of `tumble redundancy`."""
+    _, *secondaries = simulation.truth["units"].items()
+    known = {
+        name: {"sensor_from_primary": unit["nominal_mounting"], "lever_arm": unit["lever_arm"]}
+        for name, unit in secondaries
+    }
+    content = {"schema": "tumble-redundancy/1", "units": plain(known)}
+    write_document(path, "Nominal mounting and place of the units of a simulated set.", content, renews=True)
+
+
 def live_truth(simulation: LiveSimulation) -> dict[str, Any]:
     """Returns the truth as plain mappings, lists, numbers and text; the bench has to be entered."""
     scenario = simulation.scenario

@@ -1,0 +1,139 @@
+"""Who may enter, who only looks, and who holds the bench."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+BROWSER_GONE = 2.0
+"""s without a sign of life of the operator's browser, after which a table is stopped."""
+HOLDS_FOR = 30.0
+"""s without a sign of life, after which another may take the bench without asking."""
+MOST_BROWSERS = 1000
+"""Browsers that are known at once; of more, those that were seen longest ago are forgotten."""
+COOKIE = "tumble_bench"
+
+Rank: TypeAlias = Literal["operator", "viewer"]
+"""Right of a browser: to hold the bench, or only to look."""
+
+
+@dataclass(slots=True)
+class Browser:
+    """One browser that has entered, known by its cookie."""
+
+    key: str
+    rank: Rank
+    address: str
+    number: int
+    """From 1 on, by which people name it."""
+    seen: float = field(default_factory=time.monotonic)
+    """s of its last sign of life."""
+
+
+class Access:
+    """Tokens, browsers, and the one that operates; may be used from any thread.
+
+    Without tokens whoever reaches the page may operate: it is served on this computer only.
+    """
+
+    def __init__(
+        self, *, needs_token: bool, cookie: str = COOKIE, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.cookie = cookie
+        """Name of the cookie, which browsers keep for all ports of a computer."""
+        self.token = secrets.token_urlsafe(16) if needs_token else ""
+        """Token of those who may operate."""
+        self.viewer_token = secrets.token_urlsafe(16) if needs_token else ""
+        """Token of those who only look."""
+        self._clock = clock
+        self._browsers: dict[str, Browser] = {}
+        self._operator = ""
+        self._asks = ""
+        self._lock = threading.Lock()
+        self._number = 0
+
+    def enter(self, token: str, address: str) -> Browser | None:
+        """Lets a browser in by a token; returns None where the token is wrong."""
+        rank = self._rank(token)
+        if rank is None:
+            return None
+        with self._lock:
+            self._number += 1
+            browser = Browser(secrets.token_urlsafe(24), rank, address, self._number, self._clock())
+            self._browsers[browser.key] = browser
+            self._forget()
+        return browser
+
+    def known(self, key: str) -> Browser | None:
+        """Returns the browser of a cookie; None where nobody entered with it."""
+        return self._browsers.get(key)
+
+    def beat(self, key: str) -> None:
+        """Notes a sign of life; the first browser that may operate holds a bench that nobody holds."""
+        browser = self._browsers.get(key)
+        if browser is None:
+            return
+        browser.seen = self._clock()
+        with self._lock:
+            if browser.rank == "operator" and self.silent > HOLDS_FOR:
+                self._operator = key
+
+    def operates(self, key: str) -> bool:
+        """Returns whether a browser holds the bench."""
+        return bool(key) and key == self._operator
+
+    @property
+    def operator(self) -> Browser | None:
+        """The browser that holds the bench; None where none does."""
+        return self._browsers.get(self._operator)
+
+    @property
+    def asking(self) -> Browser | None:
+        """The browser that asks for the bench; None where none does."""
+        return self._browsers.get(self._asks)
+
+    @property
+    def silent(self) -> float:
+        """Returns for how long, s, the operator's browser has given no sign of life; infinite without one."""
+        browser = self.operator
+        return float("inf") if browser is None else self._clock() - browser.seen
+
+    def ask(self, key: str) -> bool:
+        """Asks for the bench; returns whether it was free, and is held now."""
+        browser = self._browsers.get(key)
+        if browser is None or browser.rank != "operator":
+            return False
+        with self._lock:
+            if self.silent > HOLDS_FOR:
+                self._operator, self._asks = key, ""
+                return True
+            self._asks = key
+        return False
+
+    def hand_over(self, key: str) -> None:
+        """Gives the bench to the browser that asks; `key` is that of the operator."""
+        with self._lock:
+            if self.operates(key) and self._asks in self._browsers:
+                self._operator, self._asks = self._asks, ""
+
+    def keep(self, key: str) -> None:
+        """Turns down the browser that asks; `key` is that of the operator."""
+        with self._lock:
+            if self.operates(key):
+                self._asks = ""
+
+    def _rank(self, token: str) -> Rank | None:
+        if not self.token:
+            return "operator"
+        if secrets.compare_digest(token.encode(), self.token.encode()):
+            return "operator"
+        return "viewer" if secrets.compare_digest(token.encode(), self.viewer_token.encode()) else None
+
+    def _forget(self) -> None:
+        while len(self._browsers) > MOST_BROWSERS:
+            others = (each for each in self._browsers.values() if each.key != self._operator)
+            del self._browsers[min(others, key=lambda each: each.seen).key]

@@ -1,0 +1,341 @@
+"""The bench: sources, the chosen kind of run and its answers, the engine, and who holds it."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from tumble.bench.access import BROWSER_GONE, Access
+from tumble.bench.engine import Engine
+from tumble.bench.log.open_logs import OpenLogs
+from tumble.bench.registry_view import RegistryView
+from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfinished
+from tumble.bench.settings import BenchSettings
+from tumble.bench.simulated import SimulatedBench
+from tumble.bench.sources import BenchSource, BenchSources
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.files import FileKind, prepare_folder, write_text
+from tumble.foundation.message import message
+from tumble.foundation.plain import finite
+from tumble.tools.guided.field import FieldValue
+from tumble.tools.guided.order import RunOrder, TableOrder
+from tumble.tools.guided.run import RunKind, run_kind, run_kinds
+
+STATE = "bench.json"
+CHOSEN_FILES = ("*.yaml", "*.yml")
+"""Files of the folder that an operator may choose."""
+STALLED, GRACE = 0.5, 3.0
+"""s without a pulse of the server after which it is starved of its processor, and s that signs of life of a
+browser, which then wait in its queue, may be late besides."""
+BETWEEN_LOOKS = 0.1
+"""s between two looks whether the operator's browser is there."""
+_KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
+
+
+@dataclass(slots=True)
+class TableChoice:
+    """Table that the operator chose."""
+
+    address: str = ""
+    """Empty for a table that is turned by hand."""
+    limits: str = ""
+    armed: bool = False
+    """Indicates whether it may move; it is disarmed after each run and never read from a file."""
+
+
+@dataclass(slots=True)
+class RunChoice:
+    """Kind of run that is prepared, and the answers to its questions."""
+
+    word: str
+    options: dict[str, FieldValue] = field(default_factory=dict)
+    table: TableChoice = field(default_factory=TableChoice)
+    operator: str = ""
+    station: str = ""
+
+
+class Bench:
+    """All that the pages of one server share; its methods may be called from any thread.
+
+    `simulated` serves the units of a simulated bench, and is entered already.
+    """
+
+    def __init__(self, settings: BenchSettings, simulated: SimulatedBench | None = None) -> None:
+        self.settings = settings
+        self.simulated = simulated
+        self.folder = prepare_folder(settings.folder)
+        self.kinds: tuple[RunKind, ...] = tuple(run_kinds())
+        self.access = Access(needs_token=not settings.is_local)
+        self.engine = Engine(self._note_change)
+        self.revision = 0
+        """Number of changes so far, by which a page sees whether it is up to date."""
+        self.choice = RunChoice(self.kinds[0].word, operator=settings.operator, station=settings.station)
+        self.sources = BenchSources()
+        self.logs = OpenLogs()
+        self.pulse = time.monotonic()
+        """s at which the server last had time for its pages."""
+        self._stalled_at = -math.inf
+        self._ends = threading.Event()
+        self._listeners: list[Callable[[], None]] = []
+        self._recall()
+        self.offered = unfinished(self.folder)
+        """A run that a killed server left, and that may go on; None where there is none."""
+        self._watchdog = threading.Thread(target=self._watch_operator, name="watchdog", daemon=True)
+        self._watchdog.start()
+        self.choose(self.choice.word)
+        self.sources.watch(True)
+
+    @property
+    def kind(self) -> RunKind:
+        """Kind of run that is prepared."""
+        return run_kind(self.choice.word)
+
+    def choose(self, word: str) -> None:
+        """Prepares a kind of run; units take its roles."""
+        if word != self.choice.word:
+            self.choice.word = word
+            self.choice.options = {} if self.simulated is None else self.simulated.answers(word)
+        kind = self.kind
+        self.sources.choose(word, tuple((role.name, role.most) for role in kind.roles))
+        if kind.takes_table and self.simulated is not None and not self.choice.table.address:
+            self.choice.table.address = self.simulated.table
+        self._keep()
+
+    def change_source(self, name: str, changed: BenchSource) -> None:
+        """Changes a source; raises `LogError` where its name or address is none, or is taken."""
+        self.sources.change(name, changed)
+        self._keep()
+
+    def add_source(self, source: BenchSource) -> None:
+        """Adds a source; raises `LogError` where its name or address is none, or is taken."""
+        self.sources.add(source)
+        self.choose(self.choice.word)
+
+    def remove_source(self, name: str) -> None:
+        """Removes a source."""
+        self.sources.remove(name)
+        self._keep()
+
+    def take_serial(self, serial: str) -> str:
+        """Gives a scanned serial to the next unit without one, and returns the unit's name; empty for none.
+
+        Raises `LogError` where another unit has it.
+        """
+        units = [each for each in self.sources.of_kind() if each.role]
+        if any(each.serial == serial for each in units):
+            raise TumbleError(f"serial {serial} was scanned already; scan the next unit")
+        last = self.kind.roles[-1].name
+        waiting = [each for each in units if not each.serial and each.role == last]
+        if not waiting:
+            return ""
+        self.change_source(waiting[0].name, replace(waiting[0], serial=serial))
+        return waiting[0].name
+
+    def missing(self) -> Iterator[str]:
+        """Names the roles that lack a unit."""
+        roles = [each.role for each in self.sources.of_kind()]
+        for role in self.kind.roles:
+            if roles.count(role.name) < role.fewest:
+                yield role.name
+
+    def start(self) -> None:
+        """Begins the run that is prepared; raises `TumbleError` where that cannot be done."""
+        if self.engine.state not in ("idle", "result", "error"):
+            raise TumbleError("a run is under way; stop it first")
+        order = self._order()
+        self.sources.watch(False)
+        try:
+            self.engine.begin(RunFolder.begin(self.folder, self.choice.word, order), order)
+        except TumbleError:
+            self.sources.watch(True)
+            raise
+        self.offered = None
+
+    def adopt_offer(self) -> None:
+        """Takes the offered run as paused."""
+        offered, self.offered = self.offered, None
+        if offered is not None:
+            self.sources.watch(False)
+            self.engine.adopt(offered)
+
+    @property
+    def resumes_by_table(self) -> bool:
+        """Returns whether a table turns the units of the paused run."""
+        folder = self.engine.folder
+        return folder is not None and folder.order.table is not None
+
+    def resume(self, *, armed: bool = False) -> None:
+        """Goes on with the paused run; a table has to be `armed` anew. Raises `TumbleError`."""
+        folder = self.engine.folder
+        if folder is None or self.engine.state not in ("paused", "error"):
+            raise TumbleError("there is no run that could go on")
+        table = folder.order.table
+        order = replace(
+            folder.order,
+            sources={name: self._address(name, before) for name, before in folder.order.sources.items()},
+            resume=folder.has_recording,
+            table=None if table is None else self._table_again(table, armed),
+        )
+        self.sources.watch(False)
+        self.engine.begin(folder, order)
+
+    def repeat(self) -> None:
+        """Prepares the run of the outcome once more, for the same units."""
+        self.engine.leave()
+
+    def next_unit(self) -> None:
+        """Prepares the next run: the same sources, and other units at the targets."""
+        last = self.kind.roles[-1].name
+        for each in self.sources.of_kind():
+            if each.role == last:
+                self.sources.change(each.name, replace(each, serial=""))
+        self._keep()
+        self.engine.leave()
+
+    def accept(self) -> None:
+        """Accepts the outcome: its calibrations go into the registry, where there is one.
+
+        Raises `TumbleError` where they cannot be entered; the outcome is then not accepted.
+        """
+        outcome = self.engine.outcome
+        if outcome is None:
+            return
+        registry = self.registry()
+        if registry is not None:
+            registry.enter(list(files_of(outcome)))
+        self.engine.decide(ACCEPTED)
+
+    def registry(self) -> RegistryView | None:
+        """Opens the registry; None where none is set. Raises `TumbleError` where it cannot be read."""
+        return RegistryView(self.settings.registry) if self.settings.registry else None
+
+    def discard_offer(self) -> None:
+        """Leaves the offered run as it is."""
+        self.offered = None
+        self._note_change()
+
+    def earlier(self) -> list[RunFolder]:
+        """Returns the runs in the folder, the latest first."""
+        return runs_in(self.folder)
+
+    def files(self) -> list[str]:
+        """Returns the names of files in the folder that an operator may choose, such as limits."""
+        found = {
+            path.name for pattern in CHOSEN_FILES for path in self.folder.glob(pattern) if path.is_file()
+        }
+        return sorted(found)
+
+    def close(self) -> None:
+        """Pauses what runs, and lets go of all lines."""
+        self._ends.set()
+        self._watchdog.join()
+        self.engine.close()
+        self.sources.watch(False)
+
+    def _order(self) -> RunOrder:
+        kind, choice = self.kind, self.choice
+        units = [each for each in self.sources.of_kind() if each.role]
+        for role in kind.roles:
+            if sum(each.role == role.name for each in units) < role.fewest:
+                raise TumbleError(f"no unit is the {role.name}; choose one among the sources")
+        files = {each.name for each in kind.fields if each.kind == "file"}
+        table = choice.table
+        return RunOrder(
+            folder=self.folder,
+            sources={each.name: each.address for each in units},
+            roles={each.name: each.role for each in units},
+            serials={each.name: each.serial for each in units if each.serial},
+            options={
+                name: str(self._chosen(str(value))) if name in files and value else value
+                for name, value in choice.options.items()
+            },
+            table=TableOrder(address=table.address, limits=table.limits, armed=table.armed)
+            if kind.takes_table and table.address and table.armed
+            else None,
+            operator=choice.operator,
+            station=choice.station,
+        )
+
+    def _table_again(self, table: TableOrder, armed: bool) -> TableOrder:
+        """Returns the table of a run that goes on: it may be plugged in elsewhere by now."""
+        return replace(table, address=self.choice.table.address or table.address, armed=armed)
+
+    def _address(self, name: str, before: str) -> str:
+        """Returns the address of a unit of a run that goes on: it may be plugged in elsewhere by now."""
+        return self.sources[name].address if name in self.sources else before
+
+    def _chosen(self, name: str) -> Path:
+        """Returns the path of a file of the folder; raises `TumbleError` for any other."""
+        if name not in self.files():
+            raise TumbleError(f"{name}: no such file in {self.folder}; choose one that is listed")
+        return self.folder / name
+
+    def _note_change(self) -> None:
+        self.revision += 1
+        if self.engine.state in ("idle", "result", "error"):
+            self.choice.table.armed = False
+            threading.Thread(target=self._watch_again, name="watch again", daemon=True).start()
+
+    def _watch_again(self) -> None:
+        if not self._ends.is_set() and self.engine.state in ("idle", "result", "error"):
+            self.sources.watch(True)
+
+    def _is_operator_gone(self) -> bool:
+        """Returns whether the operator's browser has been gone for too long, rather than the server busy."""
+        now = time.monotonic()
+        if now - self.pulse > STALLED:
+            self._stalled_at = now
+        grace = GRACE if now - self._stalled_at < 1.0 else 0.0
+        return self.access.silent > BROWSER_GONE + grace
+
+    def _watch_operator(self) -> None:
+        """Stops a table whose operator's browser is gone."""
+        while not self._ends.wait(BETWEEN_LOOKS):
+            if self.engine.moves_table and self._is_operator_gone():
+                self.engine.pause(
+                    message(
+                        "The operator's browser was gone for {seconds} s, so the table was stopped.",
+                        seconds=2,
+                    )
+                )
+            view, folder = self.engine.view, self.engine.folder
+            if self.simulated is not None and self.engine.state == "running" and view and folder:
+                self.simulated.obey(folder.word, view)
+
+    def _keep(self) -> None:
+        """Stores sources and answers, so that a server that is started again knows them."""
+        self.revision += 1
+        choice = asdict(self.choice)
+        del choice["table"]["armed"]
+        content = {"sources": [asdict(each) for each in self.sources], "choice": choice}
+        write_text(self.folder / STATE, json.dumps(finite(content), indent=1), _KIND, renews=True)
+
+    def _recall(self) -> None:
+        """Reads what was stored; sources of a simulation are those of now."""
+        kept: dict[str, Any] = {}
+        try:
+            kept = json.loads((self.folder / STATE).read_text(encoding="utf-8"))
+            sources = [BenchSource(**each) for each in kept["sources"]]
+            choice = RunChoice(**kept["choice"] | {"table": TableChoice(**kept["choice"]["table"])})
+        except (OSError, ValueError, KeyError, TypeError):
+            # A first start, or a file of another version: nothing is lost but what can be typed again.
+            sources, choice = [], self.choice
+        if choice.word in (kind.word for kind in self.kinds):
+            self.choice = choice
+        if self.simulated is not None:
+            known = {each.name: each for each in sources}
+            sources = [
+                replace(each, serial=known[each.name].serial, role=known[each.name].role)
+                if each.name in known
+                else each
+                for each in self.simulated.sources
+            ]
+            self.choice.table.address = self.simulated.table
+        self.sources = BenchSources(tuple(sources), self.choice.word)

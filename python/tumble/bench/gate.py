@@ -1,0 +1,252 @@
+"""The gate before every request: who asks, from which page, and how much at once.
+
+Only browsers that entered reach the pages; nothing from another origin does, whatever it carries. Answers
+forbid scripts of others, frames and guesses of types (https://www.w3.org/TR/CSP3).
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any, TypeAlias
+from urllib.parse import parse_qs, urlsplit
+
+from tumble.bench.access import Access, Browser
+from tumble.bench.settings import LOOPBACK, BenchSettings
+
+Scope: TypeAlias = MutableMapping[str, Any]
+Receive: TypeAlias = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send: TypeAlias = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+MOST_SOCKETS = 64
+"""Sockets that are open at once."""
+MOST_SOCKETS_OF_ONE = 16
+"""Sockets of one browser."""
+LARGEST_BODY = 1 << 16
+"""Bytes of a request."""
+LARGEST_MESSAGE = 1 << 18
+"""Bytes of a message on a socket."""
+BROWSER = "tumble.browser"
+"""Key of the browser in the scope of a request that passed."""
+BEAT = "/beat"
+"""Path of the signs of life of a browser."""
+_SOCKETS = "/_nicegui_ws/"
+_SCRIPT = re.compile(rb"<script(?=[ >])")
+_PUBLIC = ("/favicon.ico",)
+_METHODS = ("GET", "HEAD", "POST")
+REPORTS = ("/runs/", "/history/", "/certificates/", "/made-here/")
+"""Paths of files that were written before; a page among them has an origin of its own, and no cookies."""
+REPORT_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; "
+    "sandbox allow-scripts allow-popups"
+)
+
+
+class Gate:
+    """Stands before an application; see the module."""
+
+    def __init__(self, application: Application, access: Access, settings: BenchSettings) -> None:
+        self.app = application
+        self._access = access
+        self._settings = settings
+        self._sockets: dict[str, int] = {}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serves one request, or refuses it."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._socket(scope, receive, send)
+        else:
+            await self._request(scope, receive, send)
+
+    async def _socket(self, scope: Scope, receive: Receive, send: Send) -> None:
+        browser = self._browser(scope)
+        if browser is None or not self._is_ours(scope, needs_origin=True) or not self._has_room(browser):
+            await receive()
+            await send({"type": "websocket.close", "code": 1008})
+            return
+        self._sockets[browser.key] = self._sockets.get(browser.key, 0) + 1
+        scope[BROWSER] = browser
+        try:
+            await self.app(scope, receive, send)
+        finally:
+            self._sockets[browser.key] -= 1
+            if not self._sockets[browser.key]:
+                del self._sockets[browser.key]
+
+    async def _request(self, scope: Scope, receive: Receive, send: Send) -> None:
+        method, path = scope["method"], scope["path"]
+        if not self._is_ours(scope, needs_origin=method == "POST") or method not in _METHODS:
+            await _answer(send, 403, "This page can be reached from itself only.")
+        elif path.startswith(_SOCKETS):
+            await _answer(send, 403, "Sockets only.")
+        elif _length(scope) > LARGEST_BODY:
+            await _answer(send, 413, "Too large.")
+        elif path in _PUBLIC:
+            await self.app(scope, receive, send)
+        elif browser := self._browser(scope):
+            if path == BEAT and method == "POST":
+                self._access.beat(browser.key)
+                await _answer(send, 204, "")
+                return
+            scope[BROWSER] = browser
+            await self.app(scope, receive, _Guarded(send, is_report=path.startswith(REPORTS)))
+        else:
+            await self._enter(scope, send)
+
+    async def _enter(self, scope: Scope, send: Send) -> None:
+        """Lets a browser in that shows the token, or whoever is on this computer."""
+        token = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
+        client = scope.get("client") or ("",)
+        browser = self._access.enter(token, str(client[0]))
+        if browser is None:
+            await _answer(
+                send, 403, "No entry without the token: use the link or the QR code of the terminal."
+            )
+            return
+        path = scope["path"] if scope["path"].startswith("/") and not scope["path"].startswith("//") else "/"
+        # A page of our own leads on: a strict cookie is not sent on a way that another site began.
+        refresh = f'<meta http-equiv="refresh" content="0;url={_attribute(path)}">'
+        onward = f"<!doctype html><title>Tumble</title>{refresh}"
+        await _answer(send, 200, onward, "text/html; charset=utf-8", self._cookie(browser))
+
+    def _cookie(self, browser: Browser) -> tuple[bytes, bytes]:
+        secure = "; Secure" if self._settings.certificate is not None else ""
+        content = f"{self._access.cookie}={browser.key}; Path=/; HttpOnly; SameSite=Strict{secure}"
+        return b"set-cookie", content.encode()
+
+    def _browser(self, scope: Scope) -> Browser | None:
+        cookies = SimpleCookie()
+        try:
+            cookies.load(_header(scope, b"cookie"))
+        except CookieError:
+            return None
+        found = cookies.get(self._access.cookie)
+        return None if found is None else self._access.known(found.value)
+
+    def _is_ours(self, scope: Scope, *, needs_origin: bool) -> bool:
+        """Returns whether a request names this server, and comes from its own pages."""
+        host, origin = _header(scope, b"host"), _header(scope, b"origin")
+        if self._settings.is_local and _hostname(host) not in LOOPBACK:
+            return False
+        if not origin:
+            return not needs_origin
+        return origin.lower() == f"{self._settings.scheme}://{host}".lower()
+
+    def _has_room(self, browser: Browser) -> bool:
+        return (
+            sum(self._sockets.values()) < MOST_SOCKETS
+            and self._sockets.get(browser.key, 0) < MOST_SOCKETS_OF_ONE
+        )
+
+
+class _Guarded:
+    """Sends answers with headers that forbid what no page of ours needs; scripts of ours get a number."""
+
+    def __init__(self, send: Send, *, is_report: bool) -> None:
+        self._send = send
+        self._nonce = secrets.token_urlsafe(12)
+        self._start: MutableMapping[str, Any] | None = None
+        self._body = b""
+        self._is_report = is_report
+
+    async def __call__(self, message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            policy = REPORT_POLICY if self._is_report else _policy(self._nonce)
+            message["headers"] = [*message.get("headers", []), *_headers(policy)]
+            if _is_page(message["headers"]) and not self._is_report:
+                self._start = message
+                return
+        elif self._start is not None and message["type"] == "http.response.body":
+            self._body += message.get("body", b"")
+            if message.get("more_body", False):
+                return
+            message = await self._page(self._start)
+        await self._send(message)
+
+    async def _page(self, start: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+        """Marks the scripts of a page as ours: text of others is escaped in it, and opens none."""
+        body = _SCRIPT.sub(f'<script nonce="{self._nonce}"'.encode(), self._body)
+        length = (b"content-length", str(len(body)).encode())
+        start["headers"] = [*(each for each in start["headers"] if each[0].lower() != length[0]), length]
+        self._start = None
+        await self._send(start)
+        return {"type": "http.response.body", "body": body}
+
+
+def _policy(nonce: str) -> str:
+    """Returns the policy of our pages; NiceGUI compiles components and styles in them."""
+    return "; ".join(
+        (
+            "default-src 'none'",
+            f"script-src 'self' 'nonce-{nonce}' 'unsafe-eval'",
+            "style-src 'self' 'unsafe-inline'",
+            "img-src 'self' data: blob:",
+            "font-src 'self' data:",
+            "connect-src 'self'",
+            "worker-src 'self'",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        )
+    )
+
+
+def _headers(policy: str) -> list[tuple[bytes, bytes]]:
+    return [
+        (b"content-security-policy", policy.encode()),
+        (b"x-content-type-options", b"nosniff"),
+        (b"referrer-policy", b"no-referrer"),
+        (b"cross-origin-opener-policy", b"same-origin"),
+        (b"cross-origin-resource-policy", b"same-origin"),
+    ]
+
+
+async def _answer(
+    send: Send, status: int, text: str, kind: str = "text/plain; charset=utf-8", *headers: tuple[bytes, bytes]
+) -> None:
+    content = text.encode()
+    known = [(b"content-type", kind.encode())]
+    if status != 204:
+        known.append((b"content-length", str(len(content)).encode()))
+    await send(
+        {
+            "type": "http.response.start",
+            "status": status,
+            "headers": [*known, (b"cache-control", b"no-store"), *_headers("default-src 'none'"), *headers],
+        }
+    )
+    await send({"type": "http.response.body", "body": content})
+
+
+def _header(scope: Scope, name: bytes) -> str:
+    headers: Iterable[tuple[bytes, bytes]] = scope["headers"]
+    return next((value.decode("latin-1") for key, value in headers if key.lower() == name), "")
+
+
+def _length(scope: Scope) -> int:
+    text = _header(scope, b"content-length")
+    if text.isdecimal():
+        return int(text)
+    return LARGEST_BODY + 1 if _header(scope, b"transfer-encoding") else 0
+
+
+def _hostname(host: str) -> str:
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _is_page(headers: Iterable[tuple[bytes, bytes]]) -> bool:
+    return any(key.lower() == b"content-type" and value.startswith(b"text/html") for key, value in headers)
+
+
+def _attribute(text: str) -> str:
+    from html import escape
+
+    return escape(text, quote=True)

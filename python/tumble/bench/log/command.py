@@ -1,0 +1,83 @@
+"""`tumble view`: charts of any recording, session or result, in the browser."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from tumble.cli.read_options import ReadingOptions
+from tumble.cli.screen import print_event
+from tumble.cli.shared_options import JsonOption
+from tumble.foundation.errors import CommandError
+from tumble.logs.optional import install_command
+
+_NEEDED: Final = ("nicegui", "tsdownsample")
+
+
+def view_command(
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="LOG|RESULT|SESSION...",
+            help="Logs, LOG:NAME for one IMU of several; recorded sessions; calibration files, JSON and "
+            "folders of results. Several are shown together.",
+        ),
+    ],
+    calibration: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--calibration",
+            metavar="FILE",
+            help="Calibration file of a unit, which is then shown corrected beside raw; repeatable.",
+            show_default=False,
+        ),
+    ] = None,
+    log: Annotated[
+        str | None,
+        typer.Option(
+            "--log", metavar="LOG", help="Log of a RESULT, if it is not beside it.", show_default=False
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", help="Port of the page; any free one if not given.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Only print the address of the page.")
+    ] = False,
+    as_json: JsonOption = False,
+    *,
+    reading: ReadingOptions,
+) -> None:
+    """Show recordings as charts in the browser: zoom, rests and turns, spectra, calibrated beside raw.
+
+    Example: tumble view drive.bag:/imu/data
+
+    Serves a page on this computer until Ctrl-C. Charts zoom by wheel, drag and keys, and save as PNG and SVG.
+    With a result its recording is shown, with the rests that were used and the residuals.
+    """
+    _need_extra()
+    from tumble.bench.log.serving import serve
+    from tumble.tools.view.viewing import open_viewing
+
+    viewing = open_viewing(sources, calibrations=calibration or (), log=log, read=reading.read())
+
+    def tell(address: str) -> None:
+        if as_json:
+            print_event("serving", {"address": address})
+        else:
+            print(f"{viewing.title}: {address}\nCtrl-C ends it.", flush=True)
+
+    serve(viewing, port, opens_browser=not no_browser, tell=tell)
+
+
+def _need_extra() -> None:
+    """Raises `CommandError` where what the page needs is not installed."""
+    for package in _NEEDED:
+        if find_spec(package) is None:
+            raise CommandError(
+                f"the page needs the Python package {package}, which is not installed; "
+                f"type: {install_command('bench')}"
+            )

@@ -1,0 +1,42 @@
+"""Recordings that pages of a bench show: each is opened and read once, whoever looks at it."""
+
+from __future__ import annotations
+
+import threading
+
+from fastapi import APIRouter
+
+from tumble.bench.log.procedure_panel import ResultPages
+from tumble.bench.log.samples_route import SamplesRoute
+from tumble.tools.view.viewing import Viewing, open_viewing
+
+MOST = 4
+"""Recordings that are kept; of more, that which was opened longest ago is closed."""
+
+
+class OpenLogs:
+    """Recordings by what was typed, with the routes of their samples and of results made of them."""
+
+    def __init__(self) -> None:
+        self.samples = SamplesRoute()
+        self.pages = ResultPages()
+        self._open: dict[str, Viewing] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def routers(self) -> tuple[APIRouter, APIRouter]:
+        """Routes that a server has to include."""
+        return self.samples.router, self.pages.router
+
+    def open(self, source: str) -> Viewing:
+        """Opens LOG, RESULT or SESSION, and reads it in the background.
+
+        Raises `TumbleError`, in one line, where it cannot be opened.
+        """
+        with self._lock:
+            if source not in self._open:
+                self._open[source] = open_viewing([source])
+                threading.Thread(target=self._open[source].gather, daemon=True).start()
+            while len(self._open) > MOST:
+                del self._open[next(iter(self._open))]
+            return self._open[source]

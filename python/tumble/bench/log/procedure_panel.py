@@ -1,0 +1,173 @@
+"""Procedures that a recording, or sections of it, can serve: run in a thread, with verdict and page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter, HTTPException
+from fastapi.responses import FileResponse
+from nicegui import run, ui
+
+from tumble.foundation.errors import OutputError, TumbleError
+from tumble.foundation.file_names import file_stem
+from tumble.foundation.procedures import PROCEDURES, Procedure
+from tumble.foundation.translation import translated
+from tumble.tools.view.viewing import ViewedUnit, Viewing
+
+ROUTE = "/made-here"
+
+
+class ResultPages:
+    """Serves pages of results that were made here, by number; no other file."""
+
+    def __init__(self) -> None:
+        self.router = APIRouter()
+        self._pages: list[Path] = []
+        self.router.add_api_route(f"{ROUTE}/{{number}}", self._page)
+
+    def serve(self, page: Path) -> str:
+        """Serves a page; returns its address."""
+        self._pages.append(page.resolve())
+        return f"{ROUTE}/{len(self._pages)}"
+
+    def _page(self, number: int) -> FileResponse:
+        if not 1 <= number <= len(self._pages):
+            raise HTTPException(404, "no such page")
+        return FileResponse(self._pages[number - 1], media_type="text/html")
+
+
+@dataclass(frozen=True, slots=True)
+class Workplace:
+    """Where results of procedures go, and who may run them."""
+
+    folder: Path
+    """Folder to which the folders of results are relative."""
+    is_bound: bool = False
+    """Indicates whether they must be within it: whoever asks may be at another computer."""
+    may_run: Callable[[], bool] = lambda: True
+    """Returns whether the page may run procedures now."""
+
+    def place(self, typed: str) -> Path:
+        """Returns the folder of results that was typed; raises `OutputError` where it is out of bounds."""
+        wanted = self.folder / typed
+        if self.is_bound and not wanted.resolve().is_relative_to(self.folder.resolve()):
+            raise OutputError(f"{typed}: is not within {self.folder}; give a folder in it")
+        return wanted
+
+
+OWN_COMPUTER = Workplace(Path())
+"""Whoever opens the page started it, and may do what commands may."""
+
+
+def procedures_for(unit: ViewedUnit) -> list[Procedure]:
+    """Returns the procedures that take one log, and that inspection finds possible."""
+    if unit.inspection is None:
+        return []
+    possible = {service.procedure for service in unit.inspection.services if service.possible}
+    return [each for each in PROCEDURES if each.takes_one_log and each.word in possible]
+
+
+def run_procedure(
+    procedure: Procedure,
+    unit: ViewedUnit,
+    sections: Sequence[tuple[float, float]],
+    viewing: Viewing,
+    folder: Path,
+) -> tuple[str, dict[str, Path]]:
+    """Runs a procedure as its command does; returns the verdict, and the path of each file by what it is.
+
+    Without sections the log itself is read, so that files are those of the command. Raises `TumbleError` in
+    one line where it cannot be done.
+    """
+    act = getattr(import_module(f"{procedure.folder}.procedure"), procedure.word)
+    if sections:
+        result = act(unit.samples.cut(list(sections)))
+    else:
+        result = act(unit.source, read=viewing.read_options)
+    return str(result.verdict), result.save(folder)
+
+
+class ProcedurePanel:
+    """Buttons of procedures, and their verdicts."""
+
+    def __init__(
+        self, viewing: Viewing, pages: ResultPages, report: Callable[[str], None], workplace: Workplace
+    ) -> None:
+        self._viewing = viewing
+        self._workplace = workplace
+        self._pages = pages
+        self._report = report
+        self._sections: list[tuple[float, float]] = []
+        self._offered: tuple[str, ...] = ()
+        self._unit: ViewedUnit | None = None
+        with ui.element("section").classes("tumble-card") as self._card:
+            with ui.element("h2").classes("tumble-heading"):
+                ui.label(translated("Run a procedure"))
+            self._on = ui.label().classes("tumble-soft")
+            self._folder = (
+                ui.input(translated("Folder for results")).props("dense outlined").classes("w-full")
+            )
+            self._buttons = ui.element("div").classes("tumble-row")
+            self._verdicts = ui.element("div").props('role="status"')
+        self._card.set_visibility(False)
+        self.choose([])
+
+    def choose(self, sections: Sequence[tuple[float, float]]) -> None:
+        """Runs the next procedure on these sections; on the whole log without any."""
+        self._sections = list(sections)
+        count = len(self._sections)
+        self._on.text = (
+            translated("On {count} chosen sections of the recording.", count=count)
+            if count
+            else translated("On the whole recording.")
+        )
+
+    def offer(self, unit: ViewedUnit) -> None:
+        """Offers the procedures that a unit can serve."""
+        found = procedures_for(unit)
+        words = (unit.name, *(each.word for each in found))
+        if words == self._offered:
+            return
+        self._offered, self._unit = words, unit
+        self._card.set_visibility(bool(found))
+        self._folder.value = f"{file_stem(unit.name)}-tumble"
+        self._buttons.clear()
+        with self._buttons:
+            for each in found:
+                button = ui.button(translated(each.title), on_click=self._runs(each), color=None)
+                button.props("flat dense no-caps").classes("tumble-button")
+                button.props["title"] = translated(each.summary)
+
+    def _runs(self, procedure: Procedure) -> Callable[[], Any]:
+        async def act() -> None:
+            unit = self._unit
+            assert unit is not None
+            if not self._workplace.may_run():
+                self._report(translated("Another browser holds the bench; ask for it first."))
+                return
+            self._report(translated("{title} …", title=translated(procedure.title)))
+            try:
+                folder = self._workplace.place(self._folder.value.strip() or f"{file_stem(unit.name)}-tumble")
+                found = await run.io_bound(
+                    run_procedure, procedure, unit, tuple(self._sections), self._viewing, folder
+                )
+            except TumbleError as error:
+                self._show(procedure, str(error), None)
+                return
+            finally:
+                self._report("")
+            if found is not None:
+                verdict, files = found
+                self._show(procedure, translated(verdict), files.get("report"))
+
+        return act
+
+    def _show(self, procedure: Procedure, verdict: str, page: Path | None) -> None:
+        with self._verdicts, ui.element("div").classes("tumble-row"):
+            ui.label(f"{translated(procedure.title)}: {verdict}").classes("tumble-verdict")
+            if page is not None:
+                ui.link(translated("Page of the result"), self._pages.serve(page), new_tab=True)

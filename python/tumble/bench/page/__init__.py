@@ -1,0 +1,1 @@
+"""Screens of the bench, and the frame around them."""

@@ -1,0 +1,90 @@
+"""One open page: whose it is, in which language, and what it may do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Protocol
+
+from nicegui import ui
+from nicegui.client import Client
+
+from tumble.bench.access import Browser
+from tumble.bench.bench import Bench
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.message import Message, message
+from tumble.foundation.translation import speaking, translated
+
+Act = Callable[[], object]
+
+
+class Screen(Protocol):
+    """One screen, as long as it is shown."""
+
+    def update(self) -> None:
+        """Shows what has changed; called many times a second, so it does little where nothing has."""
+
+
+class PageContext:
+    """One open page of one browser."""
+
+    def __init__(self, bench: Bench, browser: Browser, language: str, client: Client) -> None:
+        self.bench = bench
+        self.browser = browser
+        self.language = language
+        self.client = client
+        self.screen: Screen | None = None
+        self.primary: Act | None = None
+        """Act of space, Enter and the pedal on this screen; None for nothing."""
+        self.scan: Callable[[str], object] | None = None
+        """Takes a scanned text on this screen; None where a scanner does nothing."""
+
+    @property
+    def operates(self) -> bool:
+        """Returns whether this browser holds the bench."""
+        return self.bench.access.operates(self.browser.key)
+
+    def text(self, what: Message) -> str:
+        """Returns a message in the language of the page."""
+        with speaking(self.language):
+            return self._translated(what)
+
+    def words(self, text: str, /, **values: str | int | float) -> str:
+        """Returns a text in the language of the page; for labels of screens."""
+        return self.text(message(text, **values))
+
+    def guarded(self, act: Act) -> Act:
+        """Wraps what changes the bench: only the operator does it, and an error is shown in one line."""
+        return partial(self._do, act)
+
+    def notify(self, text: str, kind: str = "bad") -> None:
+        """Shows a line for a while."""
+        with self.client.content:
+            ui.notify(
+                text, color=None, position="top", timeout=5000, classes=f"notice {kind}", multi_line=True
+            )
+
+    def tone(self, name: str) -> None:
+        """Plays a tone: `held`, `part done`, `done`, `failed` or `warning`."""
+        self.client.run_javascript(f"benchTone('{name}')")
+
+    def go(self, target: str) -> None:
+        """Shows another screen."""
+        with self.client.content:
+            ui.navigate.to(target)
+
+    def _do(self, act: Act) -> None:
+        if not self.operates:
+            self.notify(self.words("Another browser holds the bench; ask for it first."), "warn")
+            return
+        try:
+            act()
+        except TumbleError as error:
+            self.notify(self.text(message(str(error))))
+
+    def _translated(self, what: Message) -> str:
+        values: dict[str, Any] = {
+            name: self._translated(value) if isinstance(value, Message) else value
+            for name, value in what.values.items()
+        }
+        return translated(what.text, **values)

@@ -1,0 +1,183 @@
+"""Folder of one run: its order, the recording, the results, and the decision on them.
+
+All that a bench has to know after it was killed stands in these files.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from tumble.foundation.file_names import SESSION_FILE, SESSION_FOLDER
+from tumble.foundation.files import FileKind, prepare_folder, remove_empty, remove_made, write_text
+from tumble.foundation.message import Message
+from tumble.foundation.plain import finite
+from tumble.logs.options import ReadOptions
+from tumble.tools.guided.order import RunOrder, TableOrder
+from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
+
+ORDER, OUTCOME = "order.json", "outcome.json"
+ACCEPTED = "accepted"
+"""Decision of an operator on an outcome; empty for none."""
+_KIND = FileKind("a file of tumble bench", re.compile(rb"\A\{"))
+
+
+@dataclass(frozen=True, slots=True)
+class RunFolder:
+    """One run on disk."""
+
+    path: Path
+    word: str
+    """Word of its procedure."""
+    order: RunOrder
+
+    @property
+    def has_recording(self) -> bool:
+        """Returns whether anything was recorded."""
+        return (self.path / SESSION_FOLDER / SESSION_FILE).is_file()
+
+    @property
+    def is_finished(self) -> bool:
+        """Returns whether its results are written."""
+        return (self.path / OUTCOME).is_file()
+
+    @classmethod
+    def begin(cls, folder: Path, word: str, order: RunOrder) -> RunFolder:
+        """Makes the folder of a new run below `folder`; raises `OutputError` where that cannot be done."""
+        path = _free(folder, f"{datetime.now(timezone.utc):%Y-%m-%d}_{word}")
+        made = cls(prepare_folder(path), word, replace(order, folder=path))
+        made._keep_order()
+        return made
+
+    @classmethod
+    def load(cls, path: Path) -> RunFolder | None:
+        """Reads the folder of a run; None where it is none, or is damaged."""
+        try:
+            content: dict[str, Any] = json.loads((path / ORDER).read_text(encoding="utf-8"))
+            return cls(path, str(content["word"]), _order(path, content["order"]))
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def keep_outcome(self, outcome: RunOutcome, decision: str = "") -> None:
+        """Stores the outcome, and the operator's decision once there is one; raises `OutputError`."""
+        content = {"decision": decision, "outcome": _plain(outcome, self.path)}
+        write_text(self.path / OUTCOME, json.dumps(finite(content), indent=1), _KIND, renews=True)
+
+    def outcome(self) -> tuple[RunOutcome, str] | None:
+        """Returns the outcome and the decision on it; None where there is none, or it is damaged."""
+        try:
+            content: dict[str, Any] = json.loads((self.path / OUTCOME).read_text(encoding="utf-8"))
+            return _outcome(self.path, content["outcome"]), str(content["decision"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def remove_if_empty(self) -> None:
+        """Removes the folder of a run of which nothing was recorded."""
+        if not self.has_recording:
+            remove_made(self.path / ORDER)
+            remove_empty([self.path])
+
+    def with_order(self, order: RunOrder) -> RunFolder:
+        """Returns the run with another order, which is stored."""
+        changed = replace(self, order=replace(order, folder=self.path))
+        changed._keep_order()
+        return changed
+
+    def _keep_order(self) -> None:
+        content = asdict(replace(self.order, resume=False, table=_disarmed(self.order.table)))
+        del content["folder"]
+        text = json.dumps(finite({"word": self.word, "order": content}), indent=1)
+        write_text(self.path / ORDER, text, _KIND, renews=True)
+
+
+def runs_in(folder: Path) -> list[RunFolder]:
+    """Returns the runs below a folder, the latest first."""
+    if not folder.is_dir():
+        return []
+    found = (RunFolder.load(path) for path in folder.iterdir() if path.is_dir())
+    return sorted((run for run in found if run is not None), key=lambda run: _age(run.path), reverse=True)
+
+
+def unfinished(folder: Path) -> RunFolder | None:
+    """Returns the latest run below a folder if it was recorded and has no results."""
+    latest = next(iter(runs_in(folder)), None)
+    return latest if latest is not None and latest.has_recording and not latest.is_finished else None
+
+
+def _age(path: Path) -> tuple[float, str]:
+    return (path / ORDER).stat().st_mtime, path.name
+
+
+def _free(folder: Path, stem: str) -> Path:
+    return next(path for n in range(1, 1 << 20) if not (path := folder / f"{stem}_{n}").exists())
+
+
+def _disarmed(table: TableOrder | None) -> TableOrder | None:
+    """A table that is read from a file never moves before it is armed again."""
+    return None if table is None else replace(table, armed=False)
+
+
+def _order(path: Path, content: dict[str, Any]) -> RunOrder:
+    table = content.pop("table")
+    reading = {name: ReadOptions(**_tuples(each)) for name, each in content.pop("reading").items()}
+    return RunOrder(
+        folder=path, table=None if table is None else TableOrder(**table), reading=reading, **content
+    )
+
+
+def _tuples(content: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in content.items()}
+
+
+def _plain(outcome: RunOutcome, folder: Path) -> dict[str, Any]:
+    def relative(path: Path | None) -> str | None:
+        return (
+            None if path is None else str(path.relative_to(folder)) if folder in path.parents else str(path)
+        )
+
+    content = asdict(outcome)
+    content["files"] = {name: relative(path) for name, path in outcome.files.items()}
+    for unit, plain in zip(outcome.units, content["units"], strict=True):
+        plain["calibration"], plain["page"] = relative(unit.calibration), relative(unit.page)
+    return content
+
+
+def _outcome(folder: Path, content: dict[str, Any]) -> RunOutcome:
+    units = tuple(_unit(folder, each) for each in content.pop("units"))
+    files = {name: folder / path for name, path in content.pop("files").items()}
+    return RunOutcome(**content | {"units": units, "files": files, "reasons": _messages(content["reasons"])})
+
+
+def _unit(folder: Path, content: dict[str, Any]) -> UnitOutcome:
+    def path(name: str) -> Path | None:
+        return None if content[name] is None else folder / content[name]
+
+    furthest = tuple(_parameter(each) for each in content["furthest"])
+    changed = {"calibration": path("calibration"), "page": path("page"), "furthest": furthest}
+    return UnitOutcome(**content | changed | {"reasons": _messages(content["reasons"])})
+
+
+def _parameter(content: dict[str, Any]) -> FurthestParameter:
+    shown = {name: math.nan if content[name] is None else content[name] for name in ("value", "sigma")}
+    return FurthestParameter(**content | shown)
+
+
+def _messages(content: list[dict[str, Any]]) -> tuple[Message, ...]:
+    def one(each: dict[str, Any]) -> Message:
+        values = {
+            key: one(value) if isinstance(value, dict) else value for key, value in each["values"].items()
+        }
+        return Message(each["text"], values)
+
+    return tuple(map(one, content))
+
+
+def files_of(outcome: RunOutcome) -> Iterator[Path]:
+    """Returns the calibration files of an outcome."""
+    yield from (unit.calibration for unit in outcome.units if unit.calibration is not None)

@@ -1,0 +1,154 @@
+"""The server: NiceGUI behind the gate, on one port, until it is ended."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import uvicorn
+from fastapi import FastAPI
+from fastapi.responses import FileResponse, HTMLResponse, Response
+from nicegui import app as nicegui_app
+from nicegui import background_tasks, core, ui
+from starlette.middleware.gzip import GZipMiddleware
+
+from tumble.bench.bench import Bench
+from tumble.bench.gate import LARGEST_MESSAGE, MOST_SOCKETS, Gate
+from tumble.bench.page.frame import show_page
+from tumble.bench.registry_view import RegistryView
+from tumble.bench.settings import BenchSettings
+from tumble.foundation.errors import CommandError, TumbleError
+from tumble.foundation.file_names import SESSION_FOLDER
+
+STATIC = Path(__file__).parent / "static"
+MOST_CONNECTIONS = 4 * MOST_SOCKETS
+"""Connections at once; of more, each is answered that the server is busy."""
+REPORTS = (".html", ".pdf", ".xml", ".yaml", ".csv", ".json")
+"""Endings of files of a run that pages link to."""
+COMPRESSION = 4
+"""Level of gzip: a page comes over a hall's wireless network, and the server has samples to read."""
+PDF = "application/pdf"
+BETWEEN_PULSES = 0.1
+"""s between two signs that the server has time for its pages."""
+GRACE = 2
+"""s for open connections to end once the server is to."""
+
+
+class BenchServer(uvicorn.Server):
+    """Serves a bench; `run` returns after Ctrl-C or `should_exit`."""
+
+    def __init__(self, bench: Bench) -> None:
+        settings = bench.settings
+        self.socket = _listening(settings)
+        super().__init__(
+            uvicorn.Config(
+                GZipMiddleware(Gate(_application(bench), bench.access, settings), compresslevel=COMPRESSION),
+                log_level="error",
+                ws="websockets-sansio",
+                ws_max_size=LARGEST_MESSAGE,
+                ws_per_message_deflate=False,
+                limit_concurrency=MOST_CONNECTIONS,
+                timeout_graceful_shutdown=GRACE,
+                ssl_certfile=settings.certificate,
+                ssl_keyfile=settings.key,
+                server_header=False,
+                date_header=False,
+            )
+        )
+
+    @property
+    def port(self) -> int:
+        """Port at which it listens."""
+        number: int = self.socket.getsockname()[1]
+        return number
+
+    def serve_until_ended(self) -> None:
+        """Serves until Ctrl-C, SIGTERM or `should_exit`."""
+        self.run(sockets=[self.socket])
+
+
+def _listening(settings: BenchSettings) -> socket.socket:
+    """Listens at the port; raises `CommandError` where it is taken, or no address of this computer."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    try:
+        return socket.create_server((settings.host, settings.port), family=family, backlog=MOST_CONNECTIONS)
+    except OSError as error:
+        raise CommandError(
+            f"{settings.host}:{settings.port}: {error.strerror or error}; give another --port, or --port 0"
+        ) from error
+
+
+def _application(bench: Bench) -> FastAPI:
+    application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    nicegui_app.add_static_files("/bench", STATIC, max_cache_age=0)
+    for router in bench.logs.routers:
+        nicegui_app.include_router(router)
+
+    @nicegui_app.get("/runs/{run}/{name}")
+    def report(run: str, name: str) -> Response:
+        """Returns a file of a run."""
+        return _file(bench, run, name)
+
+    @nicegui_app.get("/history/{unit}")
+    def history(unit: str) -> Response:
+        """Returns the page of a unit over time."""
+        return _of_registry(bench, lambda registry: HTMLResponse(registry.history_page(unit)))
+
+    @nicegui_app.get("/certificates/{number}.pdf")
+    def certificate(number: str) -> Response:
+        """Returns a certificate."""
+        return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
+
+    nicegui_app.on_startup(partial(_pulse, bench))
+    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
+    core.app.config.socket_io_js_transports = ["websocket"]
+    core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
+    core.sio.eio.max_http_buffer_size = LARGEST_MESSAGE
+    ui.run_with(
+        application,
+        root=partial(show_page, bench),
+        title="Tumble",
+        dark=None,
+        language="en-US",
+        tailwind=False,
+        reconnect_timeout=5.0,
+        show_welcome_message=False,
+        binding_refresh_interval=None,
+        favicon=STATIC / "favicon.svg",
+        gzip_middleware_factory=None,  # the gate marks the scripts of a page, and compresses after that
+    )
+    return application
+
+
+async def _pulse(bench: Bench) -> None:
+    """Notes again and again that the server has time for its pages."""
+
+    async def beat() -> None:
+        while True:
+            bench.pulse = time.monotonic()
+            await asyncio.sleep(BETWEEN_PULSES)
+
+    background_tasks.create(beat(), name="pulse")
+
+
+def _of_registry(bench: Bench, answer: Callable[[RegistryView], Response]) -> Response:
+    try:
+        registry = bench.registry()
+        return Response("no registry is set", 404) if registry is None else answer(registry)
+    except TumbleError as error:
+        return Response(str(error), 404)
+
+
+def _file(bench: Bench, run: str, name: str) -> Response:
+    """Returns a report, a calibration or a summary of a run of this bench, and nothing else."""
+    folder = next((each.path for each in bench.earlier() if each.path.name == run), None)
+    if folder is None or "/" in name or name == SESSION_FOLDER or Path(name).suffix not in REPORTS:
+        return Response("no such file", 404)
+    path = folder / name
+    if not path.is_file() or path.resolve().parent != folder.resolve():
+        return Response("no such file", 404)
+    return FileResponse(path)

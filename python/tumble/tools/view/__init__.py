@@ -1,0 +1,1 @@
+"""Samples of recordings at any level of detail, their rests and turns, and spectra of sections."""

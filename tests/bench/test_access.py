@@ -1,0 +1,241 @@
+"""Access to the bench: tokens, origins, floods, markup in names, viewers, and one operator at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import http.client
+import os
+import socket
+import time
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from bench_pages import chromium, opened, serving, waited
+from repetitions import SOAK
+from tumble.bench.access import HOLDS_FOR, Access
+
+MARKUP = "<img src=x onerror=alert(1)>"
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """A bench at an address that needs a token; it is this computer all the same."""
+    with serving(tmp_path_factory.mktemp("bench"), "--host", "127.0.0.2") as found:
+        yield found
+
+
+def asked(bench, path="/", method="GET", body=None, **headers):
+    """Asks once; returns status, headers and text."""
+    place = urlsplit(bench.site)
+    line = http.client.HTTPConnection(place.hostname, place.port, timeout=30)
+    try:
+        line.request(method, path, body, {name.replace("_", "-"): text for name, text in headers.items()})
+        answer = line.getresponse()
+        return answer.status, dict(answer.getheaders()), answer.read().decode("utf-8", "replace")
+    finally:
+        line.close()
+
+
+def cookie_of(bench, which="operator"):
+    """Enters, and returns the cookie."""
+    path = bench.served[which].removeprefix(bench.site)
+    status, headers, _ = asked(bench, path)
+    assert status == 200
+    assert "HttpOnly" in headers["set-cookie"]
+    assert "SameSite=Strict" in headers["set-cookie"]
+    return headers["set-cookie"].partition(";")[0]
+
+
+def handshake(host, cookie="", origin=None):
+    """Writes the request for a socket."""
+    words = [
+        "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1",
+        f"Host: {host}",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        f"Sec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}",
+        "Sec-WebSocket-Version: 13",
+        *([f"Cookie: {cookie}"] if cookie else []),
+        *([f"Origin: {origin}"] if origin else []),
+    ]
+    return ("\r\n".join(words) + "\r\n\r\n").encode()
+
+
+def socket_status(bench, cookie="", origin=None, host=None):
+    """Asks for a socket; returns the status of the answer, 101 where it is opened, and the socket."""
+    place = urlsplit(bench.site)
+    line = socket.create_connection((place.hostname, place.port), timeout=30)
+    line.sendall(handshake(host or place.netloc, cookie, origin))
+    return int(line.recv(1024).split()[1]), line
+
+
+def serves(bench, cookie):
+    return asked(bench, "/", Cookie=cookie)[0] == 200
+
+
+def test_nobody_enters_without_the_token(bench):
+    for path in (
+        "/",
+        "/run",
+        "/bench/bench.js",
+        "/?token=wrong",
+        "/runs/x/y.html",
+        "/?token=",
+        "/_nicegui/x",
+    ):
+        status, headers, text = asked(bench, path)
+        assert (status, "set-cookie" in headers) == (403, False), path
+        assert "token" in text
+    assert asked(bench, "/", Cookie="tumble_bench=wrong")[0] == 403
+    assert socket_status(bench, "", bench.site)[0] != 101
+    cookie = cookie_of(bench)
+    assert asked(bench, "/", Cookie=cookie)[0] == 200
+    assert asked(bench, "/bench/bench.js", Cookie=cookie)[0] == 200
+
+
+def test_foreign_pages_reach_nothing(bench):
+    cookie = cookie_of(bench)
+    for origin in ("http://evil.example", "null", bench.site.replace("http:", "https:"), f"{bench.site}1"):
+        assert asked(bench, "/", "POST", Cookie=cookie, Origin=origin)[0] == 403
+        assert asked(bench, "/", Cookie=cookie, Origin=origin)[0] == 403
+        assert socket_status(bench, cookie, origin)[0] != 101
+    assert socket_status(bench, cookie)[0] != 101
+    status, headers, _ = asked(bench, "/", Cookie=cookie)
+    assert status == 200
+    assert not [name for name in headers if name.lower().startswith("access-control")]
+    policy = headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "frame-ancestors 'none'" in policy
+    assert "'unsafe-inline'" not in policy.partition("script-src")[2].partition(";")[0]
+
+
+def test_names_of_hosts_that_lead_here_are_refused(tmp_path):
+    with serving(tmp_path) as local:
+        assert asked(local, "/")[0] == 200
+        assert asked(local, "/", Host="evil.example")[0] == 403
+        assert socket_status(local, origin="http://evil.example", host="evil.example")[0] != 101
+
+
+def test_large_messages_and_bodies_are_refused(bench):
+    cookie = cookie_of(bench)
+    assert asked(bench, "/", "POST", b"x" * 10_000_000, Cookie=cookie, Origin=bench.site)[0] == 413
+    assert asked(bench, "/", "PUT", b"", Cookie=cookie)[0] == 403
+    address = bench.site.replace("http", "ws") + "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    with connect(address, additional_headers={"Cookie": cookie}, origin=bench.site) as line:
+        line.recv()
+        with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012 - sent in parts, closed at any of them
+            line.send("4" + "x" * 10_000_000)
+            while True:
+                line.recv(timeout=30)
+    assert serves(bench, cookie)
+
+
+def test_many_sockets_are_refused_and_the_bench_goes_on(bench):
+    cookie = cookie_of(bench)
+
+    async def flood(count):
+        gate = asyncio.Semaphore(100)
+        place = urlsplit(bench.site)
+
+        async def one():
+            async with gate:
+                try:
+                    reader, writer = await asyncio.open_connection(place.hostname, place.port)
+                    writer.write(handshake(place.netloc, cookie, bench.site))
+                    answer = await asyncio.wait_for(reader.readline(), 30.0)
+                except (OSError, asyncio.TimeoutError):
+                    return 0, None
+                if b" 101 " in answer:
+                    return 1, writer  # kept open
+                writer.close()
+                return 0, None
+
+        found = await asyncio.gather(*(one() for _ in range(count)))
+        for _, writer in found:
+            if writer is not None:
+                writer.close()
+        return sum(opened for opened, _ in found)
+
+    assert asyncio.run(flood(10_000 if SOAK else 300)) <= 16
+    assert waited_for(lambda: serves(bench, cookie))
+
+
+def waited_for(condition):
+    for _ in range(100):
+        if condition():
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def test_only_files_of_runs_are_given(bench):
+    cookie = cookie_of(bench)
+    run = bench.folder / "2026-01-01_turntable_1"
+    (run / "session").mkdir(parents=True)
+    (run / "order.json").write_text(
+        '{"word": "turntable", "order": {"sources": {}, "reading": {}, "table": null}}'
+    )
+    (run / "page.html").write_text("<!doctype html><script>1</script>")
+    (run / "secret.txt").write_text("x")
+    (bench.folder / "outside.yaml").write_text("x")
+    (run / "linked.yaml").symlink_to(bench.folder / "outside.yaml")
+    status, headers, _ = asked(bench, f"/runs/{run.name}/page.html", Cookie=cookie)
+    assert status == 200
+    assert "sandbox" in headers["content-security-policy"]
+    for path in ("secret.txt", "session", "linked.yaml", "../outside.yaml", "..%2foutside.yaml", "none.html"):
+        assert asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[0] in (404, 200), path
+        assert asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[2] != "x", path
+
+
+def test_markup_in_names_is_text_and_viewers_only_look(bench):
+    with chromium() as browser:
+        operator = opened(browser, bench.served["operator"])
+        waited(operator, lambda: operator.locator(".holder.mine").count())
+        operator.get_by_label("Name", exact=True).fill("unit")
+        operator.get_by_label("Address", exact=True).fill("udp://:29171")
+        operator.get_by_role("button", name="Add", exact=True).click()
+        operator.locator(".source").wait_for()
+        operator.get_by_label("Serial of unit").fill(MARKUP)
+        operator.keyboard.press("Tab")
+        operator.get_by_role("link", name="Run").click()
+        operator.locator(".unit-serial", has_text=MARKUP).wait_for()
+        assert operator.locator("#screen img").count() == 0
+
+        viewer = opened(browser, bench.served["viewer"])
+        assert viewer.get_by_role("button", name="Ask for the bench").count() == 0
+        viewer.get_by_label("Serial of unit").fill("taken")
+        viewer.keyboard.press("Tab")
+        viewer.locator(".notice").wait_for()
+        assert operator.locator(".unit-serial").inner_text() == MARKUP
+
+        other = opened(browser, bench.served["operator"])
+        other.get_by_role("button", name="Ask for the bench").click()
+        operator.get_by_role("button", name="Hand over").click()
+        waited(other, lambda: other.locator(".holder.mine").count())
+        waited(operator, lambda: not operator.locator(".holder.mine").count())
+        assert [*operator.script_errors, *viewer.script_errors, *other.script_errors] == []
+
+
+def test_a_bench_whose_operator_is_gone_may_be_taken():
+    now = [0.0]
+    access = Access(needs_token=True, clock=lambda: now[0])
+    assert access.enter("wrong", "") is None
+    one, other = (access.enter(access.token, "") for _ in range(2))
+    viewer = access.enter(access.viewer_token, "")
+    for each in (one, other, viewer):
+        access.beat(each.key)
+    assert access.operates(one.key)
+    assert not access.ask(other.key)
+    assert not access.ask(viewer.key)
+    access.keep(other.key)
+    assert access.asking is other
+    access.keep(one.key)
+    assert access.asking is None
+    now[0] = HOLDS_FOR + 1.0
+    assert access.silent > HOLDS_FOR
+    assert access.ask(other.key)
+    assert access.operates(other.key)

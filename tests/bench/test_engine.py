@@ -1,0 +1,192 @@
+"""The engine runs one thing at a time, loses no event, and knows after a restart what was there."""
+
+from __future__ import annotations
+
+import math
+import threading
+
+import pytest
+
+from tumble.bench import engine as engine_module
+from tumble.bench.bench import Bench
+from tumble.bench.engine import Engine
+from tumble.bench.run_folder import RunFolder, runs_in, unfinished
+from tumble.bench.settings import BenchSettings
+from tumble.bench.sources import BenchSource
+from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.foundation.message import message
+from tumble.logs.options import ReadOptions
+from tumble.tools.guided.order import RunOrder, TableOrder
+from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
+from tumble.tools.guided.view import RunView
+
+PATIENCE = 30.0
+
+
+class StandInRun:
+    """A run that holds as many rests as the test lets it."""
+
+    def __init__(self, order):
+        self.order = order
+        self.may_go_on = threading.Semaphore(0)
+        self.stopped = threading.Event()
+
+    def views(self):
+        (self.order.folder / "session").mkdir(exist_ok=True)
+        (self.order.folder / "session" / "session.yaml").write_text("")
+        for number in range(3):
+            yield RunView(kind="held", elapsed=number, instruction=message("Hold."), subject=f"pose {number}")
+            self.may_go_on.acquire(timeout=PATIENCE)
+            if self.stopped.is_set():
+                return
+        yield RunView(kind="done", elapsed=3.0, instruction=message("Done."))
+
+    def stop(self):
+        self.stopped.set()
+        self.may_go_on.release()
+
+    def act(self, action, subject=""):
+        self.acted = (action, subject)
+
+    def outcome(self):
+        folder = self.order.folder
+        furthest = FurthestParameter("accelerometer bias x", "m/s^2", math.nan, 0.1, 0.2, within=False)
+        reason = message("{name} is {what}", name="a", what=message("out"))
+        unit = UnitOutcome(
+            name="a",
+            serial="1",
+            verdict="failed",
+            word="fail",
+            reasons=(reason,),
+            furthest=(furthest,),
+            page=folder / "a.html",
+        )
+        return RunOutcome(verdict="failed", units=(unit,), files={"report": folder / "all.html"})
+
+
+class StandInKind:
+    def __init__(self):
+        self.runs = []
+
+    def begin(self, order):
+        if "refused" in order.options:
+            raise ProcedureError("cannot be carried out")
+        self.runs.append(StandInRun(order))
+        return self.runs[-1]
+
+
+@pytest.fixture
+def kind(monkeypatch):
+    made = StandInKind()
+    monkeypatch.setattr(engine_module, "run_kind", lambda _word: made)
+    return made
+
+
+@pytest.fixture
+def order(tmp_path):
+    return RunOrder(
+        folder=tmp_path,
+        sources={"a": "udp://:9000"},
+        reading={"a": ReadOptions(rate=100.0)},
+        table=TableOrder(address="simulated", armed=True),
+        options={"seconds": 3.0},
+    )
+
+
+def ended(engine):
+    engine._thread.join(PATIENCE)
+    return engine.state
+
+
+def let_on(kind, times=1):
+    while not kind.runs:
+        threading.Event().wait(0.01)
+    kind.runs[-1].may_go_on.release(times)
+
+
+def test_run_ends_in_an_outcome_that_a_restart_finds(tmp_path, kind, order):
+    engine = Engine()
+    engine.begin(RunFolder.begin(tmp_path, "turntable", order), order)
+    with pytest.raises(TumbleError, match="under way"):
+        engine.begin(RunFolder.begin(tmp_path, "turntable", order), order)
+    let_on(kind, 3)
+    assert ended(engine) == "result"
+    assert [str(note.text) for note in engine.notes] == ["pose 0", "pose 1", "pose 2", ""]
+    engine.decide("accepted")
+    (run,) = [each for each in runs_in(tmp_path) if each.is_finished]
+    outcome, decision = run.outcome()
+    assert decision == "accepted"
+    (unit,) = outcome.units
+    assert str(unit.reasons[0]) == "a is out"
+    assert math.isnan(unit.furthest[0].value)
+    assert unit.page == run.path / "a.html"
+    assert outcome.files == {"report": run.path / "all.html"}
+
+
+def test_paused_run_goes_on_or_is_calibrated(tmp_path, kind, order):
+    engine = Engine()
+    folder = RunFolder.begin(tmp_path, "turntable", order)
+    engine.begin(folder, order)
+    while not engine.views:
+        threading.Event().wait(0.01)
+    engine.pause(message("why"))
+    assert ended(engine) == "paused"
+    assert str(engine.trouble) == "why"
+    assert unfinished(tmp_path).path == folder.path
+    assert not engine.moves_table
+    engine.finish()
+    assert ended(engine) == "result"
+    assert unfinished(tmp_path) is None
+
+
+def test_refused_order_leaves_no_folder(tmp_path, kind, order):
+    engine = Engine()
+    refused = RunOrder(folder=tmp_path, sources={}, options={"refused": True})
+    engine.begin(RunFolder.begin(tmp_path, "turntable", refused), refused)
+    assert ended(engine) == "idle"
+    assert str(engine.trouble) == "cannot be carried out"
+    assert runs_in(tmp_path) == []
+
+
+def test_table_is_disarmed_in_what_a_restart_reads(tmp_path, order):
+    made = RunFolder.begin(tmp_path, "turntable", order)
+    again = RunFolder.load(made.path)
+    assert again.order.table == TableOrder(address="simulated", armed=False)
+    assert again.order.reading == {"a": ReadOptions(rate=100.0)}
+    assert again.order.sources == order.sources
+    assert RunFolder.load(tmp_path) is None
+    (made.path / "order.json").write_text("{")
+    assert RunFolder.load(made.path) is None
+
+
+def test_bench_keeps_sources_and_serials_for_its_next_start(tmp_path):
+    bench = Bench(BenchSettings(folder=tmp_path))
+    try:
+        bench.add_source(BenchSource("reference", "udp://127.0.0.1:29311"))
+        bench.add_source(BenchSource("one", "udp://127.0.0.1:29312"))
+        bench.add_source(BenchSource("two", "udp://127.0.0.1:29313"))
+        assert [bench.take_serial(text) for text in ("A", "B", "C")] == ["one", "two", ""]
+        with pytest.raises(TumbleError, match="scanned already"):
+            bench.take_serial("A")
+        bench.choice.options["limits"] = "../limits.yaml"
+        with pytest.raises(TumbleError, match="no such file"):
+            bench.start()
+        bench.choice.table.address, bench.choice.table.armed = "simulated:two-axis", True
+        bench._keep()
+    finally:
+        bench.close()
+    again = Bench(BenchSettings(folder=tmp_path))
+    try:
+        assert [(each.name, each.serial, each.role) for each in again.sources] == [
+            ("reference", "", "reference"),
+            ("one", "A", "target"),
+            ("two", "B", "target"),
+        ]
+        assert again.choice.table.address == "simulated:two-axis"
+        assert not again.choice.table.armed
+        assert [state.condition for state in map(again.sources.state, ("one", "two"))] == [
+            "waiting",
+            "waiting",
+        ]
+    finally:
+        again.close()

@@ -1,0 +1,94 @@
+"""An interrupted session goes on where it was: reloads, a browser that is gone, a server that is killed."""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+
+from bench_pages import LIMITS, QUICK, BenchProcess, chromium, gone_on, opened, waited, write_limits
+from repetitions import SOAK
+from turntable_sessions import typed
+
+INTERRUPTIONS = 100 if SOAK else 3
+KINDS = ("reload", "gone", "killed")
+FAULTY = "target_4"
+
+
+def started(page):
+    """Begins a session on the armed table."""
+    page.get_by_role("link", name="Run").click()
+    page.get_by_label("Time at each pose (s)").fill("2")
+    page.get_by_label("Turns for the gyroscopes").uncheck()
+    page.get_by_label("Limits", exact=True).select_option(LIMITS)
+    page.get_by_role("button", name="Arm the table").click()
+    page.locator(".arm-button[aria-pressed=true]").wait_for()
+    page.get_by_role("button", name="Start").click()
+
+
+def position_of_table(bench):
+    kept = json.loads((bench.folder / "bench.json").read_text())
+    return typed("table", "position", kept["choice"]["table"]["address"]).out
+
+
+class InterruptedSession:
+    """A session, the browser that shows it, and the server, which both come and go."""
+
+    def __init__(self, folder, browser):
+        self.folder = folder
+        write_limits(folder)
+        self.browser = browser
+        self.bench = self.served()
+        self.page = opened(browser, self.bench.address)
+        self.page.locator(".holder.mine").wait_for()
+        started(self.page)
+
+    def served(self):
+        return BenchProcess(self.folder, "--port", "0", "--simulated", *QUICK)
+
+    def is_done(self):
+        return gone_on(self.page)
+
+    def is_under_way(self):
+        """Returns whether a run or its result is shown."""
+        return self.is_done() or self.page.locator(".stop-bar.shown").count() > 0
+
+    def interrupt(self, kind):
+        if kind == "reload":
+            self.page.reload()
+            self.page.wait_for_selector(".head")
+        elif kind == "gone":
+            self.page.context.close()
+            time.sleep(4.0)
+            assert position_of_table(self.bench) == position_of_table(self.bench)
+            self.page = opened(self.browser, f"{self.bench.address}run")
+            why = self.page.locator(".detail", has_text="browser was gone")
+            why.or_(self.page.locator(".verdict-word")).wait_for()
+        else:
+            self.bench.kill()
+            self.page.context.close()
+            self.bench = self.served()
+            self.page = opened(self.browser, self.bench.address)
+            self.page.locator(".banner.shown", has_text="was not finished").wait_for()
+
+
+def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    chance = random.Random(seed)
+    kinds = [*KINDS, *(chance.choice(KINDS) for _ in range(INTERRUPTIONS - len(KINDS)))]
+    with chromium() as browser:
+        session = InterruptedSession(tmp_path, browser)
+        try:
+            for kind in kinds:
+                waited(session.page, session.is_under_way, 120.0)
+                session.page.wait_for_timeout(1000.0 * chance.uniform(0.2, 3.0))
+                if session.is_done():
+                    break
+                session.interrupt(kind)
+            waited(session.page, session.is_done, 300.0)
+            assert FAULTY in session.page.locator(".unit-tile.bad .unit-name").all_inner_texts()
+            assert session.page.locator(".unit-tile").count() == 5
+            assert session.page.script_errors == []
+        finally:
+            session.bench.end()

@@ -1,0 +1,177 @@
+"""A bench that serves pages from a process of its own, and a browser that opens them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+CHROMIUM = "/usr/bin/chromium"
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
+SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
+"""Draws WebGL without a graphics card."""
+PATIENCE = 60_000.0
+"""ms that a busy computer may take for what a page shows."""
+QUICK = ("--speed", "5", "--rate", "50")
+"""Simulated bench on which a session takes seconds."""
+
+DATE = "1763769600"
+"""SOURCE_DATE_EPOCH of what a bench writes, so that a command writes the same."""
+LIMITS = "accelerometer.yaml"
+"""File of limits that rests alone can show to be kept."""
+
+
+def write_limits(folder: Path) -> None:
+    """Puts the limits into the folder of a bench."""
+    text = "schema: tumble-limits/1\naccelerometer: {bias: 1.0, scale: 0.05, non-orthogonality: 2.0}\n"
+    (folder / LIMITS).write_text(text)
+
+
+class BenchProcess:
+    """`tumble bench` in a process; `address` is that of operators."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        words = ["bench", "--folder", str(folder), "--json", *options]
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tumble", *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "SOURCE_DATE_EPOCH": DATE},
+        )
+        line = self.process.stdout.readline()
+        assert line, self.process.stderr.read()
+        self.served = json.loads(line)
+        self.address = self.served["operator"]
+
+    @property
+    def site(self) -> str:
+        """Scheme, host and port."""
+        return self.address.partition("/?")[0].rstrip("/")
+
+    def kill(self) -> None:
+        """Ends it as a power cut does."""
+        self.process.kill()
+        self.process.communicate()
+
+    def end(self) -> str:
+        """Ends it as Ctrl-C does; returns what it printed as errors."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            return self.process.communicate(timeout=60)[1]
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+
+
+@contextmanager
+def serving(folder: Path, *options: str):
+    """Serves a bench at a free port while the block runs."""
+    bench = BenchProcess(folder, "--port", "0", *options)
+    try:
+        yield bench
+    finally:
+        bench.end()
+
+
+@contextmanager
+def chromium():
+    """Opens the system's browser; skips the test where there is none."""
+    if not Path(CHROMIUM).exists():
+        pytest.skip(f"no {CHROMIUM}; scripts/install_test_tools.sh installs it")
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", SOFTWARE_PICTURES])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def opened(browser, address: str, *, width: int = 1400, scheme: str = "light", **options):
+    """Opens a page of a browser of its own, with cookies of its own; errors of its scripts fail the test."""
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, color_scheme=scheme, ignore_https_errors=True, **options
+    )
+    context.set_default_timeout(PATIENCE)
+    page = context.new_page()
+    page.script_errors = []
+    page.on("pageerror", lambda error: page.script_errors.append(str(error)))
+    page.goto(address)
+    page.wait_for_selector(".head")
+    page.wait_for_function("window.did_handshake === true")
+    return page
+
+
+def waited(page, condition, seconds: float = 60.0):
+    """Waits until a condition of ours is true, and returns what it gave."""
+    for _ in range(int(10 * seconds)):
+        if found := condition():
+            return found
+        page.wait_for_timeout(100)
+    raise AssertionError(f"not within {seconds:g} s: {page.locator('#screen').inner_text()[:500]}")
+
+
+def gone_on(page):
+    """Takes up whatever the page offers to go on with; True once there is a verdict."""
+    if page.locator(".verdict-word").count():
+        return True
+    for name in ("Go on", "Arm the table and go on"):
+        button = page.get_by_role("button", name=name, exact=True)
+        if button.count() and button.first.is_visible():
+            with suppress(Exception):  # it is gone once the run goes on
+                button.first.click(timeout=2000.0)
+            page.wait_for_timeout(1000.0)
+    return False
+
+
+def scan(page, text: str) -> None:
+    """Types as a scanner does: all letters at once, then Enter."""
+    page.evaluate(
+        """text => {
+            const press = { bubbles: true, cancelable: true };
+            for (const key of [...text, "Enter"])
+                document.body.dispatchEvent(new KeyboardEvent("keydown", { key, ...press }));
+        }""",
+        text,
+    )
+
+
+def violations(page):
+    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = []
+    for width in (1400, 800):
+        page.set_viewport_size({"width": width, "height": 900})
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            page.wait_for_timeout(150)
+            # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
+            page.wait_for_function(
+                "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"
+            )
+            results = Axe().run(page, options={"resultTypes": ["violations"]})
+            found += [
+                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
+                for each in results.response["violations"]
+            ]
+    page.set_viewport_size({"width": 1400, "height": 900})
+    page.emulate_media(color_scheme="light")
+    return found
+
+
+def picture(page, name):
+    """Takes a picture for the documentation, where that is asked for."""
+    if "TUMBLE_PICTURES" in os.environ:
+        page.evaluate("window.scrollTo(0, 0)")
+        page.wait_for_function("!document.querySelector('.q-notification')")
+        page.screenshot(path=IMAGES / f"bench-{name}.png")

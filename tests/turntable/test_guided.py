@@ -1,0 +1,76 @@
+"""A page leads through a session on a table, stops it, goes on, and gives what the command gives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from live_benches import patient_table, waiting_bench
+from tumble.foundation.errors import ProcedureError, TumbleError
+from tumble.tools.guided.order import RunOrder, TableOrder
+from tumble.tools.guided.run import run_kind
+from turntable_sessions import typed
+
+ROLES = {"reference": "reference", "target_1": "target", "target_2": "target"}
+
+
+@pytest.fixture
+def order(tmp_path, monkeypatch):
+    """A session of two targets on a table that waits for it."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1763769600")
+    profile = patient_table(tmp_path)
+    with waiting_bench(monkeypatch, seed=44, table_profile=profile) as bench:
+        yield RunOrder(
+            folder=tmp_path / "run",
+            sources=bench.addresses,
+            roles=ROLES,
+            serials={"target_1": "0815"},
+            options={"pose_seconds": 3.0, "turns": False, "until": "bias 0.05"},
+            table=TableOrder(address=bench.table_address, armed=True),
+        )
+
+
+def test_stopped_session_goes_on_and_equals_the_command(order, tmp_path):
+    first = run_kind("turntable").begin(order)
+    held = []
+    for view in first.views():
+        held += [view.subject] if view.kind == "held" else []
+        if len(held) == 2:
+            first.stop()
+    assert len(held) >= 2
+    second = run_kind("turntable").begin(replace(order, resume=True))
+    views = list(second.views())
+    assert views[-1].kind == "done"
+    assert any(item.done for group in views[0].checks for item in group.items)
+    assert all(item.done for group in views[-1].checks for item in group.items)
+    (body,) = views[-1].bodies
+    assert np.linalg.norm(body.up_now) == pytest.approx(1.0)
+    assert {lamp.name for lamp in views[-1].lamps} == set(ROLES)
+
+    outcome = second.outcome()
+    assert outcome.complete
+    assert [(unit.name, unit.serial, unit.verdict) for unit in outcome.units] == [
+        ("target_1", "0815", "passed"),
+        ("target_2", "", "passed"),
+    ]
+    done = typed("turntable", order.folder / "session", "-o", tmp_path / "command")
+    assert done.code == 0, done.err
+    for unit in outcome.units:
+        for path in (unit.calibration, unit.page):
+            assert path.read_bytes() == (tmp_path / "command" / path.name).read_bytes(), path.name
+
+
+def test_orders_without_reference_target_or_arms_are_refused(tmp_path):
+    begin = run_kind("turntable").begin
+    sources = {"a": "udp://127.0.0.1:29001", "b": "udp://127.0.0.1:29002"}
+    order = RunOrder(folder=tmp_path, sources=sources, roles={"a": "reference", "b": "target"})
+    with pytest.raises(ProcedureError, match="one reference, found none"):
+        begin(replace(order, roles={"b": "target"}))
+    with pytest.raises(ProcedureError, match="no target"):
+        begin(replace(order, roles={"a": "reference"}))
+    with pytest.raises(ProcedureError, match="not armed"):
+        begin(replace(order, table=TableOrder(address="simulated:two-axis")))
+    with pytest.raises(TumbleError, match="--until"):
+        begin(replace(order, options={"until": "drift 1"}))
