@@ -25,7 +25,7 @@ from rich.table import Table
 
 from benchmarks.results import Content, machine, save
 from tumble.fleet.driver import FleetRun
-from tumble.fleet.engine import Engine
+from tumble.fleet.engine import FleetEngine
 from tumble.fleet.inputs import InputList
 from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import JobStatus
@@ -81,7 +81,7 @@ def ran(job: FleetJob, workers: int, results: Path) -> JobStatus:
 
 
 class _Warm(LocalEngine):
-    """Engine whose workers have begun and imported all before it gets work."""
+    """FleetEngine whose workers have begun and imported all before it gets work."""
 
     def __init__(self, workers: int) -> None:
         super().__init__(workers)
@@ -131,7 +131,7 @@ def sessions_on_two_nodes(count: int, folder: Path) -> Content:
             "results": str(folder / "sessions"),
         }
     )
-    engine: Engine = RayEngine("", 2)
+    engine: FleetEngine = RayEngine("", 2)
     try:
         status = FleetRun(job, engine, "ray", show=watch).run()
     finally:

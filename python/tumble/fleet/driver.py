@@ -10,7 +10,7 @@ from itertools import islice
 
 from tumble import _core
 from tumble.fleet import ledger
-from tumble.fleet.engine import Engine, Finished, WorkerLostError
+from tumble.fleet.engine import Finished, FleetEngine, WorkerLostError
 from tumble.fleet.inputs import FleetInput, InputList
 from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import JobStatus
@@ -39,7 +39,7 @@ class FleetRun:
     """
 
     job: FleetJob
-    engine: Engine
+    engine: FleetEngine
     engine_name: str
     resume: bool = False
     show: ShowProgress = lambda _: None

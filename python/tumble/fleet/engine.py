@@ -26,7 +26,7 @@ class Finished:
     """Its figures, or the reason why it has none."""
 
 
-class Engine(Protocol):
+class FleetEngine(Protocol):
     """Computes batches, several at a time, in any order."""
 
     slots: int
@@ -42,7 +42,7 @@ class Engine(Protocol):
         """Ends all work; what is under way is lost."""
 
 
-def engine_of(text: str, jobs: int) -> Engine:
+def engine_of(text: str, jobs: int) -> FleetEngine:
     """Starts an engine: `local`, or `ray` or `ray:ADDRESS`.
 
     Raises `CommandError` where it is unknown, `TumbleError` where a cluster cannot be reached.

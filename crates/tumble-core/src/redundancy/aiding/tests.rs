@@ -173,8 +173,8 @@ impl<const N: usize> Flight<N> {
                 &mut aiding_evidence,
                 k,
                 &units,
-                &mut |sensor, found| {
-                    let what = match found {
+                &mut |sensor, event| {
+                    let what = match event {
                         IsolationEvent::Isolated { unit, proof } if proof.ground == Ground::Aiding => {
                             Found::Isolated(unit, sensor)
                         }

@@ -1,7 +1,7 @@
 //! Faults of a unit, with their figures.
 
 use crate::real::Real;
-use crate::redundancy::isolation::attribution::{Ground, Weight};
+use crate::redundancy::isolation::attribution::{Ground, Precedence};
 use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::Sensor;
 
@@ -272,25 +272,25 @@ impl<T: Real> HealthFault<T> {
         )
     }
 
-    /// Weight of the evidence for an error of the readings; `None` where the fault is another one, which evidence on
+    /// Precedence of the evidence for an error of the readings; `None` where the fault is another one, which evidence on
     /// that error does not touch.
-    fn weight(&self) -> Option<Weight> {
+    fn precedence(&self) -> Option<Precedence> {
         match self {
-            Self::OutOfFamily { .. } => Some(Weight::Vote),
-            Self::Isolated { ground, .. } => Some(ground.weight()),
+            Self::OutOfFamily { .. } => Some(Precedence::Vote),
+            Self::Isolated { ground, .. } => Some(ground.precedence()),
             _ => None,
         }
     }
 
-    /// Returns whether evidence of a weight overrules the fault.
-    pub fn yields_to(&self, weight: Weight) -> bool {
-        self.weight().is_some_and(|own| own < weight)
+    /// Returns whether evidence of a precedence overrules the fault.
+    pub fn yields_to(&self, precedence: Precedence) -> bool {
+        self.precedence().is_some_and(|own| own < precedence)
     }
 
     /// Returns whether a unit with the fault may follow its primary without bound: evidence from the unit alone is
     /// only a likelihood, and no calibration mends noise or a clock.
     pub fn frees(&self) -> bool {
-        self.weight().is_some_and(|own| own > Weight::Own)
+        self.precedence().is_some_and(|own| own > Precedence::Own)
     }
 
     /// Returns whether a calibration may correct the fault.

@@ -26,10 +26,10 @@ crate::vocabulary! {
     }
 }
 
-/// Weight of evidence, the least first: each overrules those before it that concern the same sensor
+/// Precedence of evidence, the least first: each overrules those before it that concern the same sensor
 /// (docs/theory/isolation.md, section 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Weight {
+pub enum Precedence {
     /// Evidence from the unit alone in motion.
     Own,
     /// Agreement of the other units.
@@ -41,12 +41,12 @@ pub enum Weight {
 }
 
 impl Ground {
-    /// Weight of this kind of evidence.
-    pub fn weight(self) -> Weight {
+    /// Precedence of this kind of evidence.
+    pub fn precedence(self) -> Precedence {
         match self {
-            Self::Step | Self::Gravity => Weight::Own,
-            Self::Aiding => Weight::Aiding,
-            Self::Rest => Weight::Physics,
+            Self::Step | Self::Gravity => Precedence::Own,
+            Self::Aiding => Precedence::Aiding,
+            Self::Rest => Precedence::Physics,
         }
     }
 }

@@ -69,8 +69,8 @@ fn fly<const N: usize>(
                 angular_rate: 0.005,
             },
         };
-        isolator.look(&window, None, &mut |sensor, found| {
-            if let IsolationEvent::OutOfFamily { unit, .. } = found {
+        isolator.look(&window, None, &mut |sensor, event| {
+            if let IsolationEvent::OutOfFamily { unit, .. } = event {
                 found.push((t, unit, sensor));
             }
         });

@@ -7,7 +7,7 @@ use crate::real::{Real, real, seconds};
 use crate::redundancy::components::{difference, sum};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
-use crate::redundancy::isolation::attribution::Weight;
+use crate::redundancy::isolation::attribution::Precedence;
 use crate::redundancy::isolation::{FaultIsolator, IsolationEvent, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
@@ -341,7 +341,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
                     .is_some_and(|stored| sensor.of(stored).calibrated);
                 let fault = self.health.get(number).map(Health::fault);
                 let healthy =
-                    fault.is_some_and(|fault| fault.is_none_or(|fault| fault.yields_to(Weight::Physics)));
+                    fault.is_some_and(|fault| fault.is_none_or(|fault| fault.yields_to(Precedence::Physics)));
                 let off = self
                     .at_rest(platform, number)
                     .map(|at_rest| sensor.of(&at_rest).abs());
