@@ -324,7 +324,7 @@ def view(content: Content) -> Iterator[str]:
     yield _row(["from a key to the picture of another range, p50", f"{1e3 * zoom['p50']:.0f} ms"])
     yield _row(["the same, p95", f"{1e3 * zoom['p95']:.0f} ms"])
     yield ""
-    yield "| by | reading | picture of the whole log | bins whose highest value is lost |"
+    yield "| by | reading | picture of the whole log | bins whose highest value is hidden |"
     yield "|---|---|---|---|"
     for row in content["peers"]:
         lost = "none" if not row["lost"] else f"{100 * row['lost']:.0f} %"

@@ -25,7 +25,6 @@ from tsdownsample import MinMaxLTTBDownsampler
 from benchmarks.results import Content, machine, save
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.logs import Facts, open_recording, open_writer
-from tumble.tools.view.column import BLOCK
 from tumble.tools.view.samples import KeptSamples
 
 if TYPE_CHECKING:
@@ -97,7 +96,7 @@ def in_browser(path: Path, zooms: int) -> Content:
         first = time.perf_counter()
         duration = (path_samples(path) - 1) / RATE
         page.wait_for_function(
-            "end => Number(document.querySelector('.tumble-plot').dataset.drawn.split(' ')[1]) > end",
+            "end => Number(document.querySelector('.tumble-plot')?.dataset.drawn?.split(' ')[1]) > end",
             arg=duration - 1e-3,
             polling=5,
         )
@@ -157,7 +156,7 @@ def peers(path: Path) -> list[Content]:
     kept.read()
     ours = time.perf_counter() - began
     count = len(values["time"])
-    downsampler = MinMaxLTTBDownsampler()
+    downsampler = MinMaxLTTBDownsampler()  # type: ignore[no-untyped-call]
     every = max(count // (2 * BINS), 1)
     ways: dict[str, tuple[float, Callable[[], Any]]] = {
         "tumble view, without the browser": (ours, lambda: kept.lines(0.0, kept.duration, BINS)),
@@ -198,16 +197,17 @@ def drawn(values: dict[str, FloatArray]) -> None:
 
 
 def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int) -> float | None:
-    """Returns the share of bins whose highest specific force along x is not shown; None where all is drawn.
+    """Returns the share of bins whose highest specific force along x is hidden; None where all is drawn.
 
-    Bins may begin a block of samples earlier or later.
+    It is hidden where nothing that is shown, in its bin and those beside it, reaches it.
     """
     wanted = values["ax"]
     edges = np.linspace(0, len(wanted), BINS + 1).astype(int)
     if "matplotlib" in way:
         return None
     if "tsdownsample" in way:
-        at = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)
+        found = MinMaxLTTBDownsampler().downsample(wanted, n_out=2 * BINS)  # type: ignore[no-untyped-call]
+        at = found.astype(np.int64)
     elif "nth" in way:
         at = np.arange(0, len(wanted), every)
     else:
@@ -215,9 +215,10 @@ def lost(way: str, values: dict[str, FloatArray], kept: KeptSamples, every: int)
         at = np.searchsorted(values["time"], line.time + values["time"][0] - 1e-9)
     highest = np.maximum.reduceat(wanted, edges[:-1])
     shown = np.full(BINS, -np.inf)
-    for moved in (-BLOCK, 0, BLOCK):
-        np.maximum.at(shown, np.searchsorted(edges, at + moved, side="right").clip(1, BINS) - 1, wanted[at])
-    return float((shown < highest).mean())
+    np.maximum.at(shown, np.searchsorted(edges, at, side="right").clip(1, BINS) - 1, wanted[at])
+    beside = np.pad(shown, 1, mode="edge")
+    reached = np.max([beside[:-2], shown, beside[2:]], axis=0)
+    return float((reached < highest).mean())
 
 
 def measure(samples: int, zooms: int) -> Content:

@@ -17,7 +17,7 @@ from playwright.sync_api import Page, sync_playwright
 PAGE = ROOT / "docs" / "how-to" / "view.md"
 PICTURE = ROOT / "docs" / "images" / "view.png"
 CHROMIUM = "/usr/bin/chromium"
-SIZE = {"width": 1320, "height": 1010}
+SIZE = {"width": 1320, "height": 1290}
 
 
 def main() -> None:

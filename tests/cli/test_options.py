@@ -88,8 +88,10 @@ def parameters():
 ONE_MEANING = {
     **dict.fromkeys(("--json", "--quiet", "--verbose", "--jobs", "--operator", "--station"), 1),
     **dict.fromkeys(("--from", "--to"), 1),
-    # Folders and files; a calibration of the unit, or of a primary; Hz of a log, or of what is simulated.
-    **dict.fromkeys(("--output", "--calibration", "--rate"), 2),
+    # Folders and files; Hz of a log, or of what is simulated.
+    **dict.fromkeys(("--output", "--rate"), 2),
+    # A calibration to build on, one of a primary, or those of the units of a chart.
+    "--calibration": 3,
 }
 """Options that several commands share, and with how many texts."""
 

@@ -22,6 +22,8 @@ PATIENCE = 60_000.0
 QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
+DATE = "1763769600"
+"""SOURCE_DATE_EPOCH of what a bench writes, so that a command writes the same."""
 LIMITS = "accelerometer.yaml"
 """File of limits that rests alone can show to be kept."""
 
@@ -43,7 +45,7 @@ class BenchProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "SOURCE_DATE_EPOCH": DATE},
         )
         line = self.process.stdout.readline()
         assert line, self.process.stderr.read()

@@ -181,7 +181,7 @@ class Bench:
             folder.order,
             sources={name: self._address(name, before) for name, before in folder.order.sources.items()},
             resume=folder.has_recording,
-            table=None if table is None else replace(table, armed=armed),
+            table=None if table is None else self._table_again(table, armed),
         )
         self.sources.watch(False)
         self.engine.begin(folder, order)
@@ -262,6 +262,10 @@ class Bench:
             operator=choice.operator,
             station=choice.station,
         )
+
+    def _table_again(self, table: TableOrder, armed: bool) -> TableOrder:
+        """Returns the table of a run that goes on: it may be plugged in elsewhere by now."""
+        return replace(table, address=self.choice.table.address or table.address, armed=armed)
 
     def _address(self, name: str, before: str) -> str:
         """Returns the address of a unit of a run that goes on: it may be plugged in elsewhere by now."""

@@ -13,6 +13,7 @@ EXTRAS: Mapping[str, str] = {
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
     "laboratory": "registry of calibrations, in a file or on a server, and certificates",
     "plot": "figures of results in Python",
+    "bench": "pages in the browser: charts of recordings, and the bench",
 }
 """Libraries that `tumble-imu[EXTRA]` installs, and their purpose."""
 

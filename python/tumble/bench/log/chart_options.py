@@ -355,8 +355,8 @@ def _curves(
         **_styles(palette),
     }
     for place, (quantity, unit, curves) in enumerate(charts):
-        left = f"{place * share + 7:g}%" if place else LEFT
-        option["grid"].append({"left": left, "width": f"{share - 9:g}%", "top": LEGEND + 8, "height": 290})
+        left = f"{place * share + 9:g}%" if place else LEFT
+        option["grid"].append({"left": left, "width": f"{share - 11:g}%", "top": LEGEND + 8, "height": 290})
         option["xAxis"].append(_log_axis(x_name, place, palette, vertical=False))
         option["yAxis"].append(_log_axis(f"{quantity}, {unit}", place, palette, vertical=True))
         for name, x, values in curves:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from fastapi import APIRouter, HTTPException
 from fastapi.responses import FileResponse
 from nicegui import run, ui
 
-from tumble.foundation.errors import TumbleError
+from tumble.foundation.errors import OutputError, TumbleError
 from tumble.foundation.file_names import file_stem
 from tumble.foundation.procedures import PROCEDURES, Procedure
 from tumble.foundation.translation import translated
@@ -37,6 +38,29 @@ class ResultPages:
         if not 1 <= number <= len(self._pages):
             raise HTTPException(404, "no such page")
         return FileResponse(self._pages[number - 1], media_type="text/html")
+
+
+@dataclass(frozen=True, slots=True)
+class Workplace:
+    """Where results of procedures go, and who may run them."""
+
+    folder: Path
+    """Folder to which the folders of results are relative."""
+    is_bound: bool = False
+    """Indicates whether they must be within it: whoever asks may be at another computer."""
+    may_run: Callable[[], bool] = lambda: True
+    """Returns whether the page may run procedures now."""
+
+    def place(self, typed: str) -> Path:
+        """Returns the folder of results that was typed; raises `OutputError` where it is out of bounds."""
+        wanted = self.folder / typed
+        if self.is_bound and not wanted.resolve().is_relative_to(self.folder.resolve()):
+            raise OutputError(f"{typed}: is not within {self.folder}; give a folder in it")
+        return wanted
+
+
+OWN_COMPUTER = Workplace(Path())
+"""Whoever opens the page started it, and may do what commands may."""
 
 
 def procedures_for(unit: ViewedUnit) -> list[Procedure]:
@@ -70,8 +94,11 @@ def run_procedure(
 class ProcedurePanel:
     """Buttons of procedures, and their verdicts."""
 
-    def __init__(self, viewing: Viewing, pages: ResultPages, report: Callable[[str], None]) -> None:
+    def __init__(
+        self, viewing: Viewing, pages: ResultPages, report: Callable[[str], None], workplace: Workplace
+    ) -> None:
         self._viewing = viewing
+        self._workplace = workplace
         self._pages = pages
         self._report = report
         self._sections: list[tuple[float, float]] = []
@@ -119,9 +146,12 @@ class ProcedurePanel:
         async def act() -> None:
             unit = self._unit
             assert unit is not None
-            folder = Path(self._folder.value.strip() or f"{file_stem(unit.name)}-tumble")
+            if not self._workplace.may_run():
+                self._report(translated("Another browser holds the bench; ask for it first."))
+                return
             self._report(translated("{title} …", title=translated(procedure.title)))
             try:
+                folder = self._workplace.place(self._folder.value.strip() or f"{file_stem(unit.name)}-tumble")
                 found = await run.io_bound(
                     run_procedure, procedure, unit, tuple(self._sections), self._viewing, folder
                 )

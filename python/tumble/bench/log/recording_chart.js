@@ -104,7 +104,7 @@ export default {
         }
       }
       option.legend.selected = Object.fromEntries(
-        Object.entries(this.unselected).map(([name, isnt]) => [name, !isnt]),
+        Object.entries(this.unselected).map(([name, hides]) => [name, !hides]),
       );
       option.tooltip.formatter = (points) => this.tip(points);
       option.series.forEach((series, index) => {

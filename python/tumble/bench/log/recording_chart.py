@@ -55,7 +55,7 @@ class RecordingChart(Element, component="recording_chart.js"):
         self.style(f"height: {plan.height}px")
         self.update()
 
-    def mark(self, marks: Sequence[SegmentMark], duration: float) -> None:
+    def show_marks(self, marks: Sequence[SegmentMark], duration: float) -> None:
         """Shows segments, and the time up to `duration`, s."""
         self._props["marks"] = [asdict(mark) for mark in marks]
         self._props["duration"] = duration

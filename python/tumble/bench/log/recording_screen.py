@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from tumble.bench.log.chart_options import (
     spectrum_plan,
 )
 from tumble.bench.log.inspection_panel import show_inspection
-from tumble.bench.log.procedure_panel import ProcedurePanel, ResultPages
+from tumble.bench.log.procedure_panel import OWN_COMPUTER, ProcedurePanel, ResultPages, Workplace
 from tumble.bench.log.recording_chart import RecordingChart
 from tumble.bench.log.samples_route import SamplesRoute
 from tumble.foundation.errors import TumbleError
@@ -50,8 +51,14 @@ class RecordingScreen:
     """One page that shows a viewing; several pages may show the same."""
 
     def __init__(
-        self, viewing: Viewing, samples: SamplesRoute, pages: ResultPages, language: str = ENGLISH
+        self,
+        viewing: Viewing,
+        samples: SamplesRoute,
+        pages: ResultPages,
+        language: str = ENGLISH,
+        workplace: Workplace = OWN_COMPUTER,
     ) -> None:
+        self._workplace = workplace
         self._viewing = viewing
         self._language = language
         self._route = samples
@@ -87,7 +94,7 @@ class RecordingScreen:
                 self._analyses = ui.element("div")
             with ui.element("div").classes("tumble-side"):
                 self._selection_card()
-                self._procedures = ProcedurePanel(self._viewing, self._pages, self._report)
+                self._procedures = ProcedurePanel(self._viewing, self._pages, self._report, self._workplace)
                 self._facts = ui.element("div")
         ui.context.client.on_delete(lambda: self._route.end(self._address))
         self._look()
@@ -137,7 +144,7 @@ class RecordingScreen:
 
             ui.label(name).classes("tumble-soft")
             for key, text in options.items():
-                buttons[key] = self._button(text, lambda key=key: choose(key))
+                buttons[key] = self._button(text, partial(choose, key))
                 buttons[key].props["aria-pressed"] = "true" if key == value else "false"
 
     def _button(self, text: str, act: Callable[[], Any], hint: str = "") -> ui.button:
@@ -266,7 +273,7 @@ class RecordingScreen:
                     ui.label(f"{section[0]:.3f} to {section[1]:.3f} s")
                     self._button(
                         translated("Remove"),
-                        lambda section=section: self._remove(section),
+                        partial(self._remove, section),
                         translated("Remove section from {start} s", start=f"{section[0]:.3f}"),
                     )
 
@@ -322,7 +329,7 @@ class RecordingScreen:
                 for kind in ("png", "svg"):
                     self._button(
                         kind.upper(),
-                        lambda kind=kind: chart.command("picture", kind),
+                        partial(chart.command, "picture", kind),
                         translated("Save {title} as {kind}", title=title, kind=kind.upper()),
                     )
                 if closes:
@@ -375,7 +382,7 @@ class RecordingScreen:
         if planned != self._planned:
             self._planned = planned
             self._replan()
-        self._chart.mark(self._unit.marks, viewing.duration)
+        self._chart.show_marks(self._unit.marks, viewing.duration)
         self._report(self._progress())
         self._facts.clear()
         with self._facts:

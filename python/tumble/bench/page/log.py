@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from tumble.bench.log.procedure_panel import Workplace
 from tumble.bench.log.recording_screen import RecordingScreen, add_style
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button
@@ -41,8 +42,10 @@ class LogScreen:
             page.notify(page.text(message(str(error))))
             return
         self._place.clear()
+        workplace = Workplace(page.bench.folder, is_bound=True, may_run=lambda: page.operates)
+        logs = page.bench.logs
         with self._place:
-            RecordingScreen(viewing, page.bench.logs.samples, page.bench.logs.pages, page.language).show()
+            RecordingScreen(viewing, logs.samples, logs.pages, page.language, workplace).show()
 
 
 def show_log(page: PageContext) -> LogScreen:

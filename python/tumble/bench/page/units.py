@@ -70,7 +70,7 @@ class UnitsScreen:
         page = self._page
         assert self._registry is not None, "the list is there only with a registry"
         found = self._registry.units(self._search, self._state)
-        self._lead.show(page.words("{count} units", count=len(found)))
+        self._lead.show(page.words("Found: {count}", count=len(found)))
         self._list.clear()
         self._detail.clear()
         with self._list:

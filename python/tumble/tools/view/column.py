@@ -1,7 +1,7 @@
 """A channel of a recording on disk, mapped into memory, with the extremes of each block of its samples.
 
 Memory does not grow with the samples themselves: they lie in an unnamed file, which the system maps. Held are
-two extremes a block, 48 bytes for every 256 samples, and one block.
+two extremes a block, 32 bytes for every 256 samples, and one block.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class GrowingColumn:
     def append(self, values: FloatArray) -> None:
         """Appends (n,) values; raises `LogError` where the disk is full."""
         try:
-            self._file.write(memoryview(np.ascontiguousarray(values)).cast("B"))
+            self._file.write(np.ascontiguousarray(values).data)
         except OSError as error:
             raise LogError(
                 f"{tempfile.gettempdir()}: holds the samples while they are shown, and cannot: "

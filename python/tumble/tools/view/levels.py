@@ -31,8 +31,8 @@ def shown(values: FloatArray, bins: int) -> Places:
         return np.arange(len(values))
     from tsdownsample import MinMaxDownsampler, MinMaxLTTBDownsampler
 
-    extremes = MinMaxDownsampler().downsample(values, n_out=2 * bins)
-    shape = MinMaxLTTBDownsampler().downsample(values, n_out=max(bins, 3))
+    extremes = MinMaxDownsampler().downsample(values, n_out=2 * bins)  # type: ignore[no-untyped-call]
+    shape = MinMaxLTTBDownsampler().downsample(values, n_out=max(bins, 3))  # type: ignore[no-untyped-call]
     return np.union1d(extremes, shape).astype(np.int64)
 
 

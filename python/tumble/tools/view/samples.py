@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Final, Literal, TypeAlias
 
@@ -104,7 +106,7 @@ class KeptSamples:
             begins = self.duration + PAUSE if self._parts else 0.0
             watch, counts, is_first = TimeWatch(), Counts(), True
             stream = part.chunks()
-            for chunk in stream:
+            for chunk in _ahead(stream):
                 if is_first:
                     if self._length:
                         self._gaps.append(self._length - 1)
@@ -209,7 +211,8 @@ class KeptSamples:
         firsts = np.array([part.first for part in self._parts])
         of_part = np.searchsorted(firsts, places, side="right") - 1
         shift = np.array([part.begins - part.zero for part in self._parts])
-        return time + shift[of_part] + self.offset
+        shown: FloatArray = time + shift[of_part] + self.offset
+        return shown
 
     def shown_time(self, time: float) -> float:
         """Returns the time shown of a time as acquisition has it, s.
@@ -240,8 +243,7 @@ class KeptSamples:
         """
         spans = list(self._spans())
         parts = tuple(
-            replace(part.recording, open=lambda part=part, after=after: _Kept(self, part, after), parts=())
-            for part, after in spans
+            replace(part.recording, open=partial(_Kept, self, part, after), parts=()) for part, after in spans
         )
         if not self.recording.parts:
             return parts[0]
@@ -256,9 +258,7 @@ class KeptSamples:
         for part, _ in self._spans():
             shift = part.zero - part.begins - self.offset
             own = [(start + shift, end + shift) for start, end in sections]
-            parts.append(
-                replace(part.recording, open=lambda part=part, own=own: _Cut(part.recording.chunks(), own))
-            )
+            parts.append(replace(part.recording, open=partial(_cut, part.recording, own)))
         about = replace(self.recording.metadata, remarks=(*self.recording.metadata.remarks, remark))
         if not self.recording.parts:
             return replace(parts[0], metadata=about)
@@ -282,6 +282,15 @@ class KeptSamples:
         """Gives the disk free."""
         for column in (self._time, *self._columns.values()):
             column.close()
+
+
+def _ahead(stream: Iterator[Chunk]) -> Iterator[Chunk]:
+    """Reads one chunk while that before it is kept."""
+    with ThreadPoolExecutor(max_workers=1) as thread:
+        coming = thread.submit(next, stream, None)
+        while (chunk := coming.result()) is not None:
+            coming = thread.submit(next, stream, None)
+            yield chunk
 
 
 class _Kept(ChunkStream):
@@ -323,6 +332,10 @@ class _Cut(ChunkStream):
         """Lets go of the file."""
         if isinstance(self._stream, ChunkStream):
             self._stream.close()
+
+
+def _cut(recording: Recording, sections: list[tuple[float, float]]) -> _Cut:
+    return _Cut(recording.chunks(), sections)
 
 
 def _rows(chunk: Chunk, inside: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Chunk:

@@ -64,6 +64,7 @@ def amplitude_density(values: FloatArray, rate: float) -> tuple[FloatArray, Floa
     for first in starts:
         segment = values[first : first + length]
         power += np.abs(np.fft.rfft((segment - segment.mean()) * window)) ** 2
-    density = power / (len(starts) * rate * np.square(window).sum())
+    density: FloatArray = power / (len(starts) * rate * np.square(window).sum())
     density[1:-1] *= 2.0
-    return np.fft.rfftfreq(length, 1.0 / rate)[1:], np.sqrt(density[1:])
+    frequency: FloatArray = np.fft.rfftfreq(length, 1.0 / rate).astype(np.float64)
+    return frequency[1:], np.sqrt(density[1:])
