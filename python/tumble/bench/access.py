@@ -1,4 +1,4 @@
-"""Who may enter, who only looks, and who holds the bench."""
+"""Access to the bench: tokens, browsers that only look, and the one that holds it."""
 
 from __future__ import annotations
 
