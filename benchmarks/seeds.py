@@ -39,7 +39,8 @@ def computed(
 ) -> list[dict[str, Any]]:
     """Calls `MODULE:FUNCTION` with each seed, and returns what it gives, in their order.
 
-    What `results` hold already is not computed again. Raises `RuntimeError` where a seed has no result.
+    Seeds whose results are there already are not computed again. Raises `RuntimeError` where a seed has no
+    result.
     """
     job = FleetJob.model_validate(
         {"procedure": function, "seeds": list(seeds), "results": str(results), "options": dict(options or {})}

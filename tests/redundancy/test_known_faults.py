@@ -201,5 +201,6 @@ def test_time_line_marks_disagreements_and_verdicts_with_figures():
     drawn = str(timeline_figure(line, "line"))
     assert drawn.count("<title>40.00 to 45.00 s: imu1: accelerometer, with imu2 (1.00 m/s² apart") == 2
     assert (
-        "<title>45.00 s: isolated, accelerometer, isolated (share of the difference 0.930 against 0.500" in drawn
+        "<title>45.00 s: isolated, accelerometer, isolated "
+        "(share of the difference 0.930 against 0.500" in drawn
     )

@@ -10,6 +10,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import sync_playwright
 
 from bench_pages import BenchProcess
 from log_fixtures import made_up, write
@@ -21,8 +23,6 @@ from tumble.tools.guided.order import RunOrder
 from tumble.tools.record.session_files import write_session
 from turntable_sessions import typed
 
-playwright = pytest.importorskip("playwright.sync_api")
-axe = pytest.importorskip("axe_playwright_python.sync_playwright")
 CHROMIUM = "/usr/bin/chromium"
 EVIL = "<img src=x onerror=document.title='owned'>"
 
@@ -44,7 +44,7 @@ def served(*arguments, cwd):
 
 @pytest.fixture(scope="module")
 def browser():
-    with playwright.sync_playwright() as driver:
+    with sync_playwright() as driver:
         opened = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         yield opened
         opened.close()
@@ -92,7 +92,7 @@ def saved(page, name, path):
 
 
 def violations(page):
-    found = axe.Axe().run(page)
+    found = Axe().run(page)
     return [(each["id"], each["nodes"][0]["html"]) for each in found.response["violations"]]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from log_fixtures import join, made_up, read, write
 from tumble import _core
@@ -14,8 +15,6 @@ from tumble.tools.view.deviation import deviations
 from tumble.tools.view.marks import acquired_of, marks_of
 from tumble.tools.view.samples import PAUSE, KeptSamples
 from tumble.tools.view.spectrum import amplitude_density, spectra
-
-scipy_signal = pytest.importorskip("scipy.signal")
 
 
 def kept(recording, calibration=None):
@@ -126,7 +125,7 @@ def test_spectra_are_those_of_welch():
     random = np.random.default_rng(5)
     values = random.normal(size=20_000) + np.sin(np.arange(20_000) * 0.3)
     frequency, density = amplitude_density(values, 250.0)
-    theirs = scipy_signal.welch(values, 250.0, "hann", nperseg=2 * len(frequency), detrend="constant")
+    theirs = signal.welch(values, 250.0, "hann", nperseg=2 * len(frequency), detrend="constant")
     np.testing.assert_allclose(frequency, theirs[0][1:])
     np.testing.assert_allclose(density, np.sqrt(theirs[1][1:]), rtol=1e-9)
 

@@ -15,7 +15,7 @@ from tumble.logs.optional import install_command
 
 if TYPE_CHECKING:
     from tumble.foundation.results import Row
-    from tumble.laboratory.history import Fleet
+    from tumble.laboratory.parameter_history import Fleet
     from tumble.laboratory.registry import Registry
 
 DueState: TypeAlias = Literal["in use", "due soon", "due", "unknown"]

@@ -84,7 +84,7 @@ def _error(
     }
     if sensor == "accelerometer":
         known |= {"lever_arm": np.zeros(3), "lever_arm_sigma": np.full(3, np.inf)}
-    return SecondaryError(**(UNKNOWN | known))
+    return SecondaryError(**{**UNKNOWN, **known})
 
 
 def _covariance(

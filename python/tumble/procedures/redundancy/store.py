@@ -268,7 +268,7 @@ def _error(stored: StoredError, name: str) -> SecondaryError:
     for field in known:
         if field.endswith("_sigma"):
             known[field] = np.where(np.isnan(known[field]), np.inf, known[field])
-    return SecondaryError(**(UNKNOWN | {"unit": name} | known))
+    return SecondaryError(**{**UNKNOWN, "unit": name, **known})
 
 
 def keep_adopted(
