@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fleet_jobs import SerialEngine
+
 ROOT = Path(__file__).parents[2]
 
 from benchmarks import (  # noqa: E402
@@ -25,6 +27,7 @@ from benchmarks import (  # noqa: E402
     redundancy_precision,
     report,
     results,
+    seeds,
     speed,
     spin,
     spin_live,
@@ -40,7 +43,7 @@ class OneThread(ThreadPoolExecutor):
         super().__init__(1)
 
 
-POOLED = (accuracy, truths, spin, spin_live, redundancy_adoptions, redundancy_campaign)
+POOLED = (accuracy, truths, spin, spin_live, redundancy_adoptions)
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +56,8 @@ def measured(tmp_path_factory):
     keep.setattr(results.load, "__defaults__", (folder,))
     for module in POOLED:
         keep.setattr(module, "ProcessPoolExecutor", OneThread)
+    keep.setattr(seeds, "engine_of", lambda *_: SerialEngine())
+    keep.setattr(redundancy_campaign, "FLOWN", folder / "flown")
     accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
     disturbed.main(["--sessions", "1"])
     truths.main(["--sessions", "2"])
@@ -76,8 +81,12 @@ def test_every_cell_is_measured_and_every_figure_is_a_number(measured):
     content = results.load("accuracy", measured)
     assert [cell["cell"] for cell in content["cells"]] == [4, 13, 22, 31]
     for cell in content["cells"]:
+        assert 0.0 < cell["largest"]["ratio"] < 10.0
+        assert 0 <= cell["above"] <= cell["parameters"] == 24
+        assert set(cell["coverage"]) == set(bound.TRIADS)
+    for pooled in content["pooled"].values():
         for triad in bound.TRIADS:
-            for figures in cell["figures"][triad]["groups"].values():
+            for figures in pooled[triad]["groups"].values():
                 assert np.isfinite(list(figures.values())).all()
                 assert 0.0 < figures["ratio"] < 10.0
 

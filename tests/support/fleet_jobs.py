@@ -37,12 +37,11 @@ def values_of(job):
     return sorted(results_of(job).column("summary").to_pylist())
 
 
-class LosingEngine:
-    """Computes in this process; loses a worker before or after its work, as `loses` decides."""
+class SerialEngine:
+    """Computes in this process, one batch after another."""
 
-    def __init__(self, loses, slots=3):
+    def __init__(self, slots=1):
         self.slots = slots
-        self._loses = loses
         self._waiting = []
         self._next = 0
 
@@ -52,11 +51,31 @@ class LosingEngine:
         return self._next
 
     def finished(self, seconds):
-        number, batch = self._waiting.pop(self._loses.choice(len(self._waiting)))
-        before, after = self._loses.random(2) < 0.2
-        outcome = WorkerLostError("killed") if before else run_batch(batch)
-        # A worker may die when its results are written already: they are then written twice.
-        yield Finished(number, batch, WorkerLostError("killed") if after else outcome)
+        number, batch = self._waiting.pop(self._chosen(len(self._waiting)))
+        yield Finished(number, batch, self._outcome(batch))
 
     def close(self):
         self._waiting.clear()
+
+    def _chosen(self, waiting):
+        return 0
+
+    def _outcome(self, batch):
+        return run_batch(batch)
+
+
+class LosingEngine(SerialEngine):
+    """Takes batches in any order; loses a worker before or after its work."""
+
+    def __init__(self, loses, slots=3):
+        super().__init__(slots)
+        self._loses = loses
+
+    def _chosen(self, waiting):
+        return self._loses.choice(waiting)
+
+    def _outcome(self, batch):
+        before, after = self._loses.random(2) < 0.2
+        outcome = WorkerLostError("killed") if before else super()._outcome(batch)
+        # A worker may die when its results are written already: they are then written twice.
+        return WorkerLostError("killed") if after else outcome

@@ -52,8 +52,15 @@ pub const MAX_ENCODED: usize = FLAG + 1 + NUMBER + CHECKSUM;
 
 /// Offset of the flag of a version, if it is of this kind: behind the last of its parts.
 pub fn flag_of(version: u8) -> Option<usize> {
-    let mut parts = PARTS.iter().zip(ENDS).rev();
-    parts.find_map(|(part, end)| (part.version() == version).then_some(end))
+    // Read forwards: a pair of iterators that is read from its end leaves a panic in the image.
+    let parts = PARTS.iter().zip(ENDS);
+    parts.fold(None, |found, (part, end)| {
+        if part.version() == version {
+            Some(end)
+        } else {
+            found
+        }
+    })
 }
 
 /// Bytes of a record whose flag is at an offset, if that has a meaning.
