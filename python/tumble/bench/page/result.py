@@ -12,6 +12,7 @@ from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button, file_link, set_attribute, set_class
 from tumble.bench.run_folder import ACCEPTED
 from tumble.foundation.message import Message, message
+from tumble.report.numbers import typeset
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, RunVerdict, UnitOutcome
 
 WORDS: dict[RunVerdict, Message] = {
@@ -21,6 +22,8 @@ WORDS: dict[RunVerdict, Message] = {
     "not observable": message("No result"),
 }
 SIGNS: dict[RunVerdict, str] = {"passed": "✓", "warned": "▲", "failed": "✕", "not observable": "?"}
+MOST_REMARKS = 2
+"""Remarks on the session that are shown."""
 CLASSES: dict[RunVerdict, str] = {
     "passed": "good",
     "warned": "warn",
@@ -62,23 +65,27 @@ class ResultScreen:
     def _outcome(self, outcome: RunOutcome) -> None:
         page = self._page
         fine = outcome.verdict in ("passed", "warned")
+        worst = next((unit for unit in outcome.units if unit.verdict == outcome.verdict), None)
         page.primary = self._accept_and_go_on if fine else self._repeat
         with block(f"verdict {CLASSES[outcome.verdict]}", role="status"):
             Label(SIGNS[outcome.verdict], "verdict-sign")._props["aria-hidden"] = "true"
             with block("verdict-words"):
                 Label(page.text(WORDS[outcome.verdict]), "verdict-word", "h1")
                 Label(self._count(outcome), "verdict-count")
+                if worst is not None and not fine and len(outcome.units) > 1:
+                    words = page.words("{name}: {word}", name=worst.name, word=worst.word)
+                    Label(words, "verdict-count")
         if not outcome.complete:
             Label(page.words("The session ended before all was shown."), "trouble")
-        for reason in outcome.reasons[:2]:
-            Label(page.text(reason), "lead")
         self._next(fine)
         with block("unit-tiles", role="group", aria_label=page.words("Units")):
             self._tiles = {unit.name: self._tile(unit) for unit in outcome.units}
         self._why = block("panel why")
-        worst = next((unit for unit in outcome.units if unit.verdict == outcome.verdict), None)
         if worst is not None:
             self._choose(worst)
+        # Remarks on the session concern no unit alone, so that they come after the reasons of a verdict.
+        for reason in outcome.reasons[:MOST_REMARKS]:
+            Label(typeset(page.text(reason)), "lead")
         self._files(outcome)
 
     def _count(self, outcome: RunOutcome) -> str:
@@ -125,7 +132,7 @@ class ResultScreen:
         with self._why:
             Label(page.words("{name}: {word}", name=unit.name, word=unit.word), "section", "h2")
             for reason in unit.reasons[:6]:
-                Label(page.text(reason), "reason")
+                Label(typeset(page.text(reason)), "reason")
             if unit.furthest:
                 self._furthest(unit.furthest)
             with block("file-links"):

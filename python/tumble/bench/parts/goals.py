@@ -6,6 +6,7 @@ import math
 
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, set_class
+from tumble.report.numbers import typeset
 from tumble.tools.guided.view import GoalShare
 
 
@@ -35,7 +36,7 @@ class GoalBars:
             with block("goal-head"):
                 Label("✓" if is_met else "○", "tile-sign")
                 Label(page.words(goal.name), "goal-name")
-                sigma = f"{goal.sigma:.2g} {goal.unit}" if known else page.words("not known yet")
+                sigma = typeset(f"{goal.sigma:.2g} {goal.unit}") if known else page.words("not known yet")
                 aim = "" if wanted is None else f" / {wanted:g}"
                 Label(f"sigma {sigma}{aim}", "goal-figures")
             with block("bar"):
