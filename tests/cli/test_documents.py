@@ -53,7 +53,7 @@ PRINTS = {
         }.items()
     },
     "certificates": "certificate list --registry {0}/lab.db",
-    "fleet-result": "fleet run {0}/job.yaml --jobs 1",
+    "fleet-result": "fleet run {0}/job.yaml --workers 1",
     "fleet-status": "fleet status {0}/job.yaml",
     "error": "spin {0}/nothing.csv",
 }

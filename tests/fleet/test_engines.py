@@ -92,7 +92,7 @@ def test_mistake_in_a_function_is_told_by_input(tmp_path):
 def started(job_file, *more):
     """Starts the command in a process of its own; returns it."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(SUPPORT), *sys.path])}
-    command = [sys.executable, "-m", "tumble", "fleet", "run", str(job_file), "--jobs", "1", "-q", *more]
+    command = [sys.executable, "-m", "tumble", "fleet", "run", str(job_file), "--workers", "1", "-q", *more]
     return subprocess.Popen(
         command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )

@@ -6,6 +6,7 @@ import boto3
 import numpy as np
 import pytest
 from moto.server import ThreadedMotoServer
+from s3fs import S3FileSystem
 
 from fleet_jobs import LosingEngine, results_of, run_job
 from tumble.fleet.job import FleetJob
@@ -15,6 +16,8 @@ from tumble.fleet.places import FileStore
 @pytest.fixture(scope="module")
 def bucket(logs):
     """Serves an S3 bucket with the logs of the fleet."""
+    # Whoever was opened before keeps the address of another server.
+    S3FileSystem.clear_instance_cache()
     server = ThreadedMotoServer("127.0.0.1", 0)
     server.start()
     host, port = server.get_host_and_port()

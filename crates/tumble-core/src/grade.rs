@@ -3,6 +3,8 @@
 //! A device that is given a grade takes from it the figures that it cannot measure. All other figures of the grades, to
 //! simulate with, are in the lab, which takes its words and its bias instability from here.
 
+use core::hint::black_box;
+
 use crate::gravity;
 use crate::noise::ALLAN_FLOOR;
 use crate::real::{Real, real};
@@ -53,12 +55,14 @@ const REFERENCE: (f64, f64) = by_floors(1.0, 0.0035);
 impl Grade {
     /// Bias instability of both sensors.
     pub fn bias_instability<T: Real>(self) -> BiasInstability<T> {
-        // Constants are converted where they stand: a device has no doubles to convert when it runs.
+        // Constants are converted where they stand, and kept apart: merged behind the match, a device would convert
+        // doubles as it runs.
+        let pair = |(force, rate): (f64, f64)| (black_box(real(force)), black_box(real(rate)));
         let (specific_force, angular_rate) = match self {
-            Self::Consumer => (real(CONSUMER.0), real(CONSUMER.1)),
-            Self::Industrial => (real(INDUSTRIAL.0), real(INDUSTRIAL.1)),
-            Self::Tactical => (real(TACTICAL.0), real(TACTICAL.1)),
-            Self::Reference => (real(REFERENCE.0), real(REFERENCE.1)),
+            Self::Consumer => pair(CONSUMER),
+            Self::Industrial => pair(INDUSTRIAL),
+            Self::Tactical => pair(TACTICAL),
+            Self::Reference => pair(REFERENCE),
         };
         BiasInstability {
             specific_force,

@@ -12,10 +12,9 @@ import typer
 
 from tumble.cli.registry_option import RegistryOption
 from tumble.cli.screen import print_event
-from tumble.cli.shared_options import JsonOption, MakerOptions
+from tumble.cli.shared_options import JsonOption, MakerOptions, RateOption
 from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
-from tumble.tools.simulate.options import RateOption
 
 if TYPE_CHECKING:
     from tumble.bench.bench import Bench

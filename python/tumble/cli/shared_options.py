@@ -55,6 +55,9 @@ StationOption: TypeAlias = Annotated[
     str, typer.Option(envvar="TUMBLE_STATION", metavar="NAME", help="Where that is done.", show_default=False)
 ]
 
+RateOption: TypeAlias = Annotated[float, typer.Option(help="Samples a second, Hz.")]
+"""Rate of what is simulated."""
+
 
 def _calibration(text: str) -> Any:  # noqa: ANN401 - what typer makes of an option
     return typer.Option("--calibration", metavar="FILE", help=text, show_default=False)

@@ -59,7 +59,7 @@ def run_command(
             "RAY_ADDRESS, or one on this machine.",
         ),
     ] = "local",
-    jobs: Annotated[
+    workers: Annotated[
         int | None, typer.Option(min=1, help="Processes of this machine; all cores if not given.")
     ] = None,
     resume: Annotated[
@@ -68,10 +68,9 @@ def run_command(
     results: Annotated[
         str,
         typer.Option(
-            "--output",
-            "-o",
+            "--results",
             metavar="DIR|URL",
-            help="FileStore of the results, instead of the job's.",
+            help="Place of the results, instead of the job's.",
             show_default=False,
         ),
     ] = "",
@@ -96,7 +95,7 @@ def run_command(
     place = _place(job.results)
     # Whatever is wrong with the job shows before an engine is started, which may take long.
     refuse_other_job(place, job, resume=resume)
-    working = engine_of(engine, jobs or os.cpu_count() or 1)
+    working = engine_of(engine, workers or os.cpu_count() or 1)
     with progress(quiet) as show:
         status = FleetRun(job, working, engine, resume, show).run()
     if status.state == "cancelled":

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import glob
-import os
 import re
-import secrets
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.files import write_shared
 from tumble.foundation.words import plain
 
 _SECRETS = re.compile(r"(?<=//)[^/@\s]+@|(?i:(key|secret|token|password|signature)=)[^&\s]+")
@@ -57,14 +56,11 @@ class FileStore:
         """Writes a file whole or not at all; raises `StoreError`."""
         path = self.within(name)
         try:
-            self.files.makedirs(path.rpartition("/")[0], exist_ok=True)
             if not self.is_local:
+                self.files.makedirs(path.rpartition("/")[0], exist_ok=True)
                 self.files.pipe_file(path, content)
                 return
-            # A worker that is killed leaves the unfinished file of its process, which nothing reads.
-            unfinished = Path(f"{path}.{_process()}.unfinished")
-            unfinished.write_bytes(content)
-            unfinished.replace(path)
+            write_shared(Path(path), content)
         except Exception as error:
             raise store_error(self.url, error) from error
 
@@ -149,7 +145,3 @@ def store_error(url: str, error: Exception) -> StoreError:
 def shown(text: str) -> str:
     """Returns text with credentials of URLs hidden."""
     return plain(_SECRETS.sub(lambda found: f"{found[1]}=***" if found[1] else "***@", text))
-
-
-def _process() -> str:
-    return f"{os.getpid()}-{secrets.token_hex(4)}"

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 from tumble.fleet.parts import tables
 from tumble.fleet.places import FileStore
+from tumble.foundation.files import write_shared
 from tumble.laboratory.registry import Registry, UnitFacts
 
 _ENDING = ".yaml"
@@ -25,7 +26,7 @@ def enter_results(address: str, results: FileStore) -> int:
         with TemporaryDirectory(prefix="tumble-fleet-") as folder:
             paths = [Path(folder) / f"{number}{_ENDING}" for number in range(len(texts))]
             for path, text in zip(paths, texts, strict=True):
-                path.write_text(text, encoding="utf-8")
+                write_shared(path, text.encode())
             added += sum(each.is_new for each in registry.add(*paths, facts=UnitFacts(model=model, lot=lot)))
     return added
 

@@ -24,7 +24,7 @@ from tumble.fleet.job import FleetJob, option_words
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore, fetched, shown
 from tumble.foundation.errors import TumbleError
-from tumble.foundation.files import files_of_command
+from tumble.foundation.files import files_of_command, make_folder
 from tumble.foundation.plain import finite
 from tumble.report.page import without_pages
 
@@ -128,7 +128,7 @@ def _row(given: FleetInput, key: bytes) -> Outcome:
 
 def _fetched(given: FleetInput, folder: Path) -> Path:
     copies = folder / "inputs"
-    copies.mkdir()
+    make_folder(copies)
     return fetched(given.place, copies)
 
 

@@ -297,6 +297,19 @@ def set_aside(path: Path) -> Path:
         raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
 
 
+def write_shared(path: Path, content: bytes) -> None:
+    """Writes a file whole or not at all, in a folder into which other processes write as well.
+
+    Neither is the folder locked, nor the file protected: whoever writes it last wins. A process that is
+    killed leaves an unfinished file, which nothing reads. Raises `OSError`.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.unfinished")
+    with unfinished.open("wb") as file:
+        file.write(content)
+    unfinished.replace(path)
+
+
 def remove_made(*paths: Path) -> None:
     """Removes files and folders that we made and that others of ours replace; one that is gone is no matter.
 

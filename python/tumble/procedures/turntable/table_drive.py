@@ -88,6 +88,9 @@ class TableDrive:
             return
         if self._motion != "none":
             self._look(now)
+        elif self._stop < 0 and not self._table.settled():
+            # A session that was stopped goes on while the table may still come to rest.
+            return
         elif self._stop < 0 or self._has_done(self._stops[self._stop], now, rest):
             self._leave(now)
         elif (

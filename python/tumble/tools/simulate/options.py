@@ -26,7 +26,6 @@ FAULTS_HELP = (
 )
 
 
-RateOption: TypeAlias = Annotated[float, typer.Option(help="Samples a second, Hz.")]
 GravityOption: TypeAlias = Annotated[float, typer.Option(help="Local gravity in m/s^2.")]
 GradeOption: TypeAlias = Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")]
 InstabilityOption: TypeAlias = Annotated[

@@ -11,9 +11,9 @@ import typer
 
 from tumble.cli.options import Options
 from tumble.cli.output import OutputFolder, folder_named_after
-from tumble.cli.shared_options import JsonOption
+from tumble.cli.shared_options import JsonOption, RateOption
 from tumble.foundation.words import count_of
-from tumble.tools.simulate.options import RateOption, SeedOption, faults_by_unit, print_simulation
+from tumble.tools.simulate.options import SeedOption, faults_by_unit, print_simulation
 
 if TYPE_CHECKING:
     from tumble.tools.simulate.live.procedure import LiveSimulation

@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.shared_options import RateOption
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.tools.simulate.options import (
     GradeOption,
     GravityOption,
     InstabilityOption,
-    RateOption,
     ResponseOption,
     SimulationOptions,
     StepsOption,

@@ -10,13 +10,13 @@ import typer
 
 from tumble.cli.options import Options
 from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.shared_options import RateOption
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import TumbleError
 from tumble.tools.simulate.options import (
     GradeOption,
     GravityOption,
     InstabilityOption,
-    RateOption,
     SimulationOptions,
     StepsOption,
     fault_of,

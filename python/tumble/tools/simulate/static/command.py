@@ -8,12 +8,12 @@ import typer
 
 from tumble.cli.durations import seconds_of
 from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.shared_options import RateOption
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import TumbleError
 from tumble.tools.simulate.options import (
     GradeOption,
     GravityOption,
-    RateOption,
     SimulationOptions,
     print_simulation,
 )

@@ -8,8 +8,9 @@ import typer
 
 from tumble.cli.durations import seconds_of
 from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.shared_options import RateOption
 from tumble.foundation.errors import TumbleError
-from tumble.tools.simulate.options import GradeOption, RateOption, SimulationOptions, print_simulation
+from tumble.tools.simulate.options import GradeOption, SimulationOptions, print_simulation
 
 _POWERS = "Coefficients of T, T^2, T^3 from mid-range, with commas between"
 

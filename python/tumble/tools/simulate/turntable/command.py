@@ -11,13 +11,13 @@ import typer
 
 from tumble.cli.options import Options
 from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.shared_options import RateOption
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.words import count_of
 from tumble.tools.simulate.options import (
     FAULTS_HELP,
     GravityOption,
     InstabilityOption,
-    RateOption,
     ResponseOption,
     SimulationOptions,
     faults_by_unit,
