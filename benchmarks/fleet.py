@@ -140,7 +140,7 @@ def sessions_on_two_nodes(count: int, folder: Path) -> Content:
     return {
         "sessions": status.done,
         "failed": status.failed,
-        "lost_batches": status.retried,
+        "lost_tasks": status.retried,
         "removed_at": removed[0] if removed else None,
         "seconds": status.seconds,
     }

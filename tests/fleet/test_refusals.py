@@ -10,7 +10,7 @@ import pytest
 from fleet_jobs import LosingEngine, function_job, run_job
 from tumble.fleet.inputs import FleetInput, InputList, InputsError
 from tumble.fleet.job import FleetJob
-from tumble.fleet.task import InputBatch, OtherVersionError, run_batch
+from tumble.fleet.task import FleetTask, OtherVersionError, run_task
 from turntable_sessions import one_line, typed
 
 
@@ -76,7 +76,7 @@ def test_resume_refuses_changed_options_and_keeps_results(tmp_path):
 def test_worker_of_another_version_ends_the_job():
     job = function_job("results")
     with pytest.raises(OtherVersionError, match="install the same version on all nodes"):
-        run_batch(InputBatch(job, (FleetInput("0"),), "0", "0.0.1"))
+        run_task(FleetTask(job, (FleetInput("0"),), "0", "0.0.1"))
 
 
 def test_unreachable_store_is_one_line_without_credentials(tmp_path, monkeypatch):

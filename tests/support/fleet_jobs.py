@@ -6,7 +6,7 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.parts import whole_table
 from tumble.fleet.places import FileStore
-from tumble.fleet.task import run_batch
+from tumble.fleet.task import run_task
 
 
 def function_job(results, name="squared", seeds=(0, 20), **more):
@@ -16,7 +16,7 @@ def function_job(results, name="squared", seeds=(0, 20), **more):
             "procedure": f"fleet_functions:{name}",
             "seeds": {"first": seeds[0], "count": seeds[1] - seeds[0]},
             "results": str(results),
-            "batch_seconds": 0.05,
+            "task_seconds": 0.05,
             **more,
         }
     )
@@ -38,21 +38,21 @@ def values_of(job):
 
 
 class SerialEngine:
-    """Computes in this process, one batch after another."""
+    """Computes in this process, one task after another."""
 
     def __init__(self, slots=1):
         self.slots = slots
         self._waiting = []
         self._next = 0
 
-    def submit(self, batch):
+    def submit(self, task):
         self._next += 1
-        self._waiting.append((self._next, batch))
+        self._waiting.append((self._next, task))
         return self._next
 
     def finished(self, seconds):
-        number, batch = self._waiting.pop(self._chosen(len(self._waiting)))
-        yield Finished(number, batch, self._outcome(batch))
+        number, task = self._waiting.pop(self._chosen(len(self._waiting)))
+        yield Finished(number, task, self._outcome(task))
 
     def close(self):
         self._waiting.clear()
@@ -60,12 +60,12 @@ class SerialEngine:
     def _chosen(self, waiting):
         return 0
 
-    def _outcome(self, batch):
-        return run_batch(batch)
+    def _outcome(self, task):
+        return run_task(task)
 
 
 class LosingEngine(SerialEngine):
-    """Takes batches in any order; loses a worker before or after its work."""
+    """Takes tasks in any order; loses a worker before or after its work."""
 
     def __init__(self, loses, slots=3):
         super().__init__(slots)
@@ -74,8 +74,8 @@ class LosingEngine(SerialEngine):
     def _chosen(self, waiting):
         return self._loses.choice(waiting)
 
-    def _outcome(self, batch):
+    def _outcome(self, task):
         before, after = self._loses.random(2) < 0.2
-        outcome = WorkerLostError("killed") if before else super()._outcome(batch)
+        outcome = WorkerLostError("killed") if before else super()._outcome(task)
         # A worker may die when its results are written already: they are then written twice.
         return WorkerLostError("killed") if after else outcome

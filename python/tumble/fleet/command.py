@@ -124,7 +124,7 @@ def status_command(path: JobFile, as_json: JsonOption = False) -> None:
 
 @fleet_app.command("cancel", cls=AbbreviatingCommand)
 def cancel_command(path: JobFile) -> None:
-    """End a job after the batches that are under way; `run --resume` goes on.
+    """End a job after the tasks that are under way; `run --resume` goes on.
 
     Example: tumble fleet cancel job.yaml
     """
@@ -136,7 +136,7 @@ def cancel_command(path: JobFile) -> None:
     if status.state != "running":
         raise CommandError(f"{place}: the job is {status.state}, so there is nothing to cancel")
     ask_to_cancel(place)
-    print(f"{place}: ends after the batches that are under way; go on with tumble fleet run --resume")
+    print(f"{place}: ends after the tasks that are under way; go on with tumble fleet run --resume")
 
 
 @fleet_app.command("show", cls=AbbreviatingCommand)

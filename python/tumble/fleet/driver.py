@@ -1,4 +1,4 @@
-"""Runs a job: gives inputs to an engine in batches, retries what was lost, isolates what kills its worker."""
+"""Runs a job: gives inputs to an engine in tasks, retries what was lost, isolates what kills its worker."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import JobStatus
 from tumble.fleet.parts import keys_done, write_parts
 from tumble.fleet.places import FileStore
-from tumble.fleet.task import TRIES, BatchDone, InputBatch, lost_outcome
+from tumble.fleet.task import TRIES, FleetTask, TaskDone, lost_outcome
 from tumble.foundation.errors import TumbleError
 
-FIRST_BATCH = 4
-"""Inputs of a batch before it is known how long one takes."""
-LARGEST_BATCH = 512
+FIRST_TASK = 4
+"""Inputs of a task before it is known how long one takes."""
+LARGEST_TASK = 512
 _LOOK = 0.5
 """s between two looks at whether the job is to end."""
 _STATUS_EVERY = 2.0
@@ -43,8 +43,8 @@ class FleetRun:
     engine_name: str
     resume: bool = False
     show: ShowProgress = lambda _: None
-    _again: deque[InputBatch] = field(default_factory=deque)
-    """Batches that were lost with their worker."""
+    _again: deque[FleetTask] = field(default_factory=deque)
+    """Tasks that were lost with their worker."""
     _tries: dict[str, int] = field(default_factory=dict)
     """Workers that each input took along, by its place."""
     _under_way: int = 0
@@ -109,44 +109,44 @@ class FleetRun:
         return ledger.is_cancelled(self._results)
 
     def _give_work(self) -> None:
-        while self._under_way < self.engine.slots and (batch := self._next_batch()) is not None:
-            self.engine.submit(batch)
+        while self._under_way < self.engine.slots and (task := self._next_task()) is not None:
+            self.engine.submit(task)
             self._under_way += 1
 
-    def _next_batch(self) -> InputBatch | None:
+    def _next_task(self) -> FleetTask | None:
         if self._again:
             return self._again.popleft()
-        inputs = tuple(islice(self._open, self._batch_size()))
-        return InputBatch(self.job, inputs, self._date, _core.__version__) if inputs else None
+        inputs = tuple(islice(self._open, self._task_size()))
+        return FleetTask(self.job, inputs, self._date, _core.__version__) if inputs else None
 
-    def _batch_size(self) -> int:
-        """Returns the number of inputs that take as long as a batch should."""
+    def _task_size(self) -> int:
+        """Returns the number of inputs that take as long as a task should."""
         if self._seconds_an_input <= 0.0:
-            return FIRST_BATCH
-        return max(1, min(LARGEST_BATCH, round(self.job.batch_seconds / self._seconds_an_input)))
+            return FIRST_TASK
+        return max(1, min(LARGEST_TASK, round(self.job.task_seconds / self._seconds_an_input)))
 
     def _take(self, finished: Finished) -> None:
         outcome = finished.outcome
-        if isinstance(outcome, BatchDone):
+        if isinstance(outcome, TaskDone):
             self._done += outcome.done
             self._failed += outcome.failed
             self._not_well += outcome.not_well
             self._seconds_an_input = outcome.seconds / max(1, outcome.done)
         elif isinstance(outcome, WorkerLostError):
             self._retried += 1
-            self._again.extend(self._after_a_loss(finished.batch, str(outcome)))
+            self._again.extend(self._after_a_loss(finished.task, str(outcome)))
         else:
             raise outcome
 
-    def _after_a_loss(self, batch: InputBatch, how: str) -> Iterator[InputBatch]:
+    def _after_a_loss(self, task: FleetTask, how: str) -> Iterator[FleetTask]:
         """Yields what to try again: halves, so that an input that kills its worker is soon alone."""
-        if len(batch.inputs) > 1:
-            yield from batch.halves()
+        if len(task.inputs) > 1:
+            yield from task.halves()
             return
-        [given] = batch.inputs
+        [given] = task.inputs
         self._tries[given.place] = self._tries.get(given.place, 0) + 1
         if self._tries[given.place] < TRIES:
-            yield batch
+            yield task
         else:
             self._tell_poisoned(given, how)
 

@@ -1,4 +1,4 @@
-"""Interface of what computes batches: this machine, or a cluster."""
+"""Interface of what computes tasks: this machine, or a cluster."""
 
 from __future__ import annotations
 
@@ -6,34 +6,34 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from tumble.fleet.task import BatchDone, InputBatch
+from tumble.fleet.task import FleetTask, TaskDone
 from tumble.foundation.errors import CommandError, TumbleError
 
 LOCAL, RAY = "local", "ray"
 
 
 class WorkerLostError(TumbleError):
-    """A worker ended before its batch did: it was killed, or its node was."""
+    """A worker ended before its task did: it was killed, or its node was."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """A batch that ended."""
+    """A task that ended."""
 
     number: int
-    batch: InputBatch
-    outcome: BatchDone | TumbleError
+    task: FleetTask
+    outcome: TaskDone | TumbleError
     """Its figures, or the reason why it has none."""
 
 
 class FleetEngine(Protocol):
-    """Computes batches, several at a time, in any order."""
+    """Computes tasks, several at a time, in any order."""
 
     slots: int
-    """Batches that are worth being under way at a time."""
+    """Tasks that are worth being under way at a time."""
 
-    def submit(self, batch: InputBatch) -> int:
-        """Begins a batch; returns its number."""
+    def submit(self, task: FleetTask) -> int:
+        """Begins a task; returns its number."""
 
     def finished(self, seconds: float) -> Iterator[Finished]:
         """Yields what ended; waits at most so many s for the first."""

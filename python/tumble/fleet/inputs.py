@@ -181,8 +181,8 @@ def _manifest_rows(manifest: str) -> Iterator[tuple[int, dict[str, Any]]]:
                 raise InputsError(
                     f"{shown(manifest)}: has no column place; give each input's path or URL in it"
                 )
-            for batch in table.iter_batches(_ROWS):
-                for row in batch.to_pylist():
+            for some in table.iter_batches(_ROWS):
+                for row in some.to_pylist():
                     number += 1
                     if not isinstance(row["place"], str) or not row["place"]:
                         raise InputsError(

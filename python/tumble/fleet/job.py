@@ -19,7 +19,7 @@ from tumble.foundation.schemas import FLEET_JOB
 SCHEMA: Final = "tumble-fleet-job/1"
 INPUT = "{input}"
 """FileStore of an input in the arguments of a procedure."""
-BATCH_SECONDS = 2.0
+TASK_SECONDS = 2.0
 """s of work of one task, beside which the cost of handing it over is small."""
 Reduction: TypeAlias = Literal["drift", "due", "outliers", "lots"]
 REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
@@ -70,7 +70,7 @@ class FleetJob(Document):
     """Registry that gets the results."""
     reduce: list[Reduction] = Field(default_factory=lambda: [*REDUCTIONS])
     """Summaries over all units that `run` prints."""
-    batch_seconds: float = Field(BATCH_SECONDS, gt=0.0, le=600.0)
+    task_seconds: float = Field(TASK_SECONDS, gt=0.0, le=600.0)
 
     @model_validator(mode="after")
     def _one_kind_of_input(self) -> FleetJob:

@@ -37,7 +37,7 @@ class JobStatus:
     not_well: int
     """Results of this run that are not all well."""
     retried: int
-    """Batches that were lost with their worker and given again."""
+    """Tasks that were lost with their worker and given again."""
     rate: float
     """Inputs a second in this run."""
     seconds: float
@@ -123,7 +123,7 @@ def read_status(results: FileStore) -> JobStatus:
 
 
 def ask_to_cancel(results: FileStore) -> None:
-    """Has whoever runs the job end it after the batches that are under way."""
+    """Has whoever runs the job end it after the tasks that are under way."""
     results.write(CANCEL_FILE, b"")
 
 

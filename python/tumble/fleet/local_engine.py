@@ -1,4 +1,4 @@
-"""Work on this machine: a process each, so that one that is killed takes nothing but its own batch along."""
+"""Work on this machine: a process each, so that one that is killed takes nothing but its own task along."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from tumble.fleet.engine import Finished, WorkerLostError
-from tumble.fleet.task import BatchDone, InputBatch, run_batch
+from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import TumbleError
 
 _CAN_FORK = "forkserver" in multiprocessing.get_all_start_methods()
@@ -22,25 +22,25 @@ _GONE_AFTER = 5.0
 
 
 class LocalEngine:
-    """So many worker processes of this machine, each with one batch at a time."""
+    """So many worker processes of this machine, each with one task at a time."""
 
     def __init__(self, workers: int) -> None:
         self.slots = workers
         _CONTEXT.set_forkserver_preload(_PRELOADED)
         self._idle: list[_Worker] = []
-        self._busy: dict[int, tuple[_Worker, InputBatch]] = {}
+        self._busy: dict[int, tuple[_Worker, FleetTask]] = {}
         self._next = 0
 
     def add_worker(self) -> None:
         """Starts a worker before there is work for it."""
         self._idle.append(_Worker())
 
-    def submit(self, batch: InputBatch) -> int:
-        """Gives a batch to an idle worker; returns its number."""
+    def submit(self, task: FleetTask) -> int:
+        """Gives a task to an idle worker; returns its number."""
         worker = self._idle.pop() if self._idle else _Worker()
         self._next += 1
-        self._busy[self._next] = worker, batch
-        worker.begin(batch)
+        self._busy[self._next] = worker, task
+        worker.begin(task)
         return self._next
 
     def finished(self, seconds: float) -> Iterator[Finished]:
@@ -49,10 +49,10 @@ class LocalEngine:
         for pipe in wait(list(by_pipe), seconds):
             assert isinstance(pipe, Connection)
             number = by_pipe[pipe]
-            worker, batch = self._busy.pop(number)
-            yield Finished(number, batch, self._outcome(worker))
+            worker, task = self._busy.pop(number)
+            yield Finished(number, task, self._outcome(worker))
 
-    def _outcome(self, worker: _Worker) -> BatchDone | TumbleError:
+    def _outcome(self, worker: _Worker) -> TaskDone | TumbleError:
         try:
             found = worker.result()
         except (EOFError, OSError):
@@ -71,7 +71,7 @@ class LocalEngine:
 
 
 class _Worker:
-    """A process that computes batches which come through a pipe."""
+    """A process that computes tasks which come through a pipe."""
 
     def __init__(self) -> None:
         self.pipe, other = _CONTEXT.Pipe()
@@ -80,14 +80,14 @@ class _Worker:
         # The worker's end closes with the worker, so that its death ends the pipe.
         other.close()
 
-    def begin(self, batch: InputBatch) -> None:
-        """Sends a batch; that the process has died meanwhile shows in `result`."""
+    def begin(self, task: FleetTask) -> None:
+        """Sends a task; that the process has died meanwhile shows in `result`."""
         with contextlib.suppress(OSError):
-            self.pipe.send(batch)
+            self.pipe.send(task)
 
-    def result(self) -> BatchDone | TumbleError:
+    def result(self) -> TaskDone | TumbleError:
         """Receives the outcome; raises `EOFError` or `OSError` where the process has died."""
-        found: BatchDone | TumbleError = self.pipe.recv()
+        found: TaskDone | TumbleError = self.pipe.recv()
         return found
 
     def how_it_ended(self) -> str:
@@ -112,15 +112,15 @@ class _Worker:
 
 
 def _work(pipe: Connection) -> None:
-    """Computes batches until the other end is closed, by will or because the driver was killed."""
+    """Computes tasks until the other end is closed, by will or because the driver was killed."""
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         while True:
             pipe.send(_outcome_of(pipe.recv()))
 
 
-def _outcome_of(batch: InputBatch) -> BatchDone | TumbleError:
+def _outcome_of(task: FleetTask) -> TaskDone | TumbleError:
     try:
-        return run_batch(batch)
+        return run_task(task)
     except TumbleError as error:
         with contextlib.suppress(Exception):
             pickle.loads(pickle.dumps(error))

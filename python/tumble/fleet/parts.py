@@ -145,7 +145,7 @@ def rows(results: FileStore, columns: Iterable[str]) -> Iterator[dict[str, objec
 
 
 def whole_table(results: FileStore) -> pa.Table:
-    """Returns all results in the order of their keys: the same for any engine, order and size of batches."""
+    """Returns all results in the order of their keys: the same for any engine, order and size of tasks."""
     table = pa.concat_tables([SCHEMA.empty_table(), *tables(results)])
     keys = np.array(table.column("key").to_pylist(), dtype="S16")
     return table.take(pa.array(np.argsort(keys, kind="stable")))

@@ -8,12 +8,12 @@ from typing import Any
 
 from tumble.fleet.engine import Finished, WorkerLostError
 from tumble.fleet.places import shown
-from tumble.fleet.task import BatchDone, InputBatch, run_batch
+from tumble.fleet.task import FleetTask, TaskDone, run_task
 from tumble.foundation.errors import CommandError, TumbleError
 from tumble.logs.optional import install_command
 
 AHEAD = 2
-"""Batches a processor that are under way or wait on their node, so that none is idle between two."""
+"""Tasks a processor that are under way or wait on their node, so that none is idle between two."""
 
 
 class RayEngine:
@@ -27,8 +27,8 @@ class RayEngine:
         self._is_ours = not self._ray.is_initialized()
         if self._is_ours:
             self._begin(address, jobs)
-        self._task = self._ray.remote(max_retries=0, num_cpus=1)(run_batch)
-        self._busy: dict[Any, tuple[int, InputBatch]] = {}
+        self._remote = self._ray.remote(max_retries=0, num_cpus=1)(run_task)
+        self._busy: dict[Any, tuple[int, FleetTask]] = {}
         self._next = 0
         self.slots = self._slots()
 
@@ -48,10 +48,10 @@ class RayEngine:
     def _slots(self) -> int:
         return max(1, int(AHEAD * self._ray.cluster_resources().get("CPU", 1)))
 
-    def submit(self, batch: InputBatch) -> int:
-        """Begins a batch on any node."""
+    def submit(self, task: FleetTask) -> int:
+        """Begins a task on any node."""
         self._next += 1
-        self._busy[self._task.remote(batch)] = self._next, batch
+        self._busy[self._remote.remote(task)] = self._next, task
         return self._next
 
     def finished(self, seconds: float) -> Iterator[Finished]:
@@ -60,13 +60,13 @@ class RayEngine:
         # Nodes come and go while the work goes on.
         self.slots = self._slots()
         for reference in ended:
-            number, batch = self._busy.pop(reference)
-            yield Finished(number, batch, self._outcome(reference))
+            number, task = self._busy.pop(reference)
+            yield Finished(number, task, self._outcome(reference))
 
-    def _outcome(self, reference: Any) -> BatchDone | TumbleError:  # noqa: ANN401
+    def _outcome(self, reference: Any) -> TaskDone | TumbleError:  # noqa: ANN401
         exceptions = self._ray.exceptions
         try:
-            found: BatchDone = self._ray.get(reference)
+            found: TaskDone = self._ray.get(reference)
         except exceptions.RayTaskError as error:
             cause = error.cause
             return cause if isinstance(cause, TumbleError) else TumbleError(shown(str(cause)))

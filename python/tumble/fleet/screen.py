@@ -74,9 +74,7 @@ def status_words(status: JobStatus) -> str:
 
 
 def _counts(status: JobStatus) -> str:
-    lost = (
-        f", {count_of('batch', status.retried).replace('batchs', 'batches')} lost" if status.retried else ""
-    )
+    lost = f", {count_of('task', status.retried)} lost" if status.retried else ""
     return f"{status.failed} failed, {status.not_well} not all well{lost}, {status.rate:.3g} a second"
 
 

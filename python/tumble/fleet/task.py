@@ -36,7 +36,7 @@ _LONGEST_MESSAGE = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class InputBatch:
+class FleetTask:
     """Inputs that one worker computes one after another."""
 
     job: FleetJob
@@ -45,15 +45,15 @@ class InputBatch:
     """Seconds since 1970 that results state, as `SOURCE_DATE_EPOCH`."""
     software: str
 
-    def halves(self) -> tuple[InputBatch, InputBatch]:
+    def halves(self) -> tuple[FleetTask, FleetTask]:
         """Splits it in two."""
         middle = len(self.inputs) // 2
         return replace(self, inputs=self.inputs[:middle]), replace(self, inputs=self.inputs[middle:])
 
 
 @dataclass(frozen=True, slots=True)
-class BatchDone:
-    """Figures of a finished batch; its results went to their place."""
+class TaskDone:
+    """Figures of a finished task; its results went to their place."""
 
     done: int
     failed: int
@@ -66,24 +66,24 @@ class OtherVersionError(TumbleError):
     """A worker has another version of Tumble than whoever gave it the work."""
 
 
-def run_batch(batch: InputBatch) -> BatchDone:
-    """Computes a batch and writes its results.
+def run_task(task: FleetTask) -> TaskDone:
+    """Computes a task and writes its results.
 
     Raises `OtherVersionError` where the versions differ, `StoreError` where results cannot be written.
     """
-    if batch.software != _core.__version__:
+    if task.software != _core.__version__:
         raise OtherVersionError(
-            f"this worker has tumble {_core.__version__}, and the job was given by {batch.software}; "
+            f"this worker has tumble {_core.__version__}, and the job was given by {task.software}; "
             "install the same version on all nodes"
         )
     begun = time.perf_counter()
-    work = batch.job.work
-    with _dated(batch.date):
-        outcomes = [_tried(batch.job, each, each.key(work)) for each in batch.inputs]
-    write_parts(FileStore(batch.job.results), outcomes)
+    work = task.job.work
+    with _dated(task.date):
+        outcomes = [_tried(task.job, each, each.key(work)) for each in task.inputs]
+    write_parts(FileStore(task.job.results), outcomes)
     failed = sum(bool(each.failure) for each in outcomes)
     well = sum(each.exit_code == ExitCode.DONE for each in outcomes)
-    return BatchDone(len(outcomes), failed, len(outcomes) - failed - well, time.perf_counter() - begun)
+    return TaskDone(len(outcomes), failed, len(outcomes) - failed - well, time.perf_counter() - begun)
 
 
 def lost_outcome(job: FleetJob, given: FleetInput, failure: str) -> Outcome:
