@@ -24,7 +24,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ["TUMBLE_LANG"] = "en"
 
 DEVICE = Path(__file__).parent.name + "/device/"
-LONG = (DEVICE, "/test_live", "/test_examples")
+LONG = (DEVICE, "/bench/", "/test_live", "/test_ray", "/test_guided", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""
 
 
