@@ -24,8 +24,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ["TUMBLE_LANG"] = "en"
 
 DEVICE = Path(__file__).parent.name + "/device/"
-LONG = (DEVICE, "/bench/", "/test_live", "/test_ray", "/test_guided", "/test_examples")
+LONG = (DEVICE, "/test_live", "/test_ray", "/test_examples")
 """Parts of the names of files whose tests take long, those that take longest first."""
+BENCH = "/bench/"
+"""Tests with a browser, which come last: those of the device compile on all cores in the meantime."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -57,7 +59,11 @@ def pytest_collection_modifyitems(items):
 
     def order(item):
         file = item.nodeid.partition("::")[0]
-        return next((place for place, part in enumerate(LONG) if part in file), len(LONG)), file
+        return (
+            next((place for place, part in enumerate(LONG) if part in file), len(LONG)),
+            BENCH in file,
+            file,
+        )
 
     items.sort(key=order)
 

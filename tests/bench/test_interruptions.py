@@ -10,7 +10,7 @@ from bench_pages import LIMITS, QUICK, BenchProcess, chromium, gone_on, opened, 
 from repetitions import SOAK
 from turntable_sessions import typed
 
-INTERRUPTIONS = 100 if SOAK else 2
+INTERRUPTIONS = 100 if SOAK else 1
 KINDS = ("reload", "gone", "killed")
 FAULTY = "target_4"
 
