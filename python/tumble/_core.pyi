@@ -687,7 +687,7 @@ def setting_table(of: SettingTable) -> list[SettingRow]:
     """Give all settings of a procedure, in the order they are explained."""
 
 class SpinSettings:
-    """How to spin, and limits of the result: `stated` by the names of `setting_table`, else defaults.
+    """Course of a spin, and limits of the result: `stated` by the names of `setting_table`, else defaults.
 
     `latitude`, rad, gives the upward part of the Earth's rotation. `bias_instability` is that of
     accelerometer, m/s^2, and gyroscope, rad/s; read off the residuals where not given.

@@ -3,4 +3,4 @@
 from tumble.foundation.setting_table import model_of
 
 MonitorSettings = model_of("redundancy", "MonitorSettings", "All settings of the monitor.")
-SpinSettings = model_of("spin", "SpinSettings", "How to spin, and limits of the result.")
+SpinSettings = model_of("spin", "SpinSettings", "Course of a spin, and limits of the result.")

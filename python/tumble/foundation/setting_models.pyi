@@ -139,7 +139,7 @@ class MonitorSettings(Document):
     """Select only secondaries that have a stored error."""
 
 class SpinSettings(Document):
-    """How to spin, and limits of the result."""
+    """Course of a spin, and limits of the result."""
 
     still: float = 5.0
     """Time to stand still. In s."""

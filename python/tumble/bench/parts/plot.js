@@ -140,7 +140,7 @@ export default {
   },
 };
 
-// As few digits as distinguish the figures of an axis.
+// The fewest digits that distinguish the figures of an axis.
 function shown(value) {
   if (typeof value !== "number") return value ?? "";
   const size = Math.abs(value);

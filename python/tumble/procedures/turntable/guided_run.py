@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from tumble.foundation.errors import ProcedureError
@@ -26,6 +25,7 @@ from tumble.procedures.turntable.procedure import open_session
 from tumble.procedures.turntable.session_poses import poses_of
 from tumble.procedures.turntable.table_drive import TableDrive
 from tumble.procedures.turntable.table_plan import TurnedTable, turned_table
+from tumble.tools.guided.answers import Answers
 from tumble.tools.guided.field import RunField, UnitRole
 from tumble.tools.guided.order import RunOrder
 from tumble.tools.guided.outcome import RunOutcome
@@ -38,7 +38,6 @@ FIELDS = (
         name="until",
         label=message("Goal"),
         kind="text",
-        default="",
         help=message("Largest sigmas, such as: bias 0.001, scale 0.02 %."),
     ),
     RunField(
@@ -57,13 +56,12 @@ FIELDS = (
         default=True,
         help=message("A turn about each axis, both ways, shows the scale of the gyroscopes."),
     ),
-    RunField(name="limits", label=message("Limits"), kind="file", default=""),
-    RunField(name="poses", label=message("Pose list"), kind="file", default="", advanced=True),
+    RunField(name="limits", label=message("Limits"), kind="file"),
+    RunField(name="poses", label=message("Pose list"), kind="file", advanced=True),
     RunField(
         name="reference_calibration",
         label=message("Calibration of the reference"),
         kind="file",
-        default="",
         advanced=True,
     ),
     RunField(
@@ -83,9 +81,10 @@ class GuidedTurntable:
 
     def __init__(self, order: RunOrder) -> None:
         self._order = order
-        self._options = {field.name: field.default for field in FIELDS} | dict(order.options)
+        self._answers = Answers(FIELDS, order.options)
         self._reference = _reference_of(order)
-        self._goal = Goal.parse(self._text("until")) if self._text("until") else None
+        goal = self._answers.text("until")
+        self._goal = Goal.parse(goal) if goal else None
         self._typed = {
             name: address.text
             for name, address in parse_named_sources(
@@ -134,7 +133,7 @@ class GuidedTurntable:
             open_reference=partial(
                 open_session,
                 **self._stated(),
-                limits=self._file("limits"),
+                limits=self._answers.file("limits"),
                 operator=self._order.operator,
                 station=self._order.station,
             ),
@@ -163,7 +162,7 @@ class GuidedTurntable:
             reference=self._reference,
             poses=table.poses if table is not None else self._poses() or SIX_FACES,
             pose_seconds=self._seconds,
-            turns=bool(self._options["turns"]) and (table is None or bool(table.by_hand)),
+            turns=self._answers.flag("turns") and (table is None or bool(table.by_hand)),
             goal=self._goal,
             open_reference=partial(open_session, **self._stated(), poses=None),
             driver=self._drive,
@@ -177,7 +176,7 @@ class GuidedTurntable:
 
     def _procedure(self) -> SessionProcedure:
         order = self._order
-        stated = {"goal": self._text("until"), "table": order.table.address if order.table else ""}
+        stated = {"goal": self._answers.text("until"), "table": order.table.address if order.table else ""}
         return SessionProcedure(
             name="turntable",
             operator=order.operator,
@@ -196,11 +195,11 @@ class GuidedTurntable:
         if not table.armed:
             raise ProcedureError("the table is not armed; arm it, or turn it by hand")
         return turned_table(
-            table.address, table.limits, self._seconds, self._poses(), bool(self._options["turns"])
+            table.address, table.limits, self._seconds, self._poses(), self._answers.flag("turns")
         )
 
     def _poses(self) -> PoseList | None:
-        if path := self._file("poses"):
+        if path := self._answers.file("poses"):
             return PoseList.load(path)
         # The way of a table is planned anew, and is the same; its turns end where no pose of a list is.
         is_by_hand = self._order.table is None
@@ -208,21 +207,13 @@ class GuidedTurntable:
 
     @property
     def _seconds(self) -> float:
-        return float(self._options["pose_seconds"] or POSE_SECONDS)
+        return self._answers.number("pose_seconds") or POSE_SECONDS
 
     def _stated(self) -> Mapping[str, Any]:
-        gravity = self._options["gravity"]
         return {
-            "gravity": float(gravity) if gravity else None,
-            "reference_calibration": self._file("reference_calibration"),
+            "gravity": self._answers.number("gravity"),
+            "reference_calibration": self._answers.file("reference_calibration"),
         }
-
-    def _text(self, name: str) -> str:
-        return str(self._options[name] or "").strip()
-
-    def _file(self, name: str) -> Path | None:
-        text = self._text(name)
-        return Path(text) if text else None
 
 
 def _reference_of(order: RunOrder) -> str:
