@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-rust test-python test-commands coverage bench foreign flights soak package lint generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -36,15 +36,21 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 	@scripts/install_test_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
-test: test-rust test-python test-commands  ## Run all tests: of Rust, of Python and devices, and the commands of the pages
+test:  ## Run all tests: of Rust, of Python and devices, and the commands of the pages
+	@# Libraries and programs are downloaded and unpacked while Rust compiles.
+	$(MAKE) --no-print-directory --jobs 2 test-rust test-tools
+	$(MAKE) --no-print-directory test-python
+	$(MAKE) --no-print-directory test-commands
 
 test-rust:  ## Run the tests of Rust
 	cargo test --workspace --exclude tumble-fuzz --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
 
-test-python: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python, C and firmware
+test-tools: $(VENV)/.requirements-test
 	scripts/install_test_tools.sh
 	scripts/install_postgres.sh
+
+test-python: $(VENV)/.native test-tools  ## Run the tests of Python, C and firmware
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
 
 coverage: $(VENV)/.native $(VENV)/.requirements-test  ## Run the tests of Python and print the share of lines and branches they reach
@@ -126,10 +132,17 @@ package: $(VENV)/.native  ## Build what is released, and use it as a newcomer wo
 	scripts/build_image.sh
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers, language and documents
+	@# Types and pages take one core, compilers the other.
+	$(MAKE) --no-print-directory --jobs 2 --output-sync=target lint-rust lint-python
+
+lint-rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
 	cargo test --quiet --workspace --exclude tumble-fuzz --test header --test settings --locked
+	$(RUSTDOC)
+
+lint-python:
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -145,7 +158,6 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python scripts/write_formats.py --check
 	$(BIN)/python scripts/write_catalogues.py --check
 	$(SITE)
-	$(RUSTDOC)
 
 generated: $(VENV)/.native $(VENV)/.requirements-test  ## Write all that is made from one table: settings, schemas, grades, formats, catalogues, tumble.h, tables of docs
 	$(BIN)/python scripts/write_settings.py
