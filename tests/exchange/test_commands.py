@@ -1,6 +1,7 @@
 """`tumble export` and `tumble import` as they are typed."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,6 +37,46 @@ def test_every_format_is_written_and_written_again(tmp_path, unit, word):
     strict = typed("export", unit, "--format", word, *settings_for(word), "-o", out, "--strict")
     assert strict.code == (2 if losses else 0)
     assert TARGETS[word].kind.begins(out)
+
+
+def test_all_formats_are_written_as_each_alone(tmp_path, unit):
+    every = [part for word in TARGETS for part in settings_for(word)]
+    done = typed("export", unit, "--all", *every, "-o", tmp_path / "all", "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert found["verdict"] == "all written"
+    assert list(found["written"]) == list(TARGETS)
+    for word, target in TARGETS.items():
+        alone = tmp_path / f"{word}{target.ending}"
+        assert typed("export", unit, "--format", word, *settings_for(word), "-o", alone).code == 0
+        assert Path(found["written"][word]["file"]).read_bytes() == alone.read_bytes()
+
+
+def test_formats_that_lack_a_setting_are_listed_with_it(tmp_path, unit):
+    done = typed("export", unit, "--all", "--set", "rate=200", "-o", tmp_path / "all", "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert found["verdict"] == "some refused"
+    assert set(found["refused"]) == {"px4", "record", "record-hex", "record-c"}
+    assert "--set identity=" in found["refused"]["record"]
+    assert len(list((tmp_path / "all").iterdir())) == len(TARGETS) - 4
+    shown = typed("export", unit, "--all", "--set", "rate=200", "-o", tmp_path / "all")
+    assert shown.code == 0
+    assert "unit-fast-lio.yaml" in shown.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--all", "--format", "vins"], "--all writes every format; leave out --format vins"),
+        (["--all", "--set", "speed=3"], "no format has a setting 'speed'"),
+        (["--all", "--strict", "--set", "rate=0"], "give a number above zero"),
+    ],
+)
+def test_bad_words_beside_all_are_one_line(tmp_path, unit, words, said):
+    done = typed("export", unit, *words, "-o", tmp_path / "all")
+    assert done.code == (2 if "--strict" not in words else 0)
+    assert said in done.err + done.out
 
 
 @pytest.mark.parametrize("word", READABLE)

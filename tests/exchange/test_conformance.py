@@ -12,9 +12,10 @@ import imucal
 import numpy as np
 import pytest
 import yaml
+from rosbags.typesys.stores.latest import sensor_msgs__msg__Imu
 
 from exchange_units import calibration, needed, samples
-from target_formulas import FORMULAS, NOISE, READERS, corrected, names_in, noise_of_sample
+from target_formulas import COVARIANCES, FORMULAS, NOISE, READERS, corrected, names_in, noise_of_sample
 from tumble.calibration.document import Calibration
 from tumble.foundation.units import TRIADS
 from tumble.tools.exchange.calibration_parts import sensing_axes
@@ -86,8 +87,7 @@ def frame_of(word, unit):
 
 def test_the_table_and_the_formulas_are_of_all_targets():
     assert set(TABLE) == set(TARGETS) == set(READERS)
-    assert set(FORMULAS) | set(NOISE) == set(TARGETS)
-    assert set(FORMULAS).isdisjoint(NOISE)
+    assert sorted((*FORMULAS, *NOISE, *COVARIANCES)) == sorted(TARGETS)
 
 
 @pytest.mark.parametrize("word", TARGETS)
@@ -201,6 +201,28 @@ def test_noise_of_a_sample_is_that_of_the_calibration(tmp_path, word):
     expected = [[2e-3 * np.sqrt(RATE), 1e-4 / np.sqrt(RATE)]] * 2
     assert noise_of_sample(word, path, RATE) == pytest.approx(np.array(expected), rel=1e-6)
     assert any("it holds noise alone" in remark for remark in exported.remarks)
+
+
+@pytest.mark.parametrize("word", NOISE)
+def test_inflated_noise_of_a_sample_is_so_many_times_as_large(tmp_path, word):
+    path = tmp_path / f"noise{TARGETS[word].ending}"
+    exported = export(calibration(2), word, {**needed(word), "inflation": "10"})
+    path.write_bytes(exported.content)
+    expected = [[2e-2 * np.sqrt(RATE), 1e-3 / np.sqrt(RATE)]] * 2
+    assert noise_of_sample(word, path, RATE) == pytest.approx(np.array(expected), rel=1e-6)
+    assert b"10 times that of the calibration" in exported.content
+    assert not any("inflation" in remark for remark in exported.remarks)
+
+
+def test_covariances_are_fields_of_the_message(tmp_path):
+    path, exported = written(tmp_path, "robot-localization", calibration(2))
+    found = yaml.safe_load(path.read_text())
+    message = sensor_msgs__msg__Imu.__annotations__
+    assert set(found) < set(message)
+    variance = (2e-3) ** 2 * RATE
+    for covariance in found.values():
+        assert np.reshape(covariance, (3, 3)) == pytest.approx(variance * np.eye(3), rel=1e-6)
+    assert any("inflation" in remark for remark in exported.remarks)
 
 
 HOSTILE = (

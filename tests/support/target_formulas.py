@@ -264,6 +264,18 @@ def noise_of_sample(word, path, rate):
         )
         return np.array([np.array(white) * per_sample, np.array(walk) / per_sample]).T
     found = by_pyyaml(path)
+    if word == "lio-sam":
+        # GTSAM's covariance over the time between samples.
+        white, walk = (
+            [found[f"imu{triad}{kind}"] for triad in ("Acc", "Gyr")] for kind in ("Noise", "BiasN")
+        )
+        return np.array([np.array(white) * per_sample, np.array(walk) / per_sample]).T
+    if word == "fast-lio":
+        # P += dt^2 Q
+        white, walk = (
+            [found[f"mapping.{kind}{triad}_cov"] for triad in ("acc", "gyr")] for kind in ("", "b_")
+        )
+        return np.sqrt([white, np.array(walk) / rate**2]).T
     assert found["update_rate"] == rate
     white, walk = (
         np.array([found[f"{triad}_{kind}"] for triad in ("accelerometer", "gyroscope")])
@@ -287,7 +299,8 @@ FORMULAS = {
     "c": of_c,
     **{word: by_records(word) for word in ("record", "record-hex", "record-c")},
 }
-NOISE = ("kalibr-noise", "vins", "orb-slam3")
+NOISE = ("kalibr-noise", "vins", "orb-slam3", "lio-sam", "fast-lio")
+COVARIANCES = ("robot-localization",)
 
 
 def constants_of_c(path):
@@ -303,6 +316,7 @@ READERS = {
     "openvins": by_opencv,
     "vins": by_opencv,
     "orb-slam3": by_opencv,
+    **dict.fromkeys(("lio-sam", "fast-lio", "robot-localization"), by_pyyaml),
     "imu-tk-accelerometer": in_sequence,
     "imu-tk-gyroscope": in_sequence,
     "imucal": lambda path: json.loads(path.read_text()),

@@ -31,9 +31,9 @@ TERM_UNITS: Mapping[Triad, Mapping[str, str]] = {
     },
 }
 """Units of the coefficients Q, N, B, K and R."""
-KALIBR = {
+KALIBR: Mapping[Triad, tuple[str, str]] = {
     "accelerometer": ("accelerometer_noise_density", "accelerometer_random_walk"),
     "gyroscope": ("gyroscope_noise_density", "gyroscope_random_walk"),
 }
 """Names of N and K; OpenVINS reads the same."""
-VINS = {"accelerometer": ("acc_n", "acc_w"), "gyroscope": ("gyr_n", "gyr_w")}
+VINS: Mapping[Triad, tuple[str, str]] = {"accelerometer": ("acc_n", "acc_w"), "gyroscope": ("gyr_n", "gyr_w")}

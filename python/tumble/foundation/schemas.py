@@ -137,6 +137,7 @@ PRINTED = {
         _printed("inspection", "inspect", "InspectionDocument", "what tumble inspect --json found"),
         _printed("conversion", "convert", "ConversionDocument", "what tumble convert --json wrote"),
         _printed("export", "exchange", "ExportDocument", "what tumble export --json wrote"),
+        _printed("export-all", "exchange", "ExportAllDocument", "what tumble export --all --json wrote"),
         _printed("import", "exchange", "ImportDocument", "what tumble import --json read"),
         _printed("simulation", "simulate", "SimulationDocument", "what tumble simulate --json made"),
         _printed("diagnosis", "doctor", "DiagnosisDocument", "what tumble doctor --json found"),

@@ -49,10 +49,14 @@ def turned(calibration: Calibration, to: str) -> Calibration:
     return calibration.model_copy(update={**sections, "axes": to})
 
 
+STATEMENT = "axes: "
+"""Beginning of a statement about axes."""
+
+
 def statement(expected: str, words: str, before: Sequence[Calibration]) -> str:
     """States the axes of a program, `expected` of a vehicle or empty, and those of earlier calibrations."""
     found = list(dict.fromkeys(filter(None, (_about(expected, each) for each in before))))
-    return f"axes: {'; '.join([words, *found])}"
+    return f"{STATEMENT}{'; '.join([words, *found])}"
 
 
 def _about(expected: str, calibration: Calibration) -> str:

@@ -42,6 +42,14 @@ def export_command(
             show_default=False,
         ),
     ] = None,
+    write_all: Annotated[
+        bool,
+        typer.Option(
+            "--all",
+            help="Write every format that the calibration and --set suffice for, into the folder --output; "
+            "report what each other lacks.",
+        ),
+    ] = False,
     output: OutputFile = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Write nothing where the format cannot hold all of it.")
@@ -55,11 +63,18 @@ def export_command(
     Each loss of a format is reported, with the remaining error in the unit of the sensor. Names, units and
     formulas are those of each program's documentation; --format list shows what each holds and needs.
     """
-    if format_name == LIST:
+    if write_all and format_name != LIST:
+        raise CommandError(f"--all writes every format; leave out --format {format_name}")
+    if format_name == LIST and not write_all:
         _list(as_json)
         return
     if not calibrations:
         raise CommandError("missing CALIBRATION; see tumble export --help")
+    if write_all:
+        from tumble.tools.exchange.command_export_all import write_all_formats
+
+        write_all_formats(calibrations, _typed(settings or []), output, strict=strict, as_json=as_json)
+        return
     from tumble.calibration.document import Calibration
     from tumble.foundation.file_names import file_stem
     from tumble.foundation.files import check_output, replacing
@@ -75,7 +90,13 @@ def export_command(
     check_output(path, format_.kind, inputs=calibrations)
     with replacing(path, format_.kind, inputs=calibrations) as file:
         file.write(exported.content)
-    _say(exported, path, len(units), as_json=as_json)
+    if as_json:
+        print_document(EXPORT, _verdict(exported), printed(exported, path))
+        return
+    _warn(exported)
+    print(f"{count_of('calibration', len(units))} written: {path}")
+    for remark in exported.remarks:
+        print(f"Note: {remark}")
 
 
 def _typed(settings: list[str]) -> dict[str, str]:
@@ -86,33 +107,27 @@ def _typed(settings: list[str]) -> dict[str, str]:
     return {name: value for name, _, value in pairs}
 
 
-def _say(exported: Exported, path: Path, units: int, *, as_json: bool) -> None:
-    if as_json:
-        losses = [
-            {
-                "unit": each.unit,
-                "triad": each.triad,
-                "part": each.part,
-                "size": each.size,
-                "at": each.condition,
-            }
-            for each in exported.losses
-        ]
-        content = {
-            "file": str(path),
-            "losses": losses,
-            "remarks": list(exported.remarks),
-            "warnings": list(exported.warnings),
-        }
-        print_document(EXPORT, "with losses" if losses else "whole", content)
-        return
-    for warning in exported.warnings:
+def _verdict(exported: Exported) -> str:
+    return "with losses" if exported.losses else "whole"
+
+
+def printed(exported: Exported, path: Path) -> dict[str, object]:
+    """Returns what `--json` prints of a file for another program."""
+    losses = [
+        {"unit": each.unit, "triad": each.triad, "part": each.part, "size": each.size, "at": each.condition}
+        for each in exported.losses
+    ]
+    return {
+        "file": str(path),
+        "losses": losses,
+        "remarks": list(exported.remarks),
+        "warnings": list(exported.warnings),
+    }
+
+
+def _warn(exported: Exported) -> None:
+    for warning in (*exported.warnings, *exported.losses):
         print(f"tumble: warning: {warning}", file=sys.stderr)
-    for loss in exported.losses:
-        print(f"tumble: warning: {loss}", file=sys.stderr)
-    print(f"{count_of('calibration', units)} written: {path}")
-    for remark in exported.remarks:
-        print(f"Note: {remark}")
 
 
 def _list(as_json: bool) -> None:

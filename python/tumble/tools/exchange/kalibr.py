@@ -12,30 +12,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.calibration.document import Calibration, TriadCalibration
-from tumble.foundation.errors import ProcedureError
+from tumble.calibration.document import Calibration
 from tumble.foundation.files import FileKind
 from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import TRIADS
 from tumble.tools.exchange.calibration_parts import MATRIX, frame_losses, lower_and_rotation
+from tumble.tools.exchange.filter_noise import (
+    NOISE_ONLY,
+    NOISE_SETTINGS,
+    RATE,
+    noise_figures,
+    noise_in_words,
+    noise_remarks,
+)
 from tumble.tools.exchange.imu_chain import read_kalibr, read_noise
 from tumble.tools.exchange.parameters import yaml_number
 from tumble.tools.exchange.remark_lines import comment
 from tumble.tools.exchange.target import ANY_AXES, OWN_AXES, Setting, Settings, Target, Written
 
-NOISE_SETTINGS = tuple(
-    Setting(name.replace("_", "-"), f"{name}, in place of the calibration's", "")
-    for triad in TRIADS
-    for name in NOISE_NAMES[triad]
-)
-STREAM_SETTINGS = (
-    Setting("rate", "samples a second"),
-    Setting("topic", "topic of the IMU", "/imu/data"),
-)
-
-
-NOISE_ONLY = "it holds noise alone: give the program measurements that tumble apply has corrected"
+TOPIC = Setting("topic", "topic of the IMU", "/imu/data")
+STREAM_SETTINGS = (RATE, TOPIC)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,51 +72,16 @@ def noise_lines(calibration: Calibration, settings: Settings) -> list[str]:
     ]
 
 
-def noise_figures(calibration: Calibration, triad: Triad, settings: Settings) -> list[float]:
-    """Returns N and K of a triad as filters need them, root mean square over its axes.
-
-    Raises `ProcedureError` where one is not known, as programs take none that is missing or zero.
-    """
-    section = getattr(calibration, triad)
-    found = (None, None) if section is None else _for_filters(section)
-    return [
-        _figure(calibration, name, values, settings)
-        for name, values in zip(NOISE_NAMES[triad], found, strict=True)
-    ]
-
-
-def _for_filters(section: TriadCalibration) -> tuple[FloatArray | None, FloatArray | None]:
-    density, walk = section.noise_density_for_filters, section.random_walk_for_filters
-    return (
-        section.noise_density if density is None else density,
-        section.random_walk if walk is None else walk,
-    )
-
-
-def _figure(calibration: Calibration, name: str, values: FloatArray | None, settings: Settings) -> float:
-    typed = name.replace("_", "-")
-    if settings.text(typed):
-        return settings.positive_number(typed)
-    known = np.empty(0) if values is None else values[np.isfinite(values)]
-    # Kalibr and what is built on it refuse zero.
-    if not known.any():
-        raise ProcedureError(
-            f"{calibration.name}: {name} is not in the calibration: add it with tumble noise --calibration, "
-            f"or give --set {typed}=..."
-        )
-    return float(np.sqrt(np.mean(known**2)))
-
-
 def write_noise(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     """Writes `imu.yaml`: noise alone."""
     (calibration,) = calibrations
     lines = [
-        f"# Noise of {comment(calibration.name)}, root mean square over the axes, by Tumble.",
+        f"# Noise of {comment(calibration.name)}, {noise_in_words(settings)}, by Tumble.",
         *noise_lines(calibration, settings),
         f"rostopic: {settings.topic('topic')}",
         f"update_rate: {yaml_number(settings.positive_number('rate'))}",
     ]
-    return Written("\n".join(lines) + "\n")
+    return Written("\n".join(lines) + "\n", remarks=noise_remarks(settings))
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
@@ -129,7 +91,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     # A is applied to what C_gyro_i has turned already.
     response = axes.g_sensitivity @ axes.gyroscope_from_frame.T
     lines = [
-        *heading(calibration, "Kalibr"),
+        *heading(calibration, settings, "Kalibr"),
         "imu0:",
         *rows("T_i_b", np.eye(4)),
         *(f"  {line}" for line in noise_lines(calibration, settings)),
@@ -144,14 +106,16 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         *rows("  A", response),
         *rows("  C_gyro_i", axes.gyroscope_from_frame),
     ]
-    return Written("\n".join(lines) + "\n", frame_losses(calibration, axes.frame_from_case))
+    lost = frame_losses(calibration, axes.frame_from_case)
+    return Written("\n".join(lines) + "\n", lost, noise_remarks(settings))
 
 
-def heading(calibration: Calibration, program: str) -> list[str]:
+def heading(calibration: Calibration, settings: Settings, program: str) -> list[str]:
     """Returns comments on what the program has no field for."""
     lines = [
         f"# Calibration of {comment(calibration.name)} by Tumble for {program}, in the axes of its "
-        "accelerometer."
+        "accelerometer.",
+        f"# Noise: {noise_in_words(settings)}.",
     ]
     for triad in TRIADS:
         if (section := getattr(calibration, triad)) is not None:

@@ -15,9 +15,9 @@ import numpy as np
 from tumble.calibration.document import Calibration
 from tumble.foundation.files import FileKind
 from tumble.tools.exchange.calibration_parts import MATRIX, frame_losses
+from tumble.tools.exchange.filter_noise import NOISE_SETTINGS, noise_remarks
 from tumble.tools.exchange.imu_chain import read_openvins
 from tumble.tools.exchange.kalibr import (
-    NOISE_SETTINGS,
     STREAM_SETTINGS,
     heading,
     noise_lines,
@@ -34,7 +34,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     axes = own_axes(calibration)
     lines = [
         "%YAML:1.0",
-        *heading(calibration, "OpenVINS"),
+        *heading(calibration, settings, "OpenVINS"),
         "imu0:",
         *rows("T_i_b", np.eye(4)),
         *(f"  {line}" for line in noise_lines(calibration, settings)),
@@ -48,7 +48,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         *rows("R_IMUtoACC", np.eye(3)),
         *rows("Tg", axes.g_sensitivity),
     ]
-    return Written("\n".join(lines) + "\n", frame_losses(calibration, axes.frame_from_case))
+    lost = frame_losses(calibration, axes.frame_from_case)
+    return Written("\n".join(lines) + "\n", lost, noise_remarks(settings))
 
 
 OPENVINS = Target(

@@ -15,15 +15,16 @@ from tumble.tools.exchange.imucal import IMUCAL
 from tumble.tools.exchange.kalibr import KALIBR, KALIBR_NOISE
 from tumble.tools.exchange.openvins import OPENVINS
 from tumble.tools.exchange.px4 import PX4
-from tumble.tools.exchange.robots import AUTOWARE, ROS2
-from tumble.tools.exchange.slam import ORB_SLAM, VINS
+from tumble.tools.exchange.robots import AUTOWARE, ROBOT_LOCALIZATION, ROS2
+from tumble.tools.exchange.slam import FAST_LIO, LIO_SAM, ORB_SLAM, VINS
 from tumble.tools.exchange.target import Target
 
 TARGETS = {
     target.word: target
     for target in (
-        PX4, ARDUPILOT, BETAFLIGHT, KALIBR, KALIBR_NOISE, OPENVINS, VINS, ORB_SLAM, IMU_TK_ACCELEROMETER,
-        IMU_TK_GYROSCOPE, IMUCAL, AUTOWARE, ROS2, FUSION, C_SOURCE, RECORD, RECORD_HEXADECIMAL, RECORD_C,
+        PX4, ARDUPILOT, BETAFLIGHT, KALIBR, KALIBR_NOISE, OPENVINS, VINS, ORB_SLAM, LIO_SAM,
+        FAST_LIO, IMU_TK_ACCELEROMETER, IMU_TK_GYROSCOPE, IMUCAL, AUTOWARE, ROBOT_LOCALIZATION, ROS2, FUSION,
+        C_SOURCE, RECORD, RECORD_HEXADECIMAL, RECORD_C,
     )
 }  # fmt: skip
 

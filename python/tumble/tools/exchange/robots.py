@@ -1,9 +1,10 @@
-"""ROS 2 parameters: those of Autoware's corrector, and plain ones for a node of one's own."""
+"""ROS 2: parameters of Autoware's corrector, plain ones for a node of one's own, covariances of a message."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from math import sqrt
 
 import numpy as np
 
@@ -14,12 +15,21 @@ from tumble.foundation.files import FileKind
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.tools.exchange.calibration_parts import BIAS, MATRIX
+from tumble.tools.exchange.filter_noise import (
+    NOISE_ONLY,
+    NOISE_SETTINGS,
+    RATE,
+    noise_figures,
+    noise_in_words,
+    noise_remarks,
+)
 from tumble.tools.exchange.imu_chain import read_autoware, read_ros2
-from tumble.tools.exchange.kalibr import NOISE_SETTINGS, noise_figures
 from tumble.tools.exchange.parameters import yaml_number
 from tumble.tools.exchange.remark_lines import comment
-from tumble.tools.exchange.target import Setting, Settings, Target, Written
+from tumble.tools.exchange.target import ANY_AXES, Settings, Target, Written
 
+MESSAGE_FIELDS = ("linear_acceleration", "angular_velocity")
+"""Fields of `sensor_msgs/Imu`, in the order of the triads."""
 _HEAD = ["/**:", "  ros__parameters:"]
 
 
@@ -31,13 +41,31 @@ def write_autoware(calibrations: Sequence[Calibration], settings: Settings) -> W
     lines = [f"# Calibration of {comment(calibration.name)} by Tumble for Autoware's imu_corrector.", *_HEAD]
     for axis, value in zip("xyz", calibration.gyroscope.b, strict=True):
         lines.append(f"    angular_velocity_offset_{axis}: {float(value):.9e}")
-    root = np.sqrt(settings.positive_number("rate"))
-    force, turning = (noise_figures(calibration, triad, settings)[0] for triad in TRIADS)
-    lines += [f"    angular_velocity_stddev_{axis}{axis}: {root * turning:.6e}" for axis in "xyz"]
-    lines.append(f"    acceleration_stddev: {root * force:.6e}")
+    force, turning = _sigmas_of_sample(calibration, settings)
+    lines += [f"    angular_velocity_stddev_{axis}{axis}: {turning:.6e}" for axis in "xyz"]
+    lines.append(f"    acceleration_stddev: {force:.6e}")
     # Without this, newer versions subtract nothing; older ones do not know it, and subtract always.
     lines += ["    on_off_correction:", "      correct_for_static_bias: true"]
-    return Written("\n".join(lines) + "\n")
+    return Written("\n".join(lines) + "\n", remarks=noise_remarks(settings))
+
+
+def _sigmas_of_sample(calibration: Calibration, settings: Settings) -> list[float]:
+    """Returns the sigma of a sample of each triad, N sqrt(r)."""
+    root = sqrt(settings.positive_number(RATE.name))
+    return [root * noise_figures(calibration, triad, settings)[0] for triad in TRIADS]
+
+
+def write_message(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Writes the covariances of `sensor_msgs/Imu`, 3 x 3 row by row, as its fields are named."""
+    (calibration,) = calibrations
+    head = (
+        f"# Noise of {comment(calibration.name)}, {noise_in_words(settings)}, by Tumble for sensor_msgs/Imu."
+    )
+    lines = [
+        _array(f"{field}_covariance", sigma**2 * np.eye(3)).strip()
+        for field, sigma in zip(MESSAGE_FIELDS, _sigmas_of_sample(calibration, settings), strict=True)
+    ]
+    return Written("\n".join([head, *lines]) + "\n", remarks=noise_remarks(settings))
 
 
 def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Written:
@@ -80,8 +108,26 @@ AUTOWARE = Target(
     source="https://github.com/autowarefoundation/autoware_universe/tree/main/sensing/autoware_imu_corrector",
     axes="those of the IMU's topic, by REP 103, before tf turns into base_link",
     body=FLU,
-    own_settings=(Setting("rate", "samples a second"), *NOISE_SETTINGS),
+    own_settings=(RATE, *NOISE_SETTINGS),
     read=read_autoware,
+)
+ROBOT_LOCALIZATION = Target(
+    word="robot-localization",
+    title="robot_localization, covariances of sensor_msgs/Imu",
+    ending=".yaml",
+    kind=FileKind(
+        "covariances of sensor_msgs/Imu", re.compile(rb"^linear_acceleration_covariance:", re.MULTILINE)
+    ),
+    holds={},
+    leaves_out=TRIADS,
+    write=write_message,
+    source="https://github.com/cra-ros-pkg/robot_localization/blob/ros2/doc/preparing_sensor_data.rst",
+    axes=ANY_AXES,
+    own_settings=(RATE, *NOISE_SETTINGS),
+    remarks=(
+        NOISE_ONLY,
+        "robot_localization has no parameter of noise: the driver sends these in the message",
+    ),
 )
 ROS2 = Target(
     word="ros2",

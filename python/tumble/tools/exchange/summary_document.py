@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field
 
 from tumble.foundation.printed import Printed
 from tumble.tools.exchange.command_export import EXPORT, TARGET_LIST
+from tumble.tools.exchange.command_export_all import EXPORT_ALL
 from tumble.tools.exchange.command_formats import FORMATS
 from tumble.tools.exchange.command_import import IMPORT
 
@@ -23,15 +24,32 @@ class Lost(Printed):
     at: str
 
 
-class ExportDocument(Printed):
+class ExportedFile(Printed):
     """A calibration in the file of another program."""
 
-    schema_: Literal["tumble-export/1"] = Field(EXPORT, alias="schema")
-    verdict: Literal["whole", "with losses"]
     file: Path
     losses: list[Lost]
     remarks: list[str]
     warnings: list[str]
+
+
+class ExportDocument(ExportedFile):
+    """A calibration in the file of another program, and the verdict."""
+
+    schema_: Literal["tumble-export/1"] = Field(EXPORT, alias="schema")
+    verdict: Literal["whole", "with losses"]
+
+
+class ExportAllDocument(Printed):
+    """A calibration in the files of all programs at once."""
+
+    schema_: Literal["tumble-export-all/1"] = Field(EXPORT_ALL, alias="schema")
+    verdict: Literal["all written", "some refused"]
+    folder: Path
+    written: dict[str, ExportedFile]
+    """By word of the format."""
+    refused: dict[str, str]
+    """Reason of each format that is not written."""
 
 
 class PrintedFormat(Printed):
