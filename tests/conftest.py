@@ -39,8 +39,8 @@ def own_ports():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """Three processes for two cores: tests of what is live wait more than they compute."""
-    return max(2, 3 * (os.cpu_count() or 1) // 2)
+    """Two processes a core: tests of what is live wait more than they compute."""
+    return 2 * (os.cpu_count() or 1)
 
 
 @pytest.hookimpl(wrapper=True)
