@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 from pymavlink.mavparm import MAVParmDict
 
+from arduino_chip import CHIPS
 from tumble import _core
 from tumble.foundation.units import TRIADS
 
@@ -297,6 +298,7 @@ FORMULAS = {
     "ros2": of_ros2,
     "fusion": of_fusion,
     "c": of_c,
+    **CHIPS,
     **{word: by_records(word) for word in ("record", "record-hex", "record-c")},
 }
 NOISE = ("kalibr-noise", "vins", "orb-slam3", "lio-sam", "fast-lio")
@@ -305,6 +307,12 @@ COVARIANCES = ("robot-localization",)
 
 def constants_of_c(path):
     return re.findall(r"^static const (\w+ \w+) = ", path.read_text(), re.MULTILINE)
+
+
+def registers_of(path):
+    """Registers that a sketch writes, and those that it adds to."""
+    calls = re.findall(r"tumble_(put|add)\(wire, chip, (0x\w\w),", path.read_text())
+    return list(dict.fromkeys(place + (" addend" if call == "add" else "") for call, place in calls))
 
 
 READERS = {
@@ -324,5 +332,6 @@ READERS = {
     "ros2": of_node,
     "fusion": constants_of_c,
     "c": constants_of_c,
+    **dict.fromkeys(CHIPS, registers_of),
     **{word: lambda path, word=word: records_in(word, path) for word in ("record", "record-hex", "record-c")},
 }

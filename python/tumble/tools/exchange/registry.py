@@ -13,6 +13,7 @@ from tumble.tools.exchange.fusion import FUSION
 from tumble.tools.exchange.imu_tk import IMU_TK_ACCELEROMETER, IMU_TK_GYROSCOPE
 from tumble.tools.exchange.imucal import IMUCAL
 from tumble.tools.exchange.kalibr import KALIBR, KALIBR_NOISE
+from tumble.tools.exchange.offset_registers import REGISTERS
 from tumble.tools.exchange.openvins import OPENVINS
 from tumble.tools.exchange.px4 import PX4
 from tumble.tools.exchange.robots import AUTOWARE, ROBOT_LOCALIZATION, ROS2
@@ -24,7 +25,7 @@ TARGETS = {
     for target in (
         PX4, ARDUPILOT, BETAFLIGHT, KALIBR, KALIBR_NOISE, OPENVINS, VINS, ORB_SLAM, LIO_SAM,
         FAST_LIO, IMU_TK_ACCELEROMETER, IMU_TK_GYROSCOPE, IMUCAL, AUTOWARE, ROBOT_LOCALIZATION, ROS2, FUSION,
-        C_SOURCE, RECORD, RECORD_HEXADECIMAL, RECORD_C,
+        C_SOURCE, RECORD, RECORD_HEXADECIMAL, RECORD_C, *REGISTERS,
     )
 }  # fmt: skip
 
