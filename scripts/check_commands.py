@@ -33,6 +33,7 @@ HOW_TOS = (
     *(procedure.word for procedure in PROCEDURES),
     "live",
     "export",
+    "five-dollar-imu",
     "compare",
     "read-logs",
     "convert",
