@@ -65,8 +65,8 @@ ToOption: TypeAlias = Annotated[
     typer.Option(
         "--to",
         metavar="TO",
-        help="Where corrected samples go: stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, or a file that "
-        "ends in .csv, .parquet or .mcap.",
+        help="Where corrected samples go: stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC, "
+        "or a file that ends in .csv, .parquet or .mcap.",
         rich_help_panel=LIVE,
         show_default=False,
     ),

@@ -1,4 +1,4 @@
-"""Where samples go while they come: standard output, UDP, MAVLink or a file, as it is typed after `--to`."""
+"""Where samples go while they come: standard output, UDP, MAVLink, ROS 2 or a file, as typed after `--to`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import socket
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,7 +74,7 @@ class Output(Protocol):
 
 
 def parse_output(text: str, *, as_json: bool = False) -> Output:
-    """Finds the output that was typed: `stdout`, `udp://HOST:PORT`, `mavlink:udpout:HOST:PORT` or FILE.
+    """Finds the output that was typed: `stdout`, `udp:`, `mavlink:` or `ros2:`, or FILE.
 
     With `as_json` standard output is given a JSON object a sample, else rows under names of columns.
 
@@ -83,16 +83,16 @@ def parse_output(text: str, *, as_json: bool = False) -> Output:
     if text == STDOUT:
         return StandardOutput(as_json)
     scheme = text.partition(":")[0].lower()
-    if scheme in ("udp", "mavlink"):
+    if scheme in _SENDERS:
         try:
-            address = parse_address(text)
-            return _udp(address) if scheme == "udp" else _mavlink(address)
+            return _SENDERS[scheme](parse_address(text))
         except LogError as error:
             raise OutputError(str(error)) from error
     path = Path(text)
     if path.suffix.removeprefix(".").lower() not in FORMATS:
         raise OutputError(
-            f"--to {text}: give stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, or a file that ends in "
+            f"--to {text}: give stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC, or a file "
+            "that ends in "
             f"{', '.join('.' + name for name in FORMATS)}"
         )
     check_output(path, FORMATS[format_for(path)])
@@ -318,6 +318,16 @@ def _mavlink(address: Address) -> Output:
         raise OutputError(f"{address.text}: expected mavlink:udpout:HOST:PORT")
     host, port = host_and_port(address, place)
     return MavlinkOutput(address, _place(address, host, port))
+
+
+def _ros2(address: Address) -> Output:
+    address.refuse_other_settings("domain")
+    output: Output = imported("tumble.live.ros2_output", address.text, "ros2").Ros2Output(address)
+    return output
+
+
+_SENDERS: Mapping[str, Callable[[Address], Output]] = {"udp": _udp, "mavlink": _mavlink, "ros2": _ros2}
+"""Outputs that send, by scheme."""
 
 
 def _place(address: Address, host: str, port: int) -> tuple[socket.AddressFamily, Place]:

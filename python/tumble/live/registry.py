@@ -13,6 +13,7 @@ from tumble.foundation.errors import LogError
 from tumble.live.address import Address, parse_address
 from tumble.live.shared_line import SharedLine, SharedLines
 from tumble.live.source import Source
+from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -39,11 +40,12 @@ LINES: Mapping[str, tuple[str, str]] = {
 """Module and `LineMaker` of each scheme of lines; imported only when it is asked for."""
 SENT_BY_ANYBODY = ("udp", "mavlink")
 """Schemes of lines to which several hosts may send."""
-OWN: Mapping[str, tuple[str, str]] = {
-    "iio": ("tumble.live.iio", "open_iio"),
-    "replay": ("tumble.live.replay", "open_replay"),
+OWN: Mapping[str, tuple[str, str, str]] = {
+    "iio": ("tumble.live.iio", "open_iio", ""),
+    "replay": ("tumble.live.replay", "open_replay", ""),
+    "ros2": ("tumble.live.ros2", "open_ros2", "ros2"),
 }
-"""The same, with `Opener`, of sources that hold one unit."""
+"""The same, with `Opener` and the extra that it needs, of sources that hold one unit."""
 
 
 def open_source(
@@ -100,7 +102,8 @@ def schemes() -> tuple[str, ...]:
 
 def _opener(address: Address) -> Opener:
     if address.scheme in OWN:
-        return cast("Opener", _imported(*OWN[address.scheme]))
+        module, opener, extra = OWN[address.scheme]
+        return cast("Opener", getattr(imported(module, address.text, extra), opener))
     if address.scheme in (installed := _installed()):
         return cast("Opener", installed[address.scheme].load())
     raise LogError(

@@ -94,7 +94,7 @@ class SpinLiveOptions(Options):
         typer.Option(
             metavar="TO",
             help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
-            "mavlink:udpout:HOST:PORT or FILE.",
+            "mavlink:udpout:HOST:PORT, ros2:///TOPIC or FILE.",
             rich_help_panel=LIVE,
             show_default=False,
         ),

@@ -98,7 +98,9 @@ def _live_output(live: ApplyLiveOptions, output: Path | None, format_name: str |
     if not live.live:
         raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
     if live.to is None:
-        raise ProcedureError("--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT or FILE")
+        raise ProcedureError(
+            "--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC or FILE"
+        )
     if output is not None or format_name is not None:
         raise ProcedureError("-o and --format are for logs; with --live give --to FILE")
     return live.to

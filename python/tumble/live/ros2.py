@@ -1,0 +1,150 @@
+"""Topics of ROS 2, heard over DDS without ROS: `ros2:///imu/data`."""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import ExitStack, suppress
+from types import TracebackType
+
+import numpy as np
+from cyclonedds.core import Listener
+from cyclonedds.sub import DataReader
+
+from tumble.foundation.errors import LogError
+from tumble.foundation.recording import FloatArray
+from tumble.foundation.words import count_of
+from tumble.live.address import Address
+from tumble.live.conditioning import EMPTY, ConditionedSource
+from tumble.live.readings import Readings, StreamFacts
+from tumble.live.ros2_domain import BEST_EFFORT, MOST_WAITING, QOS, Domain
+from tumble.live.ros2_types import Imu, Vector3
+from tumble.live.source import LiveChunk
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import RawSamples, StatedUnit
+
+_STATED = "sensor_msgs/Imu"
+
+
+def open_ros2(address: Address, options: ReadOptions) -> Ros2Source:
+    """Opens `ros2:///imu/data`; `domain=` is its number, `qos=` `reliable` or `best-effort`.
+
+    Raises `LogError` where these are none.
+    """
+    address.refuse_other_settings("domain", "qos")
+    if (qos := address.settings.get("qos", BEST_EFFORT)) not in QOS:
+        raise LogError(f"{address.text}: qos={qos}: give {' or '.join(QOS)}")
+    return Ros2Source(address, options)
+
+
+class Ros2Source(ConditionedSource):
+    """Reads one topic of `sensor_msgs/Imu`; a `Source`.
+
+    It asks for what the senders of the topic offer, as a reader that asks for more would hear nothing.
+    """
+
+    def __init__(self, address: Address, options: ReadOptions) -> None:
+        super().__init__(options)
+        self._address = address
+        self.topic = "/" + address.place.strip("/")
+        self.name = self.topic.strip("/").replace("/", "-")
+        self._reader: DataReader[Imu] | None = None
+        self._heard = ""
+        self._ready = -1
+        self._open = ExitStack()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """See `Source`."""
+        lost = 0 if self._reader is None else self._reader.get_sample_lost_status().total_count  # type: ignore[no-untyped-call]
+        unheard = (f"lost {count_of('message', lost)} on the way, or unread in time",) if lost else ()
+        return (*self._conditioner.notices, f"topic {self.topic} is heard {self._heard}", *unheard)
+
+    def __enter__(self) -> Ros2Source:
+        domain = Domain(self._address)
+        found = domain.find(self.topic)
+        if found is None:
+            raise LogError(_nobody(self._address, domain, self.topic))
+        self._heard = self._address.settings.get("qos", found.reliability)
+        with ExitStack() as opened:
+            self._ready, signal = os.pipe()
+            for descriptor in (self._ready, signal):
+                os.set_blocking(descriptor, False)
+                opened.callback(os.close, descriptor)
+            self._reader = domain.reader(self.topic, self._heard, _Signal(signal))
+            opened.callback(self._close)
+            self._open = opened.pop_all()
+        return self
+
+    def _close(self) -> None:
+        if self._reader is not None:
+            # Without its listener, which would signal through a descriptor that is closed by then.
+            self._reader.set_listener(None)
+            self._reader = None
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._open.close()
+
+    def fileno(self) -> int:
+        """See `Source`."""
+        return self._ready
+
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+        with suppress(BlockingIOError):
+            os.read(self._ready, MOST_WAITING)
+        messages = [] if self._reader is None else self._reader.take(N=MOST_WAITING)
+        messages = [message for message in messages if isinstance(message, Imu)]
+        if not messages:
+            return EMPTY
+        return self._conditioner.take(Readings(_samples(messages)), self._facts(), time.monotonic())
+
+    def _facts(self) -> StreamFacts:
+        return StreamFacts(
+            self._address.text,
+            True,
+            StatedUnit("m/s^2", _STATED),
+            StatedUnit("rad/s", _STATED),
+            StatedUnit("ns", _STATED),
+        )
+
+
+class _Signal(Listener):
+    """Makes a descriptor readable as soon as a message has come."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._descriptor = descriptor
+
+    def on_data_available(self, reader: DataReader[Imu]) -> None:
+        # A full pipe is readable as it is.
+        with suppress(BlockingIOError):
+            os.write(self._descriptor, b"\0")
+
+
+def _samples(messages: list[Imu]) -> RawSamples:
+    stamps = [1_000_000_000 * each.header.stamp.sec + each.header.stamp.nanosec for each in messages]
+    return RawSamples(
+        np.array(stamps, dtype=np.int64),
+        _rows([(each.linear_acceleration, each.linear_acceleration_covariance[0]) for each in messages]),
+        _rows([(each.angular_velocity, each.angular_velocity_covariance[0]) for each in messages]),
+    )
+
+
+def _rows(values: list[tuple[Vector3, float]]) -> FloatArray:
+    """(n, 3); NaN where the first element of the covariance states that nothing is measured (Imu.msg)."""
+    return np.array([(each.x, each.y, each.z) if first != -1.0 else (np.nan,) * 3 for each, first in values])
+
+
+def _nobody(address: Address, domain: Domain, topic: str) -> str:
+    """Returns the error for a topic that nobody sends, with those that somebody does."""
+    sent = ", ".join(map(str, domain.sent()))
+    where = f"domain {domain.number}"
+    if sent:
+        return f"{address.text}: nobody sends {topic} in {where}; topics of sensor_msgs/Imu there: {sent}"
+    return (
+        f"{address.text}: nobody sends a sensor_msgs/Imu in {where}; is the driver running, on this network, "
+        "and is ?domain= or ROS_DOMAIN_ID its number?"
+    )

@@ -1,0 +1,167 @@
+"""Topics of ROS 2 over DDS: a publisher in another process, with types of its own, is heard and answered."""
+
+import itertools
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_typestore
+
+import ros2_publisher
+from ros2_publisher import LOOPBACK
+from tumble.foundation.errors import LogError
+from tumble.live import open_source
+from tumble.live.ros2_output import _message
+from turntable_sessions import typed
+
+SAMPLES, RATE = 300, 300.0
+
+
+NUMBERS = itertools.count(os.getpid())
+
+
+@pytest.fixture(autouse=True)
+def domain(monkeypatch):
+    """A domain of its own on the loopback: a publisher that was killed stays announced for seconds."""
+    number = 1 + next(NUMBERS) % 200
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    return number
+
+
+@contextmanager
+def publisher(topic, *, samples=SAMPLES, reliability="reliable", more=()):
+    words = [ros2_publisher.__file__, topic, str(samples), str(RATE), reliability, *more]
+    process = subprocess.Popen([sys.executable, *words])
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def heard(source, count):
+    """Chunks of a source that is entered, until so many samples came, as arrays."""
+    chunks, until = [], time.monotonic() + 20.0
+    for chunk in source:
+        chunks.append(chunk)
+        if sum(map(len, chunks)) >= count or time.monotonic() > until:
+            break
+    return [
+        np.concatenate([getattr(each, name) for each in chunks if len(each)])
+        for name in ("time", "accelerometer", "gyroscope")
+    ]
+
+
+def expected():
+    messages = [ros2_publisher.message(number, RATE, False) for number in range(SAMPLES)]
+    force, rate = (
+        np.array([[value.x, value.y, value.z] for value in values])
+        for values in zip(
+            *((each.linear_acceleration, each.angular_velocity) for each in messages), strict=True
+        )
+    )
+    return np.arange(SAMPLES) / RATE, force, rate
+
+
+@pytest.mark.parametrize("reliability", ["reliable", "best-effort"])
+def test_every_sample_of_a_topic_comes_as_it_was_sent(reliability):
+    with publisher("/imu/data", reliability=reliability), open_source("ros2:///imu/data") as source:
+        found = heard(source, SAMPLES)
+        assert any(f"heard {reliability}" in remark for remark in source.remarks)
+        assert source.name == "imu-data"
+    times, force, rate = expected()
+    # Seconds since 1970 are known to 0.24 us in double precision.
+    assert found[0] - found[0][0] == pytest.approx(times, abs=2.5e-7)
+    assert np.array_equal(found[1], force)
+    assert np.array_equal(found[2], rate)
+
+
+def test_several_topics_are_recorded_at_once(tmp_path):
+    with publisher("/left/imu"), publisher("/right/imu"):
+        words = ("left=ros2:///left/imu", "right=ros2:///right/imu", "-o", tmp_path / "session")
+        done = typed("record", *words, "--duration", "3s")
+    assert done.code == 0, done.err
+    for unit in ("left", "right"):
+        assert f"{unit}: {SAMPLES} samples" in done.out
+
+
+def test_a_topic_without_angular_rate_is_refused():
+    with (
+        publisher("/imu/data", more=["--absent"]),
+        open_source("ros2:///imu/data") as source,
+        pytest.raises(LogError, match="gyroscope holds no number"),
+    ):
+        heard(source, SAMPLES)
+
+
+def test_a_topic_that_nobody_sends_is_named_with_others(domain):
+    with publisher("/imu/data"), pytest.raises(LogError) as raised, open_source("ros2:///imu/raw"):
+        pass
+    assert f"nobody sends /imu/raw in domain {domain}" in str(raised.value)
+    assert "/imu/data (reliable)" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("ros2:///imu?domain=300", "give a number from 0 to 232"),
+        ("ros2:///imu?domain=x", "give a number from 0 to 232"),
+        ("ros2:///imu?qos=loud", "give reliable or best-effort"),
+        ("ros2:///imu?speed=1", "no setting 'speed'"),
+        ("ros2:///imu?domain=0", "nobody sends a sensor_msgs/Imu in domain 0"),
+    ],
+)
+def test_a_bad_address_is_one_line(address, said):
+    with pytest.raises(LogError) as raised, open_source(address):
+        pass
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_messages_are_those_that_rosbags_reads():
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    sent = _message(1.25, [0.1, -0.2, 9.8], [0.01, 0.02, -0.03])
+    found = store.deserialize_cdr(sent.serialize(), "sensor_msgs/msg/Imu")
+    assert (found.header.stamp.sec, found.header.stamp.nanosec) == (1, 250_000_000)
+    assert (found.linear_acceleration.x, found.linear_acceleration.y, found.linear_acceleration.z) == (
+        0.1,
+        -0.2,
+        9.8,
+    )
+    assert (found.angular_velocity.x, found.angular_velocity.z) == (0.01, -0.03)
+    assert found.orientation_covariance[0] == -1.0
+
+
+def test_corrected_samples_are_sent_on_another_topic(tmp_path):
+    (tmp_path / "imu.yaml").write_text(
+        "schema: tumble-calibration/2\nname: imu\naccelerometer:\n  unit: m/s^2\n"
+        "  M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [0.5, 0, 0]\n"
+        "gyroscope:\n  unit: rad/s\n  M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n  b: [0, 0, 0.25]\n"
+    )
+    words = ["apply", "--live", tmp_path / "imu.yaml", "ros2:///imu/data", "--to", "ros2:///imu/calibrated"]
+    with publisher("/imu/data", samples=1500):
+        program = Path(sys.executable).with_name("tumble")
+        applied = subprocess.Popen(
+            [program, *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        )
+        try:
+            until = time.monotonic() + 20.0
+            while True:
+                try:
+                    with open_source("ros2:///imu/calibrated") as source:
+                        _, force, rate = heard(source, 100)
+                    break
+                except LogError:
+                    assert applied.poll() is None, applied.stderr.read()
+                    assert time.monotonic() < until
+        finally:
+            applied.kill()
+            applied.wait()
+    assert force[:, 2] == pytest.approx(9.81)
+    assert rate[:, 2] == pytest.approx(-0.55)
