@@ -73,7 +73,7 @@ def expected():
 def test_every_sample_of_a_topic_comes_as_it_was_sent(reliability):
     with publisher("/imu/data", reliability=reliability), open_source("ros2:///imu/data") as source:
         found = heard(source, SAMPLES)
-        assert any(f"heard {reliability}" in remark for remark in source.remarks)
+        assert any(f"received {reliability}" in remark for remark in source.remarks)
         assert source.name == "imu-data"
     times, force, rate = expected()
     # Seconds since 1970 are known to 0.24 us in double precision.

@@ -1,4 +1,4 @@
-"""Topics of ROS 2, heard over DDS without ROS: `ros2:///imu/data`."""
+"""Topics of ROS 2, received over DDS without ROS: `ros2:///imu/data`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY, ConditionedSource
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.ros2_domain import BEST_EFFORT, MOST_WAITING, QOS, Domain
-from tumble.live.ros2_types import Imu, Vector3
+from tumble.live.ros2_types import ImuMessage, Vector3
 from tumble.live.source import LiveChunk
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
@@ -40,7 +40,7 @@ def open_ros2(address: Address, options: ReadOptions) -> Ros2Source:
 class Ros2Source(ConditionedSource):
     """Reads one topic of `sensor_msgs/Imu`; a `Source`.
 
-    It asks for what the senders of the topic offer, as a reader that asks for more would hear nothing.
+    It asks for what the senders of the topic offer, as a reader that asks for more would receive nothing.
     """
 
     def __init__(self, address: Address, options: ReadOptions) -> None:
@@ -48,8 +48,8 @@ class Ros2Source(ConditionedSource):
         self._address = address
         self.topic = "/" + address.place.strip("/")
         self.name = self.topic.strip("/").replace("/", "-")
-        self._reader: DataReader[Imu] | None = None
-        self._heard = ""
+        self._reader: DataReader[ImuMessage] | None = None
+        self._quality = ""
         self._ready = -1
         self._open = ExitStack()
 
@@ -58,20 +58,20 @@ class Ros2Source(ConditionedSource):
         """See `Source`."""
         lost = 0 if self._reader is None else self._reader.get_sample_lost_status().total_count  # type: ignore[no-untyped-call]
         unheard = (f"lost {count_of('message', lost)} on the way, or unread in time",) if lost else ()
-        return (*self._conditioner.notices, f"topic {self.topic} is heard {self._heard}", *unheard)
+        return (*self._conditioner.notices, f"topic {self.topic} is received {self._quality}", *unheard)
 
     def __enter__(self) -> Ros2Source:
         domain = Domain(self._address)
         found = domain.find(self.topic)
         if found is None:
             raise LogError(_nobody(self._address, domain, self.topic))
-        self._heard = self._address.settings.get("qos", found.reliability)
+        self._quality = self._address.settings.get("qos", found.reliability)
         with ExitStack() as opened:
             self._ready, signal = os.pipe()
             for descriptor in (self._ready, signal):
                 os.set_blocking(descriptor, False)
                 opened.callback(os.close, descriptor)
-            self._reader = domain.reader(self.topic, self._heard, _Signal(signal))
+            self._reader = domain.reader(self.topic, self._quality, _Signal(signal))
             opened.callback(self._close)
             self._open = opened.pop_all()
         return self
@@ -96,7 +96,7 @@ class Ros2Source(ConditionedSource):
         with suppress(BlockingIOError):
             os.read(self._ready, MOST_WAITING)
         messages = [] if self._reader is None else self._reader.take(N=MOST_WAITING)
-        messages = [message for message in messages if isinstance(message, Imu)]
+        messages = [message for message in messages if isinstance(message, ImuMessage)]
         if not messages:
             return EMPTY
         return self._conditioner.take(Readings(_samples(messages)), self._facts(), time.monotonic())
@@ -118,13 +118,13 @@ class _Signal(Listener):
         super().__init__()  # type: ignore[no-untyped-call]
         self._descriptor = descriptor
 
-    def on_data_available(self, reader: DataReader[Imu]) -> None:
+    def on_data_available(self, reader: DataReader[ImuMessage]) -> None:
         # A full pipe is readable as it is.
         with suppress(BlockingIOError):
             os.write(self._descriptor, b"\0")
 
 
-def _samples(messages: list[Imu]) -> RawSamples:
+def _samples(messages: list[ImuMessage]) -> RawSamples:
     stamps = [1_000_000_000 * each.header.stamp.sec + each.header.stamp.nanosec for each in messages]
     return RawSamples(
         np.array(stamps, dtype=np.int64),

@@ -16,7 +16,7 @@ from cyclonedds.util import duration
 
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address
-from tumble.live.ros2_types import IMU_TYPE, Imu
+from tumble.live.ros2_types import IMU_TYPE, ImuMessage
 
 BELOW = "rt"
 """Front of the names that topics of ROS 2 have on DDS."""
@@ -79,21 +79,21 @@ class Domain:
         until = time.monotonic() + FOUND_WITHIN
         while time.monotonic() < until:
             if found := [each for each in self.sent() if each.name == topic]:
-                # A reader that asks for more than one of its senders offers would not hear that one.
+                # A reader that asks for more than one of its senders offers would receive nothing of that one.
                 return min(found, key=lambda each: each.reliability == RELIABLE)
             time.sleep(0.02)
         return None
 
-    def reader(self, topic: str, reliability: str, listener: Listener) -> DataReader[Imu]:
+    def reader(self, topic: str, reliability: str, listener: Listener) -> DataReader[ImuMessage]:
         """Creates a reader of a topic."""
         return DataReader(self._participant, self._topic(topic), qos=_qos(reliability), listener=listener)
 
-    def writer(self, topic: str) -> DataWriter[Imu]:
-        """Creates a reliable writer of a topic, which readers of either kind hear."""
+    def writer(self, topic: str) -> DataWriter[ImuMessage]:
+        """Creates a reliable writer of a topic, for readers of either kind."""
         return DataWriter(self._participant, self._topic(topic), qos=_qos(RELIABLE))
 
-    def _topic(self, topic: str) -> Topic[Imu]:
-        return Topic(self._participant, BELOW + topic, Imu)
+    def _topic(self, topic: str) -> Topic[ImuMessage]:
+        return Topic(self._participant, BELOW + topic, ImuMessage)
 
 
 def _number(address: Address) -> int:

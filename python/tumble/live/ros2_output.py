@@ -13,7 +13,7 @@ from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.recording import Chunk
 from tumble.live.address import Address
 from tumble.live.ros2_domain import Domain
-from tumble.live.ros2_types import Header, Imu, Quaternion, Time, Vector3
+from tumble.live.ros2_types import Header, ImuMessage, Quaternion, Time, Vector3
 from tumble.logs.writer import Facts, Writer
 
 FRAME = "imu"
@@ -43,7 +43,7 @@ class Ros2Output:
 
 
 class _Messages:
-    def __init__(self, name: str, writer: DataWriter[Imu]) -> None:
+    def __init__(self, name: str, writer: DataWriter[ImuMessage]) -> None:
         self._name = name
         self._writer = writer
 
@@ -58,10 +58,10 @@ class _Messages:
     def close(self) -> None: ...
 
 
-def _message(time: float, force: list[float], rate: list[float]) -> Imu:
+def _message(time: float, force: list[float], rate: list[float]) -> ImuMessage:
     nanoseconds = max(0, round(1e9 * time))
     stamp = Time(*divmod(nanoseconds, 1_000_000_000))
-    return Imu(
+    return ImuMessage(
         Header(stamp, FRAME),
         Quaternion(0.0, 0.0, 0.0, 1.0),
         _ABSENT,

@@ -55,7 +55,7 @@ class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
 
 
 @dataclass
-class Imu(IdlStruct, typename=IMU_TYPE):
+class ImuMessage(IdlStruct, typename=IMU_TYPE):
     """A sample, m/s^2 and rad/s; a covariance that begins with -1 states that there is no such quantity."""
 
     header: Header
