@@ -79,7 +79,7 @@ class Domain:
         until = time.monotonic() + FOUND_WITHIN
         while time.monotonic() < until:
             if found := [each for each in self.sent() if each.name == topic]:
-                # A reader that asks for more than one of its senders offers would receive nothing of that one.
+                # A reader that asks for more than a sender offers receives nothing of it.
                 return min(found, key=lambda each: each.reliability == RELIABLE)
             time.sleep(0.02)
         return None
