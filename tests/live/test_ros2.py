@@ -1,4 +1,4 @@
-"""Topics of ROS 2 over DDS: a publisher in another process, with types of its own, is received and answered."""
+"""Topics of ROS 2 over DDS: a publisher in another process, with types of its own."""
 
 import itertools
 import os
