@@ -9,8 +9,9 @@ import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
+from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, find_imus
-from tumble.logs.csv import as_floats, samples_of
+from tumble.logs.csv import samples_of
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
 

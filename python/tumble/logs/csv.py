@@ -21,6 +21,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
+from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
@@ -345,16 +346,6 @@ def _single_blanks(data: bytes) -> bytes:
     while b"  " in data:
         data = data.replace(b"  ", b" ")
     return data.replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
-
-
-def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
-    """Returns a column as (n,) float64, NaN where it is null; date and time become nanoseconds since 1970."""
-    if pa.types.is_timestamp(column.type):
-        column = column.cast(pa.timestamp("ns", column.type.tz)).cast(pa.int64())
-    if column.type != pa.float64():
-        column = column.cast(pa.float64(), safe=False)
-    values: FloatArray = column.to_numpy() if isinstance(column, pa.ChunkedArray) else column.to_numpy(False)
-    return values
 
 
 def _decoded(line: bytes) -> str:

@@ -23,6 +23,7 @@ from tumble.foundation.file_names import SESSION_FILE
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import SESSION
 from tumble.logs import parquet
+from tumble.logs.arrow_floats import as_floats
 from tumble.logs.options import ReadOptions
 from tumble.logs.session_clock import STAMP, lines_of, steady
 from tumble.logs.spec import parse_spec
@@ -197,7 +198,7 @@ def _pieces(folder: Path, name: str, column: str) -> Iterator[FloatArray]:
             if column not in file.schema_arrow.names:
                 return
             for batch in file.iter_batches(columns=[column], use_threads=False):
-                yield batch.column(0).to_numpy(zero_copy_only=False)
+                yield as_floats(batch.column(0))
 
 
 def wheels_of(source: str) -> RecordedColumn | None:

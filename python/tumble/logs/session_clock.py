@@ -19,6 +19,7 @@ import numpy as np
 from tumble.foundation.clock_skew import MOST_SKEW, lower_hull
 from tumble.foundation.recording import FloatArray
 from tumble.logs import parquet
+from tumble.logs.arrow_floats import as_floats
 from tumble.logs.track import RawSamples
 
 STAMP, ARRIVAL = "sensor_time", "arrival"
@@ -188,7 +189,7 @@ def _columns(files: Iterable[Path]) -> Iterator[tuple[FloatArray, FloatArray, Fl
             if not set(names) <= set(file.schema_arrow.names):
                 return
             for batch in file.iter_batches(columns=names, use_threads=False):
-                time, stamp, arrival = (batch.column(name).to_numpy(zero_copy_only=False) for name in names)
+                time, stamp, arrival = (as_floats(batch.column(name)) for name in names)
                 yield time, stamp, arrival
 
 
