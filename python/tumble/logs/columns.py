@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
@@ -94,36 +95,55 @@ def _long(words: Sequence[str]) -> list[str]:
     return [word for word in words if len(word) > 1]
 
 
-def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
+class _Spelling(NamedTuple):
+    """A way in which names spell a channel."""
+
+    words: Sequence[str]
+    """Every such name holds one of these."""
+    pattern: str
+
+    def match(self, name: str) -> re.Match[str] | None:
+        """Matches a name in lower case."""
+        # A pattern takes long to compile, and most tables need a few.
+        joined = name.replace(" ", "_")
+        return re.fullmatch(self.pattern, name) if any(word in joined for word in self.words) else None
+
+
+def _spellings(words: Sequence[str], quantity: Quantity) -> tuple[_Spelling, ...]:
     """Ways in which names spell a channel of a triad, the surest first."""
-    word, unit = _any(words), _any(list(SPELLINGS[quantity]))
+    long, unit = _long(words), _any(list(SPELLINGS[quantity]))
+    name, axis, in_unit = _any(long), f"{_SEPARATOR}(?P<axis>[xyz012])\\]?", f"(?:_(?P<unit>{unit}))?"
     return (
-        f"{_PREFIX}(?:{_any(_long(words))})_(?P<unit>{unit}){_SEPARATOR}(?P<axis>[xyz012])\\]?",
-        f"{_PREFIX}(?:{word}){_SEPARATOR}(?P<axis>[xyz012])\\]?(?:_(?P<unit>{unit}))?",
-        f"{_PREFIX}(?P<axis>[xyz])_?(?:{_any(_long(words))})(?:_(?P<unit>{unit}))?",
-        f"{_PREFIX}(?:{_any(_long(words))})_?(?P<range>{_RANGE}){_SEPARATOR}(?P<axis>[xyz])\\]?"
-        f"(?:_(?P<unit>{unit}))?",
+        _Spelling(long, f"{_PREFIX}(?:{name})_(?P<unit>{unit}){axis}"),
+        _Spelling(words, f"{_PREFIX}(?:{_any(words)}){axis}{in_unit}"),
+        _Spelling(long, f"{_PREFIX}(?P<axis>[xyz])_?(?:{name}){in_unit}"),
+        _Spelling(
+            long,
+            f"{_PREFIX}(?:{name})_?(?P<range>{_RANGE}){_SEPARATOR}(?P<axis>[xyz])\\]?{in_unit}",
+        ),
     )
 
 
-def _scalar_patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
+def _scalar_spellings(words: Sequence[str], quantity: Quantity) -> tuple[_Spelling, ...]:
     """Ways in which names spell time or temperature: without a prefix, then with one."""
     name = _any(words).replace("_", "[_ ]")
     tail = f"(?:{name})(?:(?:_| in )?(?P<unit>{_any(list(SPELLINGS[quantity]))}))?"
-    return f"(?P<imu>){tail}", f"{_PREFIX}{tail}"
+    return _Spelling(words, f"(?P<imu>){tail}"), _Spelling(words, f"{_PREFIX}{tail}")
 
 
-# Left to `re` to compile, and to keep, when a name asks for one: they take long, and most tables need a few.
-_TRIADS: Mapping[Quantity, tuple[str, ...]] = {
-    "accelerometer": _patterns(_ACCELEROMETER, "accelerometer"),
-    "gyroscope": _patterns(_GYROSCOPE, "gyroscope"),
+_TRIADS: Mapping[Quantity, tuple[_Spelling, ...]] = {
+    "accelerometer": _spellings(_ACCELEROMETER, "accelerometer"),
+    "gyroscope": _spellings(_GYROSCOPE, "gyroscope"),
 }
-_SCALARS: Mapping[Quantity, tuple[str, ...]] = {
+_UNITS_OF_TIME = _long(list(SPELLINGS["time"]))
+_SCALARS: Mapping[Quantity, tuple[_Spelling, ...]] = {
     "time": (
-        *_scalar_patterns(_TIME, "time"),
-        f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})(?:_?(?:{_any(_long(_TIME))}))?",
+        *_scalar_spellings(_TIME, "time"),
+        _Spelling(
+            _UNITS_OF_TIME, f"(?P<imu>)(?P<unit>{_any(_UNITS_OF_TIME)})(?:_?(?:{_any(_long(_TIME))}))?"
+        ),
     ),
-    "temperature": _scalar_patterns(_TEMPERATURE, "temperature"),
+    "temperature": _scalar_spellings(_TEMPERATURE, "temperature"),
 }
 _FRACTIONS = tuple(spelling for spelling, unit in SPELLINGS["time"].items() if unit != "s")
 _COUNTER = f"(?!(?:d|dt|delta|diff|latency|delay|age|period|exposure)_).+_(?P<unit>{_any(_FRACTIONS)})"
@@ -194,14 +214,14 @@ def recognise(name: str) -> Column | None:
     stem, raw = (
         (state["stem"], "" if state["state"] == "CAL" else f" {state['state']}") if state else (stem, "")
     )
-    for quantity, patterns in _TRIADS.items():
-        for pattern in patterns:
-            if match := re.fullmatch(pattern, stem.lower()):
+    for quantity, spellings in _TRIADS.items():
+        for spelling in spellings:
+            if match := spelling.match(stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
-    for quantity, patterns in _SCALARS.items():
-        for pattern in patterns:
-            if match := re.fullmatch(pattern, stem.lower()):
+    for quantity, spellings in _SCALARS.items():
+        for spelling in spellings:
+            if match := spelling.match(stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, 0, _prefix(stem, match) + raw, unit)
     return None

@@ -13,6 +13,7 @@ from tumble.logs.text import find_layout
 from tumble.logs.track import LoggedImu
 
 _COLUMNS = ("1", "2", "3", "4")
+_WORD = re.compile("[A-Za-z]+")
 _PARTNERS = (("accelerometer", "gyroscope"), ("accel", "gyro"), ("acc", "gyro"), ("acc", "gyr"))
 
 
@@ -30,8 +31,9 @@ def find_pair(path: Path) -> tuple[Path, Path] | None:
 
 
 def _with_word(path: Path, here: str, there: str) -> Path | None:
-    name, count = re.subn(f"(?<![A-Za-z]){here}(?![A-Za-z])", there, path.name, flags=re.IGNORECASE)
-    return path.with_name(name) if count else None
+    if here not in map(str.lower, _WORD.findall(path.name)):
+        return None
+    return path.with_name(_WORD.sub(lambda word: there if word[0].lower() == here else word[0], path.name))
 
 
 def _has_four_columns(*paths: Path) -> bool:

@@ -32,6 +32,9 @@ _LONGEST_LINE = 1000
 _NUMBER = re.compile(r"(?<![\w.^/])[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w^])")
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d\d):(\d\d(?:\.\d+)?)\s*->\s?")
 """Time of day, s, that the monitor of the Arduino IDE puts before each line."""
+_LETTER = re.compile("[A-Za-z]")
+_LINES_THAT_SHOW = 10
+"""Lines of a head that hold at least one of each kind."""
 _DAY = 86400.0
 _TIME = "monitor time [s]"
 _USUAL_SHARE = 0.5
@@ -57,7 +60,16 @@ class _Layout:
 
 def recognises(path: Path, head: bytes) -> bool:
     """Returns whether most lines of a file are words and numbers of the same few kinds."""
-    return path.is_file() and _find(path, ReadOptions()) is not None
+    return path.is_file() and _has_words(head) and _find(path, ReadOptions()) is not None
+
+
+def _has_words(head: bytes) -> bool:
+    """Returns whether words, or a clock, stand before numbers in the last lines of a head.
+
+    Lines of a table do not, which spares most logs the search for kinds of lines.
+    """
+    texts = map(_decoded, head.splitlines()[:-1][-_LINES_THAT_SHOW:])
+    return any(_CLOCK.match(text) or _LETTER.search(_kind(text)) for text in texts)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -132,7 +144,7 @@ def _find(path: Path, options: ReadOptions) -> _Layout | None:
     most = counted.most_common(1)[0][1]
     usual = {kind for kind, count in counted.items() if count >= max(_FEWEST_SAMPLES, _USUAL_SHARE * most)}
     order = tuple(dict.fromkeys(kind for kind in kinds if kind in usual))
-    labelled = has_clock or any(re.search(r"[A-Za-z]", kind) for kind in order)
+    labelled = has_clock or any(_LETTER.search(kind) for kind in order)
     filled = [kind for kind in kinds if kind]
     if not order or not labelled or 2 * sum(kind in usual for kind in filled) < len(filled):
         return None
@@ -146,7 +158,7 @@ def _find(path: Path, options: ReadOptions) -> _Layout | None:
     skipped = sum(1 for kind in kinds[:first] if kind)
     words = (
         "time is that of the monitor, at which the lines came"
-        if not re.search(r"[A-Za-z]", order[0])
+        if not _LETTER.search(order[0])
         else f"skipped the words before the numbers, as in {quoted(texts[first].strip())}"
     )
     before = (f"skipped {count_of('line', skipped)} before the first sample",) if skipped else ()

@@ -34,7 +34,7 @@ def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str
     Raises `LogError` where there is no such file, or no IMU in it.
     """
     path = parse_spec(path).path
-    if formats.find_format(path) == formats.FOLDER:
+    if path.is_dir() and formats.find_format(path) == formats.FOLDER:
         path = log_files(path)[0]
     return formats.list_imus(path, options or ReadOptions())
 
