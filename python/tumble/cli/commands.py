@@ -11,8 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
-from tumble.cli.options import expanded
-from tumble.cli.registry_option import RegistryOptions
+from tumble.cli.options import OptionsAround, expanded
 from tumble.cli.standard_output import drawing
 from tumble.foundation.errors import CommandError
 from tumble.foundation.procedures import PROCEDURES
@@ -221,11 +220,19 @@ def command_line(words: Sequence[str]) -> typer.Typer:
             app.add_typer(found, name=name, help=entry.summary)
             continue
         is_listed = found is _listed_only
-        enters_results = name in _PROCEDURES and not is_listed
-        command = expanded(found, RegistryOptions if enters_results else None)
+        command = found if is_listed else expanded(found, _options_around(name))
         help_text = entry.summary if is_listed else None
         app.command(name, cls=AbbreviatingCommand, help=help_text)(command)
     return app
+
+
+def _options_around(name: str) -> type[OptionsAround] | None:
+    """Returns the options of what is done around a command: results of procedures may enter a registry."""
+    if name not in _PROCEDURES:
+        return None
+    from tumble.cli.registry_option import RegistryOptions
+
+    return RegistryOptions
 
 
 def _listed_only() -> None:

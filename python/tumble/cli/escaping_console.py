@@ -15,8 +15,8 @@ class EscapingConsole(Console):
     """Escapes in all text what a terminal would obey; colours, bars and screens are drawn as ever."""
 
     def __init__(self, file: IO[str], width: int | None = None) -> None:
-        """Draws on `file`; brackets in text are no markup."""
-        super().__init__(file=file, width=width, markup=False)
+        """Draws on `file`; brackets in text are no markup, and words between colons no emoji."""
+        super().__init__(file=file, width=width, markup=False, emoji=False)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         """Pieces of what is to be drawn; of a text within it this is called for the text first."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import shutil
 import stat
 from collections.abc import Callable, Iterable, Iterator
@@ -180,7 +179,7 @@ def replacing(
     try:
         place = check_output(path, kind, inputs=inputs, renews=renews)
         stood_there = place.exists()
-        temporary = place.with_name(f".{secrets.token_hex(8)}.tmp")
+        temporary = place.with_name(f".{os.urandom(8).hex()}.tmp")
         try:
             with temporary.open("xb") as file:
                 yield file
@@ -304,7 +303,7 @@ def write_shared(path: Path, content: bytes) -> None:
     killed leaves an unfinished file, which nothing reads. Raises `OSError`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}.unfinished")
+    unfinished = path.with_name(f"{path.name}.{os.urandom(8).hex()}.unfinished")
     with unfinished.open("wb") as file:
         file.write(content)
     unfinished.replace(path)
@@ -416,7 +415,7 @@ def _made(folder: Path) -> Path:
         _running.made[:0] = missing_folders(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".{secrets.token_hex(8)}.tmp"
+        probe = folder / f".{os.urandom(8).hex()}.tmp"
         probe.touch(exist_ok=False)
         probe.unlink()
     except OSError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from collections.abc import Iterator
@@ -82,6 +81,8 @@ def date_now() -> str:
 
 def sha256_of(path: Path) -> str:
     """Digest of a file, in hexadecimal; of a folder that of the names and digests of its files."""
+    import hashlib  # brings a library of the system, for which commands that read logs would wait
+
     if path.is_dir():
         files = sorted(each for each in path.rglob("*") if each.is_file() and each.name != LOCK_FILE)
         lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]

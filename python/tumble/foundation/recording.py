@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
@@ -272,6 +271,8 @@ class Recording:
         )
 
     def _repr_html_(self) -> str:
+        from html import escape  # which no command needs
+
         about = self.metadata
         units = {"accelerometer": about.accelerometer_unit, "gyroscope": about.gyroscope_unit}
         facts = {"source": about.source, "format": about.format, "serial": about.serial or "not stated"}

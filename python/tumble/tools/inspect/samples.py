@@ -88,7 +88,8 @@ class ChannelWatch:
 
 def quantisation_step(values: FloatArray) -> float | None:
     """Returns the step of which all differences between (n,) values are multiples; None if there is none."""
-    differences = np.diff(np.unique(values))
+    differences = np.diff(np.sort(values))
+    differences = differences[differences > 0.0]
     if len(differences) < 2:
         return None
     smallest = float(differences.min())
