@@ -173,18 +173,24 @@ class TextTable:
         self._names = list(names)
         self._skip_bad_lines = skip_bad_lines
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
+        self._head: CsvRows | None = None
+        """First block until the end of a pass: a log is opened and looked at before, and may be one block."""
 
     def read(self, use: Callable[[CsvRows], RawSamples]) -> Iterator[RawSamples]:
         """Passes over the file; blocks are parsed and used in parallel, and given back in order."""
         workers = _workers_of(os.getpid())
         waiting: deque[Future[RawSamples]] = deque()
+        blocks = self._blocks()
         try:
-            for block in self._blocks():
+            if (head := self._head) and next(blocks, None):
+                yield use(head)
+            for block in blocks:
                 waiting.append(workers.submit(lambda block: use(self._parse(block)), block))
                 if len(waiting) > _BLOCKS_AHEAD:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
+            self._head = None
         finally:
             for block_read in waiting:
                 block_read.cancel()
@@ -198,9 +204,10 @@ class TextTable:
 
     def head(self) -> CsvRows:
         """Parses the first block."""
-        for block in self._blocks():
-            return self._parse(block)
-        raise LogError(f"{self._path}: holds no samples")
+        self._head = self._head or next(map(self._parse, self._blocks()), None)
+        if self._head is None:
+            raise LogError(f"{self._path}: holds no samples")
+        return self._head
 
     def line_of(self, sample: int) -> int:
         """Line, from 1, of a sample, from 0: blank lines hold no sample."""
