@@ -28,6 +28,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from tumble.foundation.bounded_yaml import parse, problem_in_words
 from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.field_docstrings import field_docstrings
 from tumble.foundation.files import FileKind, name_too_long, note_input, write_text
 from tumble.foundation.log_formats import has_log_ending
 from tumble.foundation.plain import short
@@ -57,7 +58,7 @@ class Document(BaseModel):
         frozen=True,
         arbitrary_types_allowed=True,
         allow_inf_nan=False,
-        use_attribute_docstrings=True,
+        defer_build=True,
         validate_by_name=True,
         validate_by_alias=True,
     )
@@ -67,6 +68,30 @@ class Document(BaseModel):
     def content(self) -> dict[str, Any]:
         """Plain mappings, lists, numbers and text as they stand in the file; absent parts are left out."""
         return self.model_dump(mode="json", by_alias=True)
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Describes each key by the docstring of its field: only a schema needs it, all commands would wait."""
+        found = handler(schema)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        meanings = cls._meanings()
+        for name, field in cls.model_fields.items():
+            if field.description is None and name in meanings:
+                properties[field.alias or name]["description"] = meanings[name]
+        return found
+
+    @classmethod
+    def _meanings(cls) -> dict[str, str]:
+        """Returns the docstrings of fields; one that is declared again without a docstring has none."""
+        meanings: dict[str, str] = {}
+        for kind in reversed(cls.__mro__):
+            if issubclass(kind, Document):
+                own = field_docstrings(kind)
+                declared = vars(kind).get("__annotations__", {})
+                meanings = {name: text for name, text in meanings.items() if name not in declared} | own
+        return meanings
 
     @model_serializer(mode="wrap")
     def _leave_out_absent(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -5,10 +5,6 @@ Numbers that are not finite are null in them. Nothing is read with these models.
 
 from __future__ import annotations
 
-import ast
-import inspect
-import textwrap
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
@@ -16,6 +12,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
+
+from tumble.foundation.field_docstrings import field_docstrings
 
 
 class Printed(BaseModel):
@@ -97,7 +95,7 @@ def event_model(step: type) -> type[Printed]:
 
     Its `kind` is the key `event`, and goals are printed by their name.
     """
-    meanings = _meanings(step)
+    meanings = field_docstrings(step)
     fields: dict[str, Any] = {
         "event" if name == "kind" else name: (
             list[PrintedGoal] if name == "goals" else kind,
@@ -106,18 +104,3 @@ def event_model(step: type) -> type[Printed]:
         for name, kind in get_type_hints(step).items()
     }
     return create_model(f"{step.__name__}Event", __base__=Printed, __doc__=step.__doc__, **fields)
-
-
-def _meanings(step: type) -> dict[str, str]:
-    """Returns the docstrings of the fields of a data class."""
-    (body,) = ast.parse(textwrap.dedent(inspect.getsource(step))).body
-    assert isinstance(body, ast.ClassDef)
-    return {
-        field.target.id: inspect.cleandoc(text.value.value)
-        for field, text in pairwise(body.body)
-        if isinstance(field, ast.AnnAssign)
-        and isinstance(field.target, ast.Name)
-        and isinstance(text, ast.Expr)
-        and isinstance(text.value, ast.Constant)
-        and isinstance(text.value.value, str)
-    }

@@ -170,7 +170,8 @@ def schema_stated(content: object) -> DocumentSchema | None:
 
 def schema_in(head: bytes) -> DocumentSchema | None:
     """Returns the kind of document that begins like this, if it names one on a line of its own."""
-    line = re.search(rb"^schema:\s*[\"']?(tumble-[\w-]+/)", head, re.MULTILINE)
+    # A pattern that begins with a byte is found far sooner than one that begins with a line.
+    line = re.search(rb"\nschema:\s*[\"']?(tumble-[\w-]+/)", b"\n" + head)
     return schema_stated(line[1].decode()) if line else None
 
 

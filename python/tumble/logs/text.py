@@ -221,7 +221,7 @@ def _named(
                 "sample a line, and fewer columns"
             )
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
-    row = max(rows, key=lambda row: _sound_fields(row, len(names)))
+    row = _soundest(rows, len(names))
     delimiter = _row_delimiter(row, len(names))
     _refuse_repeated(path, number, names, sought)
     if _end_in_delimiter(whole, delimiter, len(names)):
@@ -267,6 +267,12 @@ def _end_in_delimiter(rows: Sequence[str], delimiter: str, columns: int) -> bool
     return 2 * sum(ended) > len(ended)
 
 
+def _soundest(rows: Sequence[str], columns: int) -> str:
+    """Returns the first row of numbers and dates alone, else the one with most of them."""
+    whole = (row for row in rows if _sound_fields(row, columns) == columns)
+    return next(whole, None) or max(rows, key=lambda row: _sound_fields(row, columns))
+
+
 def _sound_fields(row: str, columns: int) -> int:
     """Counts numbers and dates in a row of that many columns; -1 if it has more or fewer."""
     delimiter = _row_delimiter(row, columns)
@@ -279,8 +285,8 @@ def _sound_fields(row: str, columns: int) -> int:
 
 def _row_delimiter(row: str, columns: int) -> str:
     """Rows may be split otherwise than names; blanks come last, a time stamp may hold one."""
-    fitting = [delimiter for delimiter in _DELIMITERS if len(split_line(row, delimiter)) == columns]
-    return fitting[0] if fitting else max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
+    fitting = (delimiter for delimiter in _DELIMITERS if len(split_line(row, delimiter)) == columns)
+    return next(fitting, None) or max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
 
 
 def _refuse_repeated(path: Path, number: int, names: list[str], sought: SoughtTable) -> None:
