@@ -7,15 +7,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
+
+if TYPE_CHECKING:
+    import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 FACTS = (b"tumble.serial", b"tumble.corrected")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
@@ -49,6 +52,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 @contextmanager
 def opened(path: Path) -> Iterator[pq.ParquetFile]:
     """Opens for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
+    import pyarrow.parquet as pq  # brings libraries of network file systems, for which sessions would wait
+
     in_pages = {"buffer_size": 1 << 20, "pre_buffer": False}
     try:
         with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:
