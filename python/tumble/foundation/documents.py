@@ -73,7 +73,7 @@ class Document(BaseModel):
     def __get_pydantic_json_schema__(
         cls, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        """Describes each key by the docstring of its field; only schemas need it, which all would wait for."""
+        """Describes each key by the docstring of its field; only schemas need it, which all would await."""
         found = handler(schema)
         properties = handler.resolve_ref_schema(found).get("properties", {})
         meanings = cls._meanings()
