@@ -162,6 +162,9 @@ class LiveSet:
         """s for which sources were waited for: while the computer did something else, nobody was silent."""
         self._looked = math.inf
         """s of `time.monotonic()` at which they were last looked at."""
+        self._look_at = -math.inf
+        """s of `time.monotonic()` before which they are not looked at again: one look takes as long as many
+        samples, and those of all units come together."""
         self._heartbeat_at = -math.inf
         """s of `time.monotonic()` before which no unit is silent for `HEARTBEAT`."""
         self._opener = ThreadPoolExecutor(1)
@@ -218,13 +221,21 @@ class LiveSet:
 
     def __iter__(self) -> Iterator[tuple[str, LiveChunk]]:
         while not self._has_ended:
-            yield from self._come(self._selector.select(self._patience))
+            patience = self._patience
+            ready = self._selector.select(patience)
+            if patience and (early := self._look_at - time.monotonic()) > 0.0:
+                time.sleep(early)
+                ready = self._selector.select(0.0)
+            yield from self._come(ready)
 
     async def __aiter__(self) -> AsyncIterator[tuple[str, LiveChunk]]:
         # Where the system has none for all lines together, they are looked at again and again.
         line = getattr(self._selector, "fileno", lambda: None)()
         while not self._has_ended:
-            await readable(line, self._patience)
+            patience = self._patience
+            await readable(line, patience)
+            if patience and (early := self._look_at - time.monotonic()) > 0.0:
+                await readable(None, early)
             for named in self._come(self._selector.select(0.0)):
                 yield named
 
@@ -265,7 +276,7 @@ class LiveSet:
     def _listen(self) -> None:
         now = time.monotonic()
         self.listened += min(max(0.0, now - self._looked), HEARTBEAT)
-        self._looked = now
+        self._looked, self._look_at = now, now + BETWEEN_LOOKS
 
     def _read(self, unit: _Unit) -> LiveChunk:
         try:

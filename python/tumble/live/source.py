@@ -18,7 +18,7 @@ HEARTBEAT = 0.1
 FIRST_SAMPLE_WITHIN = 15.0
 """s to wait for the first sample: autopilots and boards that start anew take their time."""
 BETWEEN_LOOKS = 0.001
-"""s between two looks at a line that cannot be waited on."""
+"""s between two looks at a line that cannot be waited on, or at several lines that are."""
 LOG_CLOCK = "log"
 """Clock of replayed logs, whose times stay as they were recorded."""
 
