@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
@@ -203,6 +204,8 @@ class ChunkStream(Iterator[Chunk]):
         self._largest_usual: Mapping[MeasuredValues, float] = _LARGEST_POSSIBLE | (
             {"gyroscope": IMPOSSIBLE_RAD_PER_S} if gyroscope_unit_is_assumed else {}
         )
+        self._largest: dict[MeasuredValues, float] = {}
+        """Largest reading so far; infinite once there was one that is no reading."""
         self._last: Chunk | None = None
         self._order = RowOrder(drop_wrong=skip_bad_lines)
         self.counts.reordering = self._order.reordering
@@ -275,8 +278,11 @@ class ChunkStream(Iterator[Chunk]):
 
     def _is_sound(self, chunk: Chunk) -> bool:
         """Returns whether all is finite and within usual readings: two passes where masks would take many."""
-        quantities = self._quantities(chunk)
-        return all(_largest(values) <= self._largest_usual[what] for what, values in quantities.items())
+        largest = {what: _largest(values) for what, values in self._quantities(chunk).items()}
+        is_sound = all(value <= self._largest_usual[what] for what, value in largest.items())
+        for what, value in largest.items():
+            self._largest[what] = max(self._largest.get(what, 0.0), value if is_sound else math.inf)
+        return is_sound
 
     def _in_order(self, chunk: Chunk, numbers: Numbers) -> list[Rows]:
         """Sorts samples by time; returns those that are ready."""
@@ -336,8 +342,11 @@ class ChunkStream(Iterator[Chunk]):
     def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
         """Counts readings that are in the range of sensors, but not in that of the samples about them."""
         for what in self._track.triads:
-            values, least = self._quantities(chunk)[what], _SMALLEST_SPIKE[what]
-            if len(chunk) < _FEWEST_FOR_SPIKES or not _largest(values) > least:
+            least = _SMALLEST_SPIKE[what]
+            if len(chunk) < _FEWEST_FOR_SPIKES or not self._largest[what] > least:
+                continue
+            values = self._quantities(chunk)[what]
+            if not _largest(values) > least:
                 continue
             # A product of BLAS wakes threads, which wait busily and take longer than the sum.
             usual = float(np.sqrt(np.einsum("ij,ij", values, values) / values.size))

@@ -9,15 +9,17 @@ of errors on damaged ones, and nothing else here needs scipy.
 
 from __future__ import annotations
 
+import os
 import re
 import struct
+import tempfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +40,8 @@ _MAGIC = b"MATLAB 5.0 MAT-file"
 _DEEPEST = 32
 """Structures in one another."""
 
+_PIECE = 1 << 18
+"""Bytes that are unpacked at a time."""
 _HEADER = 128
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 """Types of data elements that hold numbers."""
@@ -78,30 +82,47 @@ class _Bytes:
     @cached_property
     def size(self) -> int:
         """Number of bytes of the file, unpacked."""
-        return self._path.stat().st_size if self._packed is None else len(self._unpacked)
+        return (
+            self._path.stat().st_size if self._packed is None else os.fstat(self._unpacked.fileno()).st_size
+        )
 
     def read(self, offset: int, size: int) -> bytes:
         """Returns some; raises `EOFError` where there are fewer."""
         if offset + size > self.size:
             raise EOFError(f"{offset + size - self.size} bytes of a variable are missing")
-        return (
-            self._from_file(offset, size) if self._packed is None else self._unpacked[offset : offset + size]
-        )
-
-    @cached_property
-    def _unpacked(self) -> bytes:
-        assert self._packed is not None
-        offset, size = self._packed
-        unpacker = zlib.decompressobj()
-        data = unpacker.decompress(self._from_file(offset, size), LARGEST_RATIO * (size + 1))
-        if not unpacker.eof:
-            raise EOFError("a compressed variable has no end")
-        return data
-
-    def _from_file(self, offset: int, size: int) -> bytes:
+        if self._packed is not None:
+            self._unpacked.seek(offset)
+            return self._unpacked.read(size)
         with self._path.open("rb") as file:
             file.seek(offset)
             return file.read(size)
+
+    @cached_property
+    def _unpacked(self) -> BinaryIO:
+        """A temporary file, as columns are read side by side and memory would take as much as the log."""
+        assert self._packed is not None
+        offset, size = self._packed
+        unpacked: BinaryIO = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - lives as long as these bytes
+        with self._path.open("rb") as file:
+            file.seek(offset)
+            for piece in _unpacked_pieces(file, size):
+                unpacked.write(piece)
+        return unpacked
+
+
+def _unpacked_pieces(file: BinaryIO, size: int) -> Iterator[bytes]:
+    """Unpacks the next `size` bytes; raises `EOFError` where they have no end, or too far a one."""
+    unpacker, left = zlib.decompressobj(), LARGEST_RATIO * (size + 1)
+    while not unpacker.eof and left > 0:
+        packed = unpacker.unconsumed_tail or file.read(min(size, _PIECE))
+        size -= 0 if unpacker.unconsumed_tail else len(packed)
+        piece = unpacker.decompress(packed, _PIECE)
+        if not packed and not piece:
+            break
+        left -= len(piece)
+        yield piece
+    if not unpacker.eof:
+        raise EOFError("a compressed variable has no end")
 
 
 @dataclass(frozen=True, slots=True)
