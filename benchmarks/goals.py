@@ -74,6 +74,7 @@ SPEED_NAMES = {
     "correction": "correction of a recording in memory",
     "csv": "reading CSV, checked and in SI units",
     "start_up": "`tumble inspect` of a CSV of 2000 rows, from start to end",
+    "help": "`tumble --help`, from start to end",
 }
 
 

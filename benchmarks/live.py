@@ -35,8 +35,8 @@ SILENCE = 5.0
 """s without a sample after which no more are to come."""
 LARGEST_LATENCY = {"p99": 2e-3, "p99.9": 10e-3}
 """s, from when a sample is sent to when it is sent on."""
-LARGEST_SHARE = 1.0
-"""Largest share of one core: half of two."""
+LARGEST_SHARE = 0.5
+"""Largest share of one core."""
 LARGEST_GROWTH = 1.05
 """Largest growth of memory, from the second half of the first fifth to the end."""
 

@@ -29,7 +29,7 @@ RATE_HZ, REST_SECONDS = 200.0, 3.0
 LARGEST_GROWTH = 1.2
 """Largest growth of memory, where a batch has twenty times as many targets."""
 PAGES = ("all", "none")
-SECONDS = {"all": 60.0, "none": 20.0}
+SECONDS = {"all": 15.0, "none": 10.0}
 """Goals for the batch with pages and without, on two cores with nothing else to do."""
 
 
