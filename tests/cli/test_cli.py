@@ -160,7 +160,6 @@ LIBRARIES = {
     "jinja2",
     "mcap",
     "numpy",
-    "numpy.ma",
     "pandas",
     "pyarrow",
     "pyarrow.compute",

@@ -167,8 +167,7 @@ def rest_norm(vectors: FloatArray) -> float:
     if len(pieces) == 0:
         return math.nan
     scatter = pieces.var(axis=1).sum(axis=1)
-    place = int(0.3 * (len(scatter) - 1))
-    quiet = scatter <= np.partition(scatter, place)[place]
+    quiet = scatter <= np.quantile(scatter, 0.3)
     return float(np.median(np.linalg.norm(pieces[quiet].mean(axis=1), axis=1)))
 
 

@@ -88,8 +88,7 @@ class ChannelWatch:
 
 def quantisation_step(values: FloatArray) -> float | None:
     """Returns the step of which all differences between (n,) values are multiples; None if there is none."""
-    differences = np.diff(np.sort(values))
-    differences = differences[differences > 0.0]
+    differences = np.diff(np.unique(values))
     if len(differences) < 2:
         return None
     smallest = float(differences.min())
@@ -97,7 +96,7 @@ def quantisation_step(values: FloatArray) -> float | None:
     near = ratios <= _LARGEST_STEP_RATIO
     off = np.abs(ratios[near] - np.rint(ratios[near]))
     # Floats scatter freely: few of their differences are anywhere near the smallest one.
-    if near.mean() < 0.3 or (off > 0.1).mean() > 0.1:
+    if near.mean() < 0.3 or np.quantile(off, 0.9) > 0.1:
         return None
     return float(differences[near].sum() / np.rint(ratios[near]).sum())
 
