@@ -140,9 +140,11 @@ LAYERS: dict[str, set[str]] = {
     "plain": set(),
     "bounded_yaml": {"plain"},
     "schemas": {"procedures", "printed"},
-    "printed": set(),
+    "field_docstrings": set(),
+    "printed": {"field_docstrings"},
     "debugging": set(),
-    "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
+    "documents": {"bounded_yaml", "errors", "field_docstrings", "files", "log_formats", "plain", "recording"}
+    | {"schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"errors", "files", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
