@@ -252,7 +252,7 @@ PARTS: dict[str, Callable[[Size, Path], Content]] = {
     "help": lambda size, folder: start_up(size, folder, "--help"),
     "batch": lambda size, _: batch(size),
 }
-"""What is measured, by its name; each gets an empty folder."""
+"""Measurements by their names; each gets an empty folder."""
 
 
 def measure(size: Size, console: Console, names: Sequence[str]) -> Content:

@@ -7,11 +7,10 @@ import os
 import re
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
@@ -27,6 +26,9 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, stack
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
 _CORES = os.cpu_count() or 1
@@ -44,6 +46,8 @@ def _workers_of(process: int) -> ThreadPoolExecutor:
     They stay as long as the process: a pass that is abandoned may be ended by the garbage collector within a
     thread that is just starting, and whoever joins threads there waits for ever.
     """
+    from concurrent.futures import ThreadPoolExecutor  # which a table of one block does without
+
     return ThreadPoolExecutor(_CORES, thread_name_prefix=f"tumble-csv-{process}")
 
 
@@ -178,14 +182,14 @@ class TextTable:
 
     def read(self, use: Callable[[CsvRows], RawSamples]) -> Iterator[RawSamples]:
         """Passes over the file; blocks are parsed and used in parallel, and given back in order."""
-        workers = _workers_of(os.getpid())
         waiting: deque[Future[RawSamples]] = deque()
         blocks = self._blocks()
         try:
             if (head := self._head) and next(blocks, None):
                 yield use(head)
             for block in blocks:
-                waiting.append(workers.submit(lambda block: use(self._parse(block)), block))
+                parsed = _workers_of(os.getpid()).submit(lambda block: use(self._parse(block)), block)
+                waiting.append(parsed)
                 if len(waiting) > _BLOCKS_AHEAD:
                     yield waiting.popleft().result()
             while waiting:
