@@ -72,6 +72,8 @@ def test_drift_of_a_model_is_found_and_explains_changes(tmp_path):
     [drift] = summary.drift
     assert drift.walk.low < 5e-3**2 < drift.walk.high
     assert drift.walk.units == 60
+    assert [(each.lot, each.walk.units) for each in summary.lot_drift] == [("lot0", 30), ("lot1", 30)]
+    assert all(each.walk.low < 5e-3**2 < each.walk.high for each in summary.lot_drift)
     # Units that only drift as all of their model do are no outliers, but for one in twenty fleets.
     assert len(summary.moved) <= 1
     assert summary.tested == 60

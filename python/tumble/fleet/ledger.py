@@ -17,6 +17,8 @@ from tumble.foundation.provenance import date_now
 JOB_FILE = "job.json"
 STATUS_FILE = "status.json"
 CANCEL_FILE = "cancel"
+SILENT_AFTER = 60.0
+"""s without a word after which a job may have been killed."""
 
 
 class JobChangedError(TumbleError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,8 @@ FALSE_DISCOVERIES = 0.05
 """Share of the units that are named which may not have moved."""
 MOST_NAMED = 100
 """Failures, due units and outliers that are listed one by one."""
+MOST_LOTS = 50
+"""Lots whose drift is estimated, those with the most units."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,17 @@ class ModelDrift:
     """Drift of one parameter, pooled over units of a model."""
 
     model: str
+    parameter: str
+    unit: str
+    """Unit of the parameter."""
+    walk: Walk
+
+
+@dataclass(frozen=True, slots=True)
+class LotDrift:
+    """Drift of one parameter, pooled over units of a lot."""
+
+    lot: str
     parameter: str
     unit: str
     """Unit of the parameter."""
@@ -90,6 +103,7 @@ class FleetSummary:
     failed: tuple[tuple[str, str], ...]
     """FileStore and reason of the first of them."""
     drift: tuple[ModelDrift, ...]
+    lot_drift: tuple[LotDrift, ...]
     due: tuple[Due, ...]
     moved: tuple[Moved, ...]
     tested: int
@@ -119,7 +133,8 @@ def summarize(
     gathered = _Gathered()
     gathered.add(rows(results, _COLUMNS))
     units = gathered.units()
-    fleets = _fleets(units)
+    fleets = _fleets(units, _model_of)
+    lots = _fleets(_of_largest_lots(units), _lot_of) if "drift" in wanted else {}
     moved, tested = moved_beyond_chance(units, fleets) if "outliers" in wanted else ((), 0)
     due = _due(units, fleets, limits) if "due" in wanted else ()
     return FleetSummary(
@@ -129,7 +144,10 @@ def summarize(
         not_well=gathered.not_well,
         failures=dict(gathered.failures.most_common(MOST_NAMED)),
         failed=tuple(gathered.failed),
-        drift=tuple(_drift(units, fleets)) if "drift" in wanted else (),
+        drift=tuple(
+            ModelDrift(*each) for each in _drift(units, fleets, _model_of) if "drift" in wanted
+        ),
+        lot_drift=tuple(LotDrift(*each) for each in _drift(units, lots, _lot_of)),
         due=tuple(sorted(due, key=lambda each: (each.date, each.name))),
         moved=moved,
         tested=tested,
@@ -218,26 +236,43 @@ def _is_dated(measured: Measured) -> bool:
     return UNKNOWN_DAY not in measured.dates
 
 
-def _fleets(units: Sequence[_Unit]) -> dict[str, Fleet]:
-    """Pools units by model; those without a model are a model of their own together."""
-    by_model: dict[str, dict[str, Mapping[str, Measured]]] = {}
+def _model_of(unit: _Unit) -> str:
+    return unit.model
+
+
+def _lot_of(unit: _Unit) -> str:
+    return unit.lot
+
+
+def _of_largest_lots(units: Sequence[_Unit]) -> list[_Unit]:
+    largest = Counter(unit.lot for unit in units if unit.lot).most_common(MOST_LOTS)
+    wanted = {lot for lot, _ in largest}
+    return [unit for unit in units if unit.lot in wanted]
+
+
+def _fleets(units: Sequence[_Unit], group_of: Callable[[_Unit], str]) -> dict[str, Fleet]:
+    """Pools units by model or lot; those without a model are a model of their own together."""
+    by_group: dict[str, dict[str, Mapping[str, Measured]]] = {}
     for each in units:
-        pool = by_model.setdefault(each.model, {})
+        pool = by_group.setdefault(group_of(each), {})
         dated = {name: found for name, found in each.parameters.items() if _is_dated(found)}
         # Units with one calibration show no drift.
         if len(pool) < MOST_POOLED and any(len(found.values) > 1 for found in dated.values()):
             pool[each.name] = dated
-    return {model: Fleet(pool) for model, pool in by_model.items()}
+    return {group: Fleet(pool) for group, pool in by_group.items()}
 
 
-def _drift(units: Sequence[_Unit], fleets: Mapping[str, Fleet]) -> Iterator[ModelDrift]:
+def _drift(
+    units: Sequence[_Unit], fleets: Mapping[str, Fleet], group_of: Callable[[_Unit], str]
+) -> Iterator[tuple[str, str, str, Walk]]:
+    """Yields group, parameter, its unit and its walk, where the units of the group show one."""
     known: dict[tuple[str, str], str] = {}
     for unit in units:
         for name, each in unit.parameters.items():
-            known.setdefault((unit.model, name), each.unit)
-    for (model, name), unit_of in sorted(known.items()):
-        if (walk := fleets[model].walk(name)) is not None:
-            yield ModelDrift(model, name, unit_of, walk)
+            known.setdefault((group_of(unit), name), each.unit)
+    for (group, name), unit_of in sorted(known.items()):
+        if group in fleets and (walk := fleets[group].walk(name)) is not None:
+            yield group, name, unit_of, walk
 
 
 def _due(units: Sequence[_Unit], fleets: Mapping[str, Fleet], limits: Limits | None) -> Iterator[Due]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tumble.cli.screen import message_console
 from tumble.fleet.driver import ShowProgress
-from tumble.fleet.ledger import JobStatus
+from tumble.fleet.ledger import SILENT_AFTER, JobStatus
 from tumble.fleet.reduction import FALSE_DISCOVERIES, FleetSummary
 from tumble.foundation.words import count_of, length_of_time
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 MOST_LINES = 10
 """Lines of a list on the screen; the page and `--json` have more."""
-SILENT_AFTER = 60.0
-"""s without a word after which a job may have been killed."""
 _LINE_EVERY = 10.0
 """s between two lines where there is no terminal."""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tumble import _core
-from tumble.fleet.reduction import FALSE_DISCOVERIES, MOST_NAMED, FleetSummary
+from tumble.fleet.reduction import FALSE_DISCOVERIES, MOST_NAMED, FleetSummary, LotDrift, ModelDrift
 from tumble.fleet.report.figures import distribution_figure
 from tumble.foundation.provenance import provenance_now
 from tumble.foundation.words import count_of
@@ -16,6 +16,7 @@ from tumble.report.page import Picture, ResultPage
 
 _FEWEST_DRAWN = 5
 """Units from which a distribution is drawn."""
+_DRIFT_COLUMNS = ("parameter", "per root of a year", "95 % interval", "unit", "units")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +48,15 @@ def fleet_page(summary: FleetSummary) -> FleetPage:
     )
     return FleetPage(
         headline=headline,
-        tables=tuple(table for table in _tables(summary) if table.rows),
+        tables=fleet_tables(summary),
         pictures=tuple(_pictures(summary)),
         method=tuple(_method(summary)),
     )
+
+
+def fleet_tables(summary: FleetSummary) -> tuple[FleetTable, ...]:
+    """Returns the tables that have rows, failures and what is due before drift and lots."""
+    return tuple(table for table in _tables(summary) if table.rows)
 
 
 def _tables(summary: FleetSummary) -> Iterator[FleetTable]:
@@ -76,20 +82,21 @@ def _tables(summary: FleetSummary) -> Iterator[FleetTable]:
     )
     due = tuple((each.name, each.model, each.parameter, each.date) for each in summary.due[:MOST_NAMED])
     yield FleetTable("due", "Due", ("unit", "model", "parameter", "due"), due)
-    drift = tuple(
-        (
-            each.model or "no model", each.parameter, f"{each.walk.q ** 0.5:.3g}",
-            f"{each.walk.low ** 0.5:.3g} to {each.walk.high ** 0.5:.3g}", each.unit, str(each.walk.units),
-        )
-        for each in summary.drift
-    )  # fmt: skip
-    columns = ("model", "parameter", "per root of a year", "95 % interval", "unit", "units")
-    yield FleetTable("drift", "Drift", columns, drift)
+    drift = tuple(_drift_row(each.model or "no model", each) for each in summary.drift)
+    yield FleetTable("drift", "Drift", ("model", *_DRIFT_COLUMNS), drift)
+    lot_drift = tuple(_drift_row(each.lot, each) for each in summary.lot_drift)
+    yield FleetTable("lot-drift", "Drift of lots", ("lot", *_DRIFT_COLUMNS), lot_drift)
     lots = tuple(
         (each.lot, each.parameter, str(each.found.units), f"{each.found.cp:.2f}", f"{each.found.cpk:.2f}")
         for each in summary.lots
     )
     yield FleetTable("lots", "Lots", ("lot", "parameter", "units", "Cp", "Cpk"), lots)
+
+
+def _drift_row(group: str, drift: ModelDrift | LotDrift) -> tuple[str, ...]:
+    walk = drift.walk
+    interval = f"{walk.low**0.5:.3g} to {walk.high**0.5:.3g}"
+    return group, drift.parameter, f"{walk.q**0.5:.3g}", interval, drift.unit, str(walk.units)
 
 
 def _pictures(summary: FleetSummary) -> Iterator[Picture]:
