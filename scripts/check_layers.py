@@ -193,7 +193,7 @@ LAYERS: dict[str, set[str]] = {
     "cli": DATA | {"logs", "translation"},
     "fleet": DATA | {"calibration", "report", "laboratory", "logs", "cli", "translation", "_core"},
     "bench": DATA
-    | {"calibration", "laboratory", "live", "logs", "procedure", "report", "result", "translation"},
+    | {"calibration", "fleet", "laboratory", "live", "logs", "procedure", "report", "result", "translation"},
     "__main__": {"cli"},
     "command": DATA
     | {

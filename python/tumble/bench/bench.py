@@ -14,6 +14,7 @@ from typing import Any
 
 from tumble.bench.access import BROWSER_GONE, Access
 from tumble.bench.engine import Engine
+from tumble.bench.fleet_view import FleetView
 from tumble.bench.log.open_logs import OpenLogs
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.run_folder import ACCEPTED, RunFolder, files_of, runs_in, unfinished
@@ -216,6 +217,16 @@ class Bench:
         """Opens the registry; None where none is set. Raises `TumbleError` where it cannot be read."""
         return RegistryView(self.settings.registry) if self.settings.registry else None
 
+    def fleet(self) -> FleetView:
+        """Opens the jobs of fleets; raises `TumbleError` where a library is missing."""
+        return FleetView(self.settings.fleet or self.folder)
+
+    def chosen_file(self, name: str) -> Path:
+        """Returns the path of a file of the folder; raises `TumbleError` for any other."""
+        if name not in self.files():
+            raise TumbleError(f"{name}: no such file in {self.folder}; choose one that is listed")
+        return self.folder / name
+
     def discard_offer(self) -> None:
         """Leaves the offered run as it is."""
         self.offered = None
@@ -253,7 +264,7 @@ class Bench:
             roles={each.name: each.role for each in units},
             serials={each.name: each.serial for each in units if each.serial},
             options={
-                name: str(self._chosen(str(value))) if name in files and value else value
+                name: str(self.chosen_file(str(value))) if name in files and value else value
                 for name, value in choice.options.items()
             },
             table=TableOrder(address=table.address, limits=table.limits, armed=table.armed)
@@ -270,12 +281,6 @@ class Bench:
     def _address(self, name: str, before: str) -> str:
         """Returns the address of a unit of a run that goes on: it may be plugged in elsewhere by now."""
         return self.sources[name].address if name in self.sources else before
-
-    def _chosen(self, name: str) -> Path:
-        """Returns the path of a file of the folder; raises `TumbleError` for any other."""
-        if name not in self.files():
-            raise TumbleError(f"{name}: no such file in {self.folder}; choose one that is listed")
-        return self.folder / name
 
     def _note_change(self) -> None:
         self.revision += 1

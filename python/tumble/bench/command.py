@@ -54,6 +54,16 @@ def bench_command(
     ] = 1.0,
     rate: RateOption = 200.0,
     registry: RegistryOption = "",
+    fleet: Annotated[
+        Path | None,
+        typer.Option(
+            "--fleet",
+            metavar="DIR",
+            help="Folder with job files of tumble fleet, whose progress and results are shown; that of the "
+            "runs if not given.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
     *,
     maker: MakerOptions,
@@ -72,6 +82,8 @@ def bench_command(
     for path in (certificate, key):
         if path is not None and not path.is_file():
             raise CommandError(f"{path}: no such file; give the certificate and its key as PEM")
+    if fleet is not None and not fleet.is_dir():
+        raise CommandError(f"{fleet}: no such folder; give the one with the job files")
     server, bench_module = _needed("server"), _needed("bench")
     settings = BenchSettings(
         folder=folder,
@@ -80,6 +92,7 @@ def bench_command(
         certificate=certificate,
         key=key,
         registry=registry,
+        fleet=fleet,
         operator=maker.operator,
         station=maker.station,
         pedal=pedal,

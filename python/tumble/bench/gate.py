@@ -37,7 +37,7 @@ _SOCKETS = "/_nicegui_ws/"
 _SCRIPT = re.compile(rb"<script(?=[ >])")
 _PUBLIC = ("/favicon.ico",)
 _METHODS = ("GET", "HEAD", "POST")
-REPORTS = ("/runs/", "/history/", "/certificates/", "/made-here/")
+REPORTS = ("/runs/", "/history/", "/certificates/", "/fleets/", "/compared/", "/made-here/")
 """Paths of files that were written before; a page among them has an origin of its own, and no cookies."""
 REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; "

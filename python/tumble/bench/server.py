@@ -18,6 +18,7 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from tumble.bench.bench import Bench
 from tumble.bench.gate import LARGEST_MESSAGE, MOST_SOCKETS, Gate
+from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
 from tumble.bench.settings import BenchSettings
@@ -103,6 +104,11 @@ def _application(bench: Bench) -> FastAPI:
         """Returns a certificate."""
         return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
 
+    @nicegui_app.get("/fleets/{job}")
+    def fleet(job: str, limits: str = "") -> Response:
+        """Returns the page of a fleet."""
+        return _answered(lambda: HTMLResponse(fleet_page(bench, job, limits)))
+
     nicegui_app.on_startup(partial(_pulse, bench))
     core.app.config.quasar_config["loadingBar"] = {"skipHijack": True}
     core.app.config.socket_io_js_transports = ["websocket"]
@@ -136,9 +142,16 @@ async def _pulse(bench: Bench) -> None:
 
 
 def _of_registry(bench: Bench, answer: Callable[[RegistryView], Response]) -> Response:
-    try:
+    def answered() -> Response:
         registry = bench.registry()
         return Response("no registry is set", 404) if registry is None else answer(registry)
+
+    return _answered(answered)
+
+
+def _answered(answer: Callable[[], Response]) -> Response:
+    try:
+        return answer()
     except TumbleError as error:
         return Response(str(error), 404)
 

@@ -24,6 +24,8 @@ class BenchSettings:
     """Private key of the certificate (PEM)."""
     registry: str = ""
     """File or URL of the registry; empty for none."""
+    fleet: Path | None = None
+    """Folder of the jobs of fleets; None for `folder`."""
     operator: str = ""
     station: str = ""
     pedal: str = "F9"

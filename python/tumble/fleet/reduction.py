@@ -144,9 +144,7 @@ def summarize(
         not_well=gathered.not_well,
         failures=dict(gathered.failures.most_common(MOST_NAMED)),
         failed=tuple(gathered.failed),
-        drift=tuple(
-            ModelDrift(*each) for each in _drift(units, fleets, _model_of) if "drift" in wanted
-        ),
+        drift=tuple(ModelDrift(*each) for each in _drift(units, fleets, _model_of) if "drift" in wanted),
         lot_drift=tuple(LotDrift(*each) for each in _drift(units, lots, _lot_of)),
         due=tuple(sorted(due, key=lambda each: (each.date, each.name))),
         moved=moved,

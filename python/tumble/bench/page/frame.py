@@ -13,6 +13,7 @@ from tumble.bench.bench import Bench
 from tumble.bench.gate import BROWSER
 from tumble.bench.page.banner import Banner
 from tumble.bench.page.context import PageContext, Screen
+from tumble.bench.page.fleet import show_fleet
 from tumble.bench.page.kind import KindScreen
 from tumble.bench.page.log import show_log
 from tumble.bench.page.result import show_result
@@ -33,6 +34,7 @@ SCREENS: tuple[NamedScreen, ...] = (
     ("/result", "Result", show_result),
     ("/units", "Units", show_units),
     ("/log", "Log", show_log),
+    ("/fleet", "Fleet", show_fleet),
 )
 """All screens; kinds of runs with a screen of their own come behind `Run`."""
 BEHIND = 2
