@@ -101,6 +101,7 @@ def test_the_page_of_a_unit_shows_its_due_date(fleet, tmp_path):
     assert page.count("<svg") == 1
     assert f"Due on {history.due}" in page
     assert "unit_2" in page
+    assert page.count("and its limits") == 2
     assert "nan" not in page.lower().replace("nanb", "")
 
 

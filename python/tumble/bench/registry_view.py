@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
@@ -14,9 +15,11 @@ from tumble.foundation.provenance import date_now
 from tumble.logs.optional import install_command
 
 if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
     from tumble.foundation.results import Row
     from tumble.laboratory.parameter_history import Fleet
     from tumble.laboratory.registry import Registry
+    from tumble.tools.compare.result import CompareResult
 
 DueState: TypeAlias = Literal["in use", "due soon", "due", "unknown"]
 SOON = timedelta(days=30)
@@ -44,6 +47,21 @@ class RegisteredUnit:
         """Returns whether a text stands in its serial, name, model or lot."""
         wanted = search.casefold()
         return any(wanted in text.casefold() for text in (self.serial, self.name, self.model, self.lot))
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedResult:
+    """A result of the registry that is held against another."""
+
+    identity: str
+    unit: str
+    """Serial number, or name without one."""
+    date: str
+
+    @property
+    def label(self) -> str:
+        """Unit and date."""
+        return f"{self.unit}, {self.date}"
 
 
 class RegistryView:
@@ -94,6 +112,27 @@ class RegistryView:
         if row is None:
             raise TumbleError("no such unit")
         return HISTORY_REPORT.render(self._registry.history(str(row["serial"] or row["name"])))
+
+    def compared(self, results: Sequence[ComparedResult]) -> CompareResult:
+        """Holds the first result against the others; raises `TumbleError` where one cannot be read."""
+        from tumble.tools.compare.procedure import compare
+
+        return compare([self._labelled(each) for each in results])
+
+    def comparison_page(self, first: str, second: str) -> str:
+        """Returns the page of two results that were held against each other."""
+        found = self.compared([self._result(each) for each in (first, second)])
+        with tempfile.TemporaryDirectory() as folder:
+            return found.save(folder)["report"].read_text(encoding="utf-8")
+
+    def _result(self, result: str) -> ComparedResult:
+        shown = self._registry.show(result)
+        unit, row = shown.unit, shown.calibration
+        return ComparedResult(result, str(unit["serial"] or unit["name"]), str(row["date"])[:10])
+
+    def _labelled(self, result: ComparedResult) -> Calibration:
+        """Returns a calibration that is called as its unit, with its date, in all that is said of it."""
+        return self._registry.calibration(result.identity).model_copy(update={"name": result.label})
 
     def certificate(self, number: str) -> bytes:
         """Returns the PDF of a certificate."""

@@ -104,6 +104,11 @@ def _application(bench: Bench) -> FastAPI:
         """Returns a certificate."""
         return _of_registry(bench, lambda registry: Response(registry.certificate(number), media_type=PDF))
 
+    @nicegui_app.get("/compared/{first}/{second}")
+    def comparison(first: str, second: str) -> Response:
+        """Returns the page of two results that were held against each other."""
+        return _of_registry(bench, lambda registry: HTMLResponse(registry.comparison_page(first, second)))
+
     @nicegui_app.get("/fleets/{job}")
     def fleet(job: str, limits: str = "") -> Response:
         """Returns the page of a fleet."""

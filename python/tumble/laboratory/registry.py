@@ -40,6 +40,7 @@ from tumble.laboratory.results import (
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from tumble.calibration.document import Calibration
     from tumble.calibration.limits import Limits
     from tumble.laboratory.history import Lot, UnitHistory
     from tumble.laboratory.verification import Verification
@@ -430,6 +431,14 @@ class Registry:
     def document(self, digest: str) -> bytes:
         """Return a document by its hash; raises `TumbleError` where it is missing or was changed."""
         return self.documents.read(digest)
+
+    def calibration(self, identity: str) -> Calibration:
+        """Returns the calibration of a result; raises `TumbleError` where it is missing or was changed."""
+        from tumble.calibration.document import Calibration
+        from tumble.foundation.bounded_yaml import parse
+
+        content = self.document(str(self.show(identity).calibration["document"]))
+        return Calibration.model_validate(parse(content.decode("utf-8-sig"))[1])
 
     def units(self, *, model: str | None = None, lot: str | None = None) -> Listing:
         """Return the units, of a model or lot where one is given."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
+from tumble.bench.page.comparison import Comparison
 from tumble.bench.page.context import PageContext
 from tumble.bench.parts.elements import Label, block, button, file_link
 from tumble.bench.parts.fields import choice_field, text_field
-from tumble.bench.registry_view import DueState, RegisteredUnit, RegistryView
+from tumble.bench.registry_view import ComparedResult, DueState, RegisteredUnit, RegistryView
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
 
@@ -50,6 +51,7 @@ class UnitsScreen:
             )
             states = [(key, page.text(text)) for key, text in STATES.items()]
             choice_field(page.words("State"), states, "", self._filter)
+        self._comparison = Comparison(page, self._registry)
         self._list = block("unit-list")
         self._detail = block("unit-detail")
         self._fill()
@@ -112,8 +114,14 @@ class UnitsScreen:
                     Label(str(result["date"])[:10])
                     Label(str(result["procedure"]))
                     Label(str(result["verdict"]))
-                    act = page.guarded(partial(self._issue, unit, str(result["calibration"])))
+                    identity = str(result["calibration"])
+                    act = page.guarded(partial(self._issue, unit, identity))
                     button(page.words("Issue certificate"), act, "small quiet")
+                    chosen = ComparedResult(identity, unit.serial or unit.name, str(result["date"])[:10])
+                    compare = button(
+                        page.words("Compare"), partial(self._comparison.choose, chosen), "small quiet"
+                    )
+                    compare._props["aria-label"] = page.words("Compare {label}", label=chosen.label)
             Label(page.words("Certificates"), "subsection", "h3")
             if not certificates:
                 Label(page.words("none"), "help")

@@ -11,12 +11,13 @@ from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS, INTERVAL
 from tumble.laboratory.parameter_history import ParameterHistory, date_of, years_of
+from tumble.laboratory.results import ideal
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import HALF_WIDTH, box, largest, value_axis_in
 from tumble.report.groups import group_of
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import horizontal_axis, segments
-from tumble.report.svg import AXIS_COLOURS, AXIS_MARKERS, AXIS_NAMES, inline_svg
+from tumble.report.svg import ALARM, AXIS_COLOURS, AXIS_MARKERS, AXIS_NAMES, inline_svg
 
 _PANEL, _ROOM = 1.35, 0.55
 """Inches of a panel, and above it."""
@@ -46,7 +47,7 @@ def unit_figure(parameters: Sequence[ParameterHistory], prefix: str, triad: str)
     ends = -room, float(np.ptp(times)) + ahead
     figure = Figure(HALF_WIDTH, 0.1 + len(groups) * (_PANEL + _ROOM))
     for place, (group, found) in enumerate(groups.items()):
-        bottom = 0.45 + (len(groups) - 1 - place) * (_PANEL + _ROOM) - 0.05 * place
+        bottom = 0.45 + (len(groups) - 1 - place) * (_PANEL + _ROOM)
         axes = figure.add_axes(box(HALF_WIDTH, bottom=bottom, height=_PANEL - 0.1))
         _panel(axes, group, found, first, ends)
         title = f"years since {date_of(first)}" if place == len(groups) - 1 else ""
@@ -57,8 +58,15 @@ def unit_figure(parameters: Sequence[ParameterHistory], prefix: str, triad: str)
 def _panel(
     axes: Axes, group: str, found: Sequence[ParameterHistory], first: float, ends: tuple[float, float]
 ) -> None:
-    """Draw values less their mean with 95 % intervals, and the interval predicted from the last one on."""
-    centres = [float(np.mean(each.measured.values)) for each in found]
+    """Draws values with 95 % intervals, the interval predicted from the last one on, and limits.
+
+    Values are less the ideal one where all have limits, which count from there, else less their mean.
+    """
+    limits = [each.limit for each in found if each.limit is not None]
+    has_limits = len(limits) == len(found)
+    centres = [
+        ideal(each.measured.name) if has_limits else float(np.mean(each.measured.values)) for each in found
+    ]
     predicted = [_predicted(each, first + ends[1]) for each in found]
     changes = [np.array(each.measured.values) - centre for each, centre in zip(found, centres, strict=True)]
     reaches = [INTERVAL * np.sqrt(each.measured.series.variances) for each in found]
@@ -66,9 +74,16 @@ def _panel(
         change + side * reach for change, reach in zip(changes, reaches, strict=True) for side in (-1, 1)
     ]
     edges += [band - centre for (_, *bands), centre in zip(predicted, centres, strict=True) for band in bands]
+    if has_limits:
+        edges += [np.array([-1.0, 1.0]) * max(limits)]
     scale = readable_scale(found[0].measured.unit, largest(*edges))
-    value_axis_in(axes, scale, f"{group.partition(' ')[2]}, less its mean", *edges)
+    quantity = group.partition(" ")[2]
+    value_axis_in(
+        axes, scale, f"{quantity}, and its limits" if has_limits else f"{quantity}, less its mean", *edges
+    )
     axes.set_xlim(*ends)
+    if has_limits:
+        _draw_limits(axes, found, scale.factor, ends)
     for each, centre, change, reach, (years, low, high) in zip(
         found, centres, changes, reaches, predicted, strict=True
     ):
@@ -80,6 +95,19 @@ def _panel(
         lower, upper = scale.factor * (change - reach), scale.factor * (change + reach)
         segments(axes, at, lower, at, upper, colour, 1.0)
         axes.points(at, scale.factor * change, colour, AXIS_MARKERS[axis], 4.0)
+
+
+def _draw_limits(
+    axes: Axes, found: Sequence[ParameterHistory], factor: float, ends: tuple[float, float]
+) -> None:
+    """Draws limits across the panel, once where all axes share them, else in the colour of each axis."""
+    limits = {each.limit for each in found}
+    for each in found[:1] if len(limits) == 1 else found:
+        assert each.limit is not None, "limits are drawn where all have one"
+        colour = ALARM if len(limits) == 1 else AXIS_COLOURS[_axis(each.measured.name)]
+        for side in (-1.0, 1.0):
+            level = np.full(2, side * factor * each.limit)
+            axes.line(np.array(ends), level, colour, 1.1, dash="7 3")
 
 
 def _predicted(each: ParameterHistory, end: float) -> tuple[FloatArray, ...]:

@@ -23,8 +23,9 @@ from tumble.report.page import Picture, ResultPage
 
 Rows = tuple[tuple[str, ...], ...]
 _CAPTION = (
-    "Each value less the mean, with its 95 % interval, without what the reference leaves on all alike; "
-    "dotted the 95 % interval predicted for the true value after the last calibration."
+    "Each value less that of an ideal unit where limits are stated, else less the mean, with its 95 % "
+    "interval, without what the reference leaves on all alike; dashed the limits, dotted the 95 % interval "
+    "predicted for the true value after the last calibration."
 )
 
 
