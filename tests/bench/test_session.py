@@ -9,6 +9,7 @@ import json
 
 import pytest
 
+import tumble
 from bench_pages import (
     DATE,
     LIMITS,
@@ -119,6 +120,10 @@ def test_files_equal_those_of_the_command_on_the_session(page, bench, tmp_path, 
     assert len(names) == 10
     for name in names:
         assert (run / name).read_bytes() == (tmp_path / name).read_bytes(), name
+    # The function takes the poses that the session brings, as the command does.
+    again = tumble.turntable(f"{run / 'session'}:reference", [f"{run / 'session'}:target_1"])
+    found = tumble.Calibration.load(run / "target_1.yaml").content()
+    assert again.calibration.content()["accelerometer"] == found["accelerometer"]
 
 
 def test_one_key_accepts_and_prepares_the_next_units(page, bench):

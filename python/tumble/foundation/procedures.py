@@ -19,7 +19,18 @@ class Procedure:
     """
 
     __slots__ = (
-        *("endings", "files", "guided", "result", "serves", "simulated", "summary", "takes_one_log", "title"),
+        *(
+            "endings",
+            "files",
+            "guided",
+            "result",
+            "roles",
+            "serves",
+            "simulated",
+            "summary",
+            "takes_one_log",
+            "title",
+        ),
         *("typed", "word"),
     )
 
@@ -33,6 +44,7 @@ class Procedure:
         endings: tuple[str, ...] = (),
         files: tuple[str, ...] = (),
         guided: bool = False,
+        roles: tuple[str, ...] = (),
         serves: bool = True,
         simulated: str = "",
         takes_one_log: bool = False,
@@ -51,6 +63,8 @@ class Procedure:
         """Names of its other files, without extension."""
         self.guided = guided
         """Indicates whether `guided_run.py` of the folder guides an operator; see `tumble.tools.guided`."""
+        self.roles = roles
+        """Roles of units that it takes together: that of the first, and that of the others; else empty."""
         self.serves = serves
         """Indicates whether `serves.py` of the folder judges which recordings suit the procedure."""
         self.simulated = simulated
@@ -74,6 +88,7 @@ PROCEDURES = (
         title="On a turntable",
         files=("turntable", "summary", "batch"),
         guided=True,
+        roles=("reference", "target"),
         simulated="turntable",
         typed="{0}/reference.csv {0}/target_1.csv {0}/target_2.csv --poses {0}/poses.yaml",
     ),
@@ -95,6 +110,7 @@ PROCEDURES = (
         title="In a redundant set",
         endings=("redundancy",),
         files=("events",),
+        roles=("primary", "secondary"),
         simulated="flight",
         typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv "
         "--settings {0}/units.yaml",
@@ -139,6 +155,7 @@ PROCEDURES = (
         title="Align units",
         serves=False,
         files=("align",),
+        roles=("primary", "secondary"),
         simulated="flight",
         typed="--primary {0}/primary.csv --secondary {0}/secondary_1.csv --secondary {0}/secondary_2.csv",
     ),

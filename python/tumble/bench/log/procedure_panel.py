@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,17 @@ OWN_COMPUTER = Workplace(Path())
 """Whoever opens the page started it, and may do what commands may."""
 
 
+def procedures_of_several() -> list[Procedure]:
+    """Returns the procedures that take units together."""
+    return [each for each in PROCEDURES if each.roles]
+
+
+def usual_first(names: Sequence[str]) -> str:
+    """Returns the unit that the others are held against: that of the name of such a role, else the first."""
+    roles = {each.roles[0] for each in procedures_of_several()}
+    return next((name for name in names if name in roles), names[0])
+
+
 def procedures_for(unit: ViewedUnit) -> list[Procedure]:
     """Returns the procedures that take one log, and that inspection finds possible."""
     if unit.inspection is None:
@@ -73,21 +85,20 @@ def procedures_for(unit: ViewedUnit) -> list[Procedure]:
 
 def run_procedure(
     procedure: Procedure,
-    unit: ViewedUnit,
+    units: Sequence[ViewedUnit],
     sections: Sequence[tuple[float, float]],
     viewing: Viewing,
     folder: Path,
 ) -> tuple[str, dict[str, Path]]:
     """Runs a procedure as its command does; returns the verdict, and the path of each file by what it is.
 
-    Without sections the log itself is read, so that files are those of the command. Raises `TumbleError` in
-    one line where it cannot be done.
+    One that takes units together gets the first, and the others. Without sections the logs themselves are
+    read, so that files are those of the command. Raises `TumbleError` in one line where it cannot be done.
     """
     act = getattr(import_module(f"{procedure.folder}.procedure"), procedure.word)
-    if sections:
-        result = act(unit.samples.cut(list(sections)))
-    else:
-        result = act(unit.source, read=viewing.read_options)
+    first, *others = (unit.samples.cut(list(sections)) if sections else unit.source for unit in units)
+    given = (first, others) if procedure.roles else (first,)
+    result = act(*given) if sections else act(*given, read=viewing.read_options)
     return str(result.verdict), result.save(folder)
 
 
@@ -103,7 +114,6 @@ class ProcedurePanel:
         self._report = report
         self._sections: list[tuple[float, float]] = []
         self._offered: tuple[str, ...] = ()
-        self._unit: ViewedUnit | None = None
         with ui.element("section").classes("tumble-card") as self._card:
             with ui.element("h2").classes("tumble-heading"):
                 ui.label(translated("Run a procedure"))
@@ -112,6 +122,7 @@ class ProcedurePanel:
                 ui.input(translated("Folder for results")).props("dense outlined").classes("w-full")
             )
             self._buttons = ui.element("div").classes("tumble-row")
+            self._set = ui.element("div")
             self._verdicts = ui.element("div").props('role="status"')
         self._card.set_visibility(False)
         self.choose([])
@@ -127,33 +138,79 @@ class ProcedurePanel:
         )
 
     def offer(self, unit: ViewedUnit) -> None:
-        """Offers the procedures that a unit can serve."""
+        """Offers the procedures that a unit can serve, and those for all units together once all are read."""
         found = procedures_for(unit)
-        words = (unit.name, *(each.word for each in found))
+        units = self._viewing.units if self._viewing.is_done and len(self._viewing.units) > 1 else ()
+        words = (unit.name, *(each.word for each in found), *(each.name for each in units))
         if words == self._offered:
             return
-        self._offered, self._unit = words, unit
-        self._card.set_visibility(bool(found))
-        self._folder.value = f"{file_stem(unit.name)}-tumble"
+        self._offered = words
+        self._card.set_visibility(bool(found or units))
+        self._folder.value = f"{file_stem(self._viewing.title if units else unit.name)}-tumble"
         self._buttons.clear()
         with self._buttons:
             for each in found:
-                button = ui.button(translated(each.title), on_click=self._runs(each), color=None)
-                button.props("flat dense no-caps").classes("tumble-button")
-                button.props["title"] = translated(each.summary)
+                self._button(each, lambda: [unit])
+        self._set.clear()
+        with self._set:
+            if units:
+                self._offer_set([each for each in units if not each.problem])
 
-    def _runs(self, procedure: Procedure) -> Callable[[], Any]:
+    def _offer_set(self, units: list[ViewedUnit]) -> None:
+        """Offers what takes units together: the first, that others are held against, and those others."""
+        known = {unit.name: unit for unit in units}
+        chosen = {"first": usual_first(list(known))}
+        taking_part = dict.fromkeys(known, True)
+
+        def in_order() -> list[ViewedUnit]:
+            first = chosen["first"]
+            return [known[first], *(known[name] for name in known if name != first and taking_part[name])]
+
+        with ui.element("h3").classes("tumble-subheading"):
+            ui.label(translated("Units together"))
+        ui.select(
+            list(known),
+            value=chosen["first"],
+            label=translated("Reference or primary"),
+            on_change=lambda event: chosen.update(first=event.value),
+        ).props("dense outlined options-dense").classes("w-full")
+        with ui.element("div").classes("tumble-row").props('role="group"') as group:
+            group.props["aria-label"] = translated("Units that take part")
+            for name in known:
+                change = partial(self._take_part, taking_part, name)
+                ui.checkbox(name, value=True, on_change=change).props("dense")
+        with ui.element("div").classes("tumble-row"):
+            for each in procedures_of_several():
+                self._button(each, in_order)
+
+    @staticmethod
+    def _take_part(taking_part: dict[str, bool], name: str, event: Any) -> None:  # noqa: ANN401
+        taking_part[name] = bool(event.value)
+
+    def _button(self, procedure: Procedure, units: Callable[[], list[ViewedUnit]]) -> None:
+        button = ui.button(translated(procedure.title), on_click=self._runs(procedure, units), color=None)
+        button.props("flat dense no-caps").classes("tumble-button")
+        button.props["title"] = translated(procedure.summary)
+
+    def _runs(self, procedure: Procedure, units: Callable[[], list[ViewedUnit]]) -> Callable[[], Any]:
         async def act() -> None:
-            unit = self._unit
-            assert unit is not None
+            taken = units()
             if not self._workplace.may_run():
                 self._report(translated("Another browser holds the bench; ask for it first."))
                 return
+            if procedure.roles and len(taken) == 1:
+                self._report(translated("Choose at least one unit beside {name}.", name=taken[0].name))
+                return
             self._report(translated("{title} …", title=translated(procedure.title)))
             try:
-                folder = self._workplace.place(self._folder.value.strip() or f"{file_stem(unit.name)}-tumble")
+                typed = self._folder.value.strip() or f"{file_stem(taken[0].name)}-tumble"
                 found = await run.io_bound(
-                    run_procedure, procedure, unit, tuple(self._sections), self._viewing, folder
+                    run_procedure,
+                    procedure,
+                    taken,
+                    tuple(self._sections),
+                    self._viewing,
+                    self._workplace.place(typed),
                 )
             except TumbleError as error:
                 self._show(procedure, str(error), None)

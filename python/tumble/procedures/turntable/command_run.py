@@ -9,17 +9,8 @@ from typing import Any
 from tumble.foundation.results import Verdict
 from tumble.procedures.turntable.batch import CALIBRATION_ENDING
 from tumble.procedures.turntable.production import Made, Production, write_views
+from tumble.procedures.turntable.result import worst_of
 from tumble.procedures.turntable.summary import ScreenSummary, target_content
-
-WORST_FIRST: tuple[Verdict, ...] = (
-    "not calibrated",
-    "model not met",
-    "fail",
-    "conditional fail",
-    "conditional pass",
-    "calibrated",
-)
-"""Verdicts of targets, the worst first; without any of them all pass."""
 
 
 class TurntableRun:
@@ -52,7 +43,7 @@ class TurntableRun:
     @property
     def verdict(self) -> Verdict:
         """That of the worst target."""
-        return next((each for each in WORST_FIRST if each in self.screen.verdicts), "pass")
+        return worst_of(self.screen.verdicts)
 
     def save(self, _folder: Path | str) -> dict[str, Path]:
         """Write summary and report of all targets in the folder of the batch; their own files are written."""

@@ -38,6 +38,7 @@ from tumble.procedures.turntable.reference_uncertainty import (
     refuse_unknown_grade,
 )
 from tumble.procedures.turntable.result import TargetResult, TruthSource, TurntableResult
+from tumble.procedures.turntable.session_poses import poses_beside
 from tumble.procedures.turntable.target import TargetProcedure
 
 RecordingsRead: TypeAlias = Callable[[int, int], None]
@@ -269,10 +270,11 @@ def turntable(
     """Calibrates targets that were bolted beside a high-precision reference on a turntable.
 
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
-    same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
-    deg and `height` in m; `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if
-    not given. `read` holds the options of reading all logs or, by its name, each of them. `operator` and
-    `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
+    same, the mounting angle is not. Without it the list of a recorded session holds, else the six faces.
+    Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in m;
+    `gravity_uncertainty` is its 1-sigma, m/s^2, by docs/theory/uncertainty.md if not given. `read` holds the
+    options of reading all logs or, by its name, each of them. `operator` and `station` stand in the
+    calibration files. A target that cannot be calibrated has its reason in `failure`.
 
     With truth `table` gyroscopes are calibrated with the `rates` that the table was commanded, magnitudes in
     deg/s, or those of the pose list; `rate_accuracy` is the 1-sigma of their common error, 100 ppm if not
@@ -295,7 +297,7 @@ def turntable(
         raise ProcedureError("no target was given; name at least one recording besides the reference")
     session = open_session(
         reference,
-        poses=poses,
+        poses=(poses_beside(reference) or poses) if poses is SIX_FACES else poses,
         truth=truth,
         rates=rates,
         rate_accuracy=rate_accuracy,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -36,6 +36,16 @@ if TYPE_CHECKING:
 
 GOOD = ("pass", "conditional pass", "calibrated")
 """Verdicts that nobody has to look at."""
+WORST_FIRST: tuple[Verdict, ...] = (
+    "not calibrated",
+    "model not met",
+    "fail",
+    "conditional fail",
+    "conditional pass",
+    "calibrated",
+    "pass",
+)
+"""Verdicts of targets, the worst first."""
 
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal", "table"]
 
@@ -244,6 +254,12 @@ class TargetResult(Tabular):
         return "pass" if all(check.passed for check in self.checks) else "fail"
 
 
+def worst_of(verdicts: Iterable[str]) -> Verdict:
+    """Returns the worst of the verdicts of targets; `pass` of none."""
+    found = set(verdicts)
+    return next((each for each in WORST_FIRST if each in found), "pass")
+
+
 NOT_STATED = "not stated"
 
 
@@ -359,6 +375,11 @@ class TurntableResult(Tabular, Collection[TargetResult]):
         from tumble.procedures.turntable.report.notebook import batch_html
 
         return batch_html(self)
+
+    @property
+    def verdict(self) -> Verdict:
+        """That of the worst target."""
+        return worst_of(target.verdict for target in self.targets)
 
     def _items(self) -> Sequence[TargetResult]:
         return self.targets

@@ -22,7 +22,7 @@ from tumble.procedures.turntable.report.batch_figures import (
 )
 from tumble.procedures.turntable.report.improvement import IMPROVEMENT_TITLE, Improvement
 from tumble.procedures.turntable.report.target_page import PoseRow, method, pose_rows, recording_caption
-from tumble.procedures.turntable.result import GOOD, ReferenceResult, TurntableResult
+from tumble.procedures.turntable.result import GOOD, WORST_FIRST, ReferenceResult, TurntableResult
 from tumble.report.figures import recording_figure
 from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import MINUS, measurement, readable_scale, significant
@@ -30,16 +30,7 @@ from tumble.report.page import Picture
 from tumble.report.rests import RestRow, rest_rows
 from tumble.report.text import VERDICT_TITLES, temperature_sentence
 
-_WORST_FIRST = (
-    "not calibrated",
-    "model not met",
-    "fail",
-    "conditional fail",
-    "conditional pass",
-    "calibrated",
-    "pass",
-)
-_SEVERITY = {verdict: k for k, verdict in enumerate(_WORST_FIRST)}
+_SEVERITY = {verdict: k for k, verdict in enumerate(WORST_FIRST)}
 
 
 @dataclass(frozen=True, slots=True)
