@@ -218,10 +218,34 @@ def test_only_files_of_runs_are_given(bench):
         assert asked(bench, f"/runs/{run.name}/{path}", Cookie=cookie)[2] != "x", path
 
 
+def opening_slowly(browser, address):
+    """Opens a page whose socket is not connected yet; returns it, and that socket."""
+    lines = []
+    context = browser.new_context(viewport={"width": 1400, "height": 900})
+    page = context.new_page()
+    page.script_errors = []
+    page.on("pageerror", lambda error: page.script_errors.append(str(error)))
+    page.route_web_socket("**", lambda line: lines.append(line))
+    page.goto(address)
+    page.locator(".head").wait_for()
+    waited(page, lambda: lines)
+    return page, lines
+
+
 def test_markup_in_names_is_text_and_viewers_only_look(bench):
     with chromium() as browser:
-        operator = opened(browser, bench.served["operator"])
+        operator, lines = opening_slowly(browser, bench.served["operator"])
+        operator.get_by_text("Connecting …").wait_for()
+        assert operator.locator("#app").evaluate("element => element.inert")
+        other = operator.locator(".kind[aria-pressed=false]").first
+        box = other.bounding_box()
+        operator.mouse.click(box["x"] + 20.0, box["y"] + 20.0)
+        lines.pop().connect_to_server()
+        operator.locator("body.connected").wait_for()
+        assert operator.get_by_text("Connecting …").is_hidden()
         waited(operator, lambda: operator.locator(".holder.mine").count())
+        assert other.is_visible()
+        assert operator.locator(".kind[aria-pressed=true]").inner_text().startswith("Turntable")
         operator.get_by_label("Name", exact=True).fill("unit")
         operator.get_by_label("Address", exact=True).fill("udp://:29171")
         operator.get_by_role("button", name="Add", exact=True).click()

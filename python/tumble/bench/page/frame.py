@@ -10,6 +10,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from tumble.bench.bench import Bench
+from tumble.bench.connecting import add_connecting
 from tumble.bench.gate import BROWSER
 from tumble.bench.page.banner import Banner
 from tumble.bench.page.context import PageContext, Screen
@@ -57,6 +58,7 @@ def show_page(bench: Bench) -> None:
     language = accepted_language(request.headers.get("accept-language", ""))
     page = PageContext(bench, request.scope[BROWSER], language, client)
     ui.add_head_html(HEAD)
+    add_connecting(page.words("Connecting …"))
     PageFrame(page, request.url.path)
 
 
