@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import replace
 
 import pytest
 
 from tumble.bench import engine as engine_module
 from tumble.bench.bench import Bench
+from tumble.bench.command_log import CARRIED_OUT, CommandLog
 from tumble.bench.engine import Engine
 from tumble.bench.run_folder import RunFolder, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
@@ -18,7 +20,7 @@ from tumble.foundation.message import message
 from tumble.logs.options import ReadOptions
 from tumble.tools.guided.order import RunOrder, TableOrder
 from tumble.tools.guided.outcome import FurthestParameter, RunOutcome, UnitOutcome
-from tumble.tools.guided.view import RunView
+from tumble.tools.guided.view import RunAction, RunView
 
 PATIENCE = 30.0
 
@@ -35,7 +37,11 @@ class StandInRun:
         (self.order.folder / "session").mkdir(exist_ok=True)
         (self.order.folder / "session" / "session.yaml").write_text("")
         for number in range(3):
-            yield RunView(kind="held", elapsed=number, instruction=message("Hold."), subject=f"pose {number}")
+            redo = RunAction("redo", message("Redo"), (f"pose {number}",))
+            hold = message("Hold.")
+            yield RunView(
+                kind="held", elapsed=number, instruction=hold, subject=f"pose {number}", actions=(redo,)
+            )
             self.may_go_on.acquire(timeout=PATIENCE)
             if self.stopped.is_set():
                 return
@@ -137,6 +143,33 @@ def test_paused_run_goes_on_or_is_calibrated(tmp_path, kind, order):
     engine.finish()
     assert ended(engine) == "result"
     assert unfinished(tmp_path) is None
+
+
+def test_commands_stand_in_the_session_and_are_done_after_a_restart(tmp_path, kind, order):
+    engine, folder = Engine(), RunFolder.begin(tmp_path, "turntable", order)
+    engine.begin(folder, order)
+    while not engine.views:
+        threading.Event().wait(0.01)
+    engine.act("redo", "pose 0")
+    engine.act("redo", "pose 2")
+    engine.pause()
+    ended(engine)
+    again = Engine()
+    again.adopt(folder)
+    again.begin(folder, replace(order, resume=True))
+    while not again.views:
+        threading.Event().wait(0.01)
+    assert kind.runs[-1].acted == ("redo", "pose 2")
+    let_on(kind, 3)
+    assert ended(again) == "result"
+    again.decide("accepted")
+    with (folder.path / "session" / "commands.jsonl").open("a") as file:
+        file.write('{"command": "cut o')
+    given = [(each.command, each.subject) for each in CommandLog(folder.path).commands()]
+    carried_out = [(CARRIED_OUT, "pose 0"), (CARRIED_OUT, "pose 2")]
+    asked = [("redo", "pose 0"), ("redo", "pose 2"), ("pause", "")]
+    assert given == [*asked, ("go on", ""), *carried_out, ("accepted", "")]
+    assert CommandLog(folder.path).left(frozenset({"redo"})) == []
 
 
 def test_refused_order_leaves_no_folder(tmp_path, kind, order):

@@ -1,4 +1,4 @@
-"""What a page shows until it has its socket: that it connects, before any of its scripts has run."""
+"""Line over a page until it has its socket, shown before any of its scripts has run."""
 
 from __future__ import annotations
 

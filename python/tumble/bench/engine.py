@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
+from tumble.bench.command_log import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message
@@ -59,6 +61,8 @@ class Engine:
         self._ends: Literal["pause", "finish"] = "pause"
         self._is_to_end = False
         self._number = 0
+        self._asked: set[str] = set()
+        """Subjects of actions that were not carried out yet."""
         self._on_change = on_change
 
     @property
@@ -81,6 +85,7 @@ class Engine:
         with self._lock:
             if self.is_busy:
                 raise TumbleError("a run is under way; stop it first")
+            self._asked.clear()
             if not order.resume:
                 self.notes.clear()
             self.folder, self._run = replace(folder, order=order), None
@@ -88,6 +93,8 @@ class Engine:
             self._ends, self._is_to_end, self.state = "pause", False, "running"
             self._thread = threading.Thread(target=self._work, args=(self.folder,), name="run", daemon=True)
             self._thread.start()
+        if order.resume:
+            self._remember("go on")
         self._on_change()
 
     def pause(self, why: Message | None = None) -> None:
@@ -101,13 +108,17 @@ class Engine:
                 self.state = "calibrating"
                 self._thread = threading.Thread(target=self._finish_paused, name="run", daemon=True)
                 self._thread.start()
+                self._remember("finish")
                 return
         self._end("finish")
 
     def act(self, action: str, subject: str = "") -> None:
         """Does one of the actions of the newest view."""
         if self.state == "running" and self._run is not None:
+            if subject:
+                self._asked.add(subject)
             self._run.act(action, subject)
+            self._remember(action, subject)
 
     def adopt(self, folder: RunFolder) -> None:
         """Takes a run as paused that was recorded before, by a server that is gone."""
@@ -133,10 +144,13 @@ class Engine:
         if self.state == "result" and self.folder is not None and self.outcome is not None:
             self.folder.keep_outcome(self.outcome, decision)
             self.decision = decision
+            self._remember(decision)
             self._on_change()
 
     def leave(self) -> None:
         """Leaves an outcome, an error or a paused run, whose files stay."""
+        if self.state in ("paused", "error"):
+            self._remember("leave")
         with self._lock:
             if not self.is_busy:
                 self.state, self.view, self.outcome = "idle", None, None
@@ -156,6 +170,17 @@ class Engine:
             self.trouble = why or self.trouble
             if self._run is not None:
                 self._run.stop()
+        self._remember(how, str(why or ""))
+
+    def _remember(self, command: str, subject: str = "") -> None:
+        """Stores a command with the recording; one that cannot be stored is carried out all the same."""
+        folder, view = self.folder, self.view
+        if folder is None:
+            return
+        try:
+            CommandLog(folder.path).add(command, subject, math.nan if view is None else view.elapsed)
+        except TumbleError as error:
+            self.trouble = message(str(error))
 
     def _prepared(self, folder: RunFolder) -> GuidedRun | None:
         """Makes the run of an order; None where it cannot be carried out."""
@@ -186,6 +211,8 @@ class Engine:
             return
         try:
             for view in run.views():
+                if self.view is None:
+                    self._act_again(folder, run, view)
                 self.view = view
                 self.views += 1
                 self._note(view)
@@ -202,6 +229,14 @@ class Engine:
         else:
             ended = self.view is not None and self.view.kind == "ended early"
             self._set("paused", self.view.warning if ended and self.view is not None else None)
+
+    def _act_again(self, folder: RunFolder, run: GuidedRun, view: RunView) -> None:
+        """Does what was asked for before the server ended, and was not carried out."""
+        if not folder.order.resume:
+            return
+        for each in CommandLog(folder.path).left(frozenset(action.name for action in view.actions)):
+            self._asked.add(each.subject)
+            run.act(each.command, each.subject)
 
     def _calibrate(self, run: GuidedRun) -> None:
         self._set("calibrating")
@@ -237,3 +272,6 @@ class Engine:
             self._number += 1
             text = view.warning or message(view.subject)
             self.notes.append(RunNote(self._number, view.kind, view.elapsed, text))
+        if view.kind == "held" and view.subject in self._asked:
+            self._asked.discard(view.subject)
+            self._remember(CARRIED_OUT, view.subject)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tumble.fleet.report.page import FleetTable
 
 JobState: TypeAlias = Literal["not begun", "running", "silent", "done", "cancelled", "failed", "unreadable"]
-"""A `silent` job says that it runs, and has written nothing for a while; an `unreadable` one is no job."""
+"""A `silent` job is stated to run, and wrote nothing for a while; an `unreadable` one is no job."""
 JOB_FILES = ("*.yaml", "*.yml")
 _HEAD = 1 << 16
 """Bytes at the beginning of a file among which its schema and keys stand."""

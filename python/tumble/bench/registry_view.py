@@ -131,7 +131,7 @@ class RegistryView:
         return ComparedResult(result, str(unit["serial"] or unit["name"]), str(row["date"])[:10])
 
     def _labelled(self, result: ComparedResult) -> Calibration:
-        """Returns a calibration that is called as its unit, with its date, in all that is said of it."""
+        """Returns a calibration with unit and date as its name, which texts and tables then show."""
         return self._registry.calibration(result.identity).model_copy(update={"name": result.label})
 
     def certificate(self, number: str) -> bytes:
