@@ -11,13 +11,12 @@ from repetitions import SOAK
 from turntable_sessions import typed
 
 INTERRUPTIONS = 100 if SOAK else 1
-KINDS = ("reload", "gone", "killed")
+KINDS = ("reload", "gone", "killed", "socket", "second browser")
 FAULTY = "target_4"
 
 
 def started(page):
     """Begins a session on the armed table."""
-    page.get_by_role("link", name="Run").click()
     page.get_by_label("Time at each pose (s)").fill("2")
     page.get_by_label("Turns for the gyroscopes").uncheck()
     page.get_by_label("Limits", exact=True).select_option(LIMITS)
@@ -41,10 +40,16 @@ class InterruptedSession:
         self.bench = self.served()
         self.page = opened(browser, self.bench.address)
         self.page.locator(".holder.mine").wait_for()
+        self.page.get_by_role("link", name="Run").click()
         started(self.page)
 
     def served(self):
         return BenchProcess(self.folder, "--port", "0", "--simulated", *QUICK)
+
+    def opened(self):
+        """Opens the screen at which the session is."""
+        screen = "result" if self.bench.is_finished() else "run"
+        return opened(self.browser, f"{self.bench.address}{screen}")
 
     def is_done(self):
         return gone_on(self.page)
@@ -53,23 +58,65 @@ class InterruptedSession:
         """Returns whether a run or its result is shown."""
         return self.is_done() or self.page.locator(".stop-bar.shown").count() > 0
 
+    def wait_for_verdict(self):
+        """Waits until the session is calibrated, and compares what is found with the truth."""
+        waited(self.page, self.is_done, 300.0)
+        assert self.page.locator(".unit-tile.bad .unit-name").all_inner_texts() == [FAULTY]
+        assert self.page.locator(".unit-tile").count() == 5
+
+    def repeat(self):
+        """Begins the same session once more."""
+        self.page.get_by_role("button", name="Repeat").click()
+        self.page.get_by_role("button", name="Start").wait_for()
+        started(self.page)
+
     def interrupt(self, kind):
-        if kind == "reload":
-            self.page.reload()
-            self.page.wait_for_selector(".head")
-        elif kind == "gone":
-            self.page.context.close()
-            time.sleep(4.0)
-            assert position_of_table(self.bench) == position_of_table(self.bench)
-            self.page = opened(self.browser, f"{self.bench.address}run")
-            why = self.page.locator(".detail", has_text="browser was gone")
-            why.or_(self.page.locator(".verdict-word")).wait_for()
+        getattr(self, kind.replace(" ", "_"))()
+        assert self.page.script_errors == []
+
+    def reload(self):
+        self.page.reload()
+        self.page.wait_for_selector(".head")
+
+    def gone(self):
+        """Takes the browser away while the table moves, which then stands still."""
+        before = position_of_table(self.bench)
+        waited(self.page, lambda: position_of_table(self.bench) != before or self.is_done())
+        self.page.context.close()
+        time.sleep(4.0)
+        stopped = position_of_table(self.bench)
+        time.sleep(1.5)
+        assert position_of_table(self.bench) == stopped
+        self.page = self.opened()
+        why = self.page.locator(".detail", has_text="browser was gone")
+        why.or_(self.page.locator(".verdict-word")).first.wait_for()
+
+    def killed(self):
+        self.bench.kill()
+        self.page.context.close()
+        self.bench = self.served()
+        self.page = opened(self.browser, self.bench.address)
+        offered = self.page.locator(".banner.shown", has_text="was not finished")
+        # A server that was killed as it wrote the verdict has nothing to offer but that.
+        if self.bench.is_finished():
+            self.page.get_by_role("button", name="Show result").first.click()
         else:
-            self.bench.kill()
-            self.page.context.close()
-            self.bench = self.served()
-            self.page = opened(self.browser, self.bench.address)
-            self.page.locator(".banner.shown", has_text="was not finished").wait_for()
+            offered.wait_for()
+
+    def socket(self):
+        """Cuts the line; the page opens another."""
+        self.page.evaluate("window.socket.io.engine.close()")
+        self.page.locator("body:not(.connected)").wait_for()
+        self.page.locator("body.connected").wait_for()
+
+    def second_browser(self):
+        """Hands the bench over to another browser, and the first one goes."""
+        other = self.opened()
+        other.get_by_role("button", name="Ask for the bench").click()
+        self.page.get_by_role("button", name="Hand over").click()
+        other.locator(".holder.mine").wait_for()
+        self.page.context.close()
+        self.page = other
 
 
 def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
@@ -81,15 +128,16 @@ def test_interrupted_session_recovers_with_the_right_verdicts(tmp_path):
     with chromium() as browser:
         session = InterruptedSession(tmp_path, browser)
         try:
-            for kind in kinds:
+            while kinds:
                 waited(session.page, session.is_under_way, 120.0)
                 session.page.wait_for_timeout(1000.0 * chance.uniform(0.2, 3.0))
                 if session.is_done():
-                    break
+                    session.wait_for_verdict()
+                    session.repeat()
+                    continue
+                kind = kinds.pop()
+                print(kind, flush=True)
                 session.interrupt(kind)
-            waited(session.page, session.is_done, 300.0)
-            assert FAULTY in session.page.locator(".unit-tile.bad .unit-name").all_inner_texts()
-            assert session.page.locator(".unit-tile").count() == 5
-            assert session.page.script_errors == []
+            session.wait_for_verdict()
         finally:
             session.bench.end()

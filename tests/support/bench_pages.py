@@ -14,7 +14,6 @@ import pytest
 from playwright.sync_api import sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
-IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 PATIENCE = 60_000.0
@@ -56,6 +55,13 @@ class BenchProcess:
     def site(self) -> str:
         """Scheme, host and port."""
         return self.address.partition("/?")[0].rstrip("/")
+
+    def is_finished(self) -> bool:
+        """Returns whether the latest run has its results."""
+        runs = sorted(
+            self.folder.glob("*_*_*/order.json"), key=lambda path: int(path.parent.name.split("_")[-1])
+        )
+        return bool(runs) and (runs[-1].parent / "outcome.json").is_file()
 
     def kill(self) -> None:
         """Ends it as a power cut does."""
@@ -167,11 +173,3 @@ def violations(page):
     page.set_viewport_size({"width": 1400, "height": 900})
     page.emulate_media(color_scheme="light")
     return found
-
-
-def picture(page, name):
-    """Takes a picture for the documentation, where that is asked for."""
-    if "TUMBLE_PICTURES" in os.environ:
-        page.evaluate("window.scrollTo(0, 0)")
-        page.wait_for_function("!document.querySelector('.q-notification')")
-        page.screenshot(path=IMAGES / f"bench-{name}.png")

@@ -13,14 +13,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
-from bench_pages import BenchProcess
 from log_fixtures import made_up, write
-from tumble.bench.run_folder import RunFolder
-from tumble.foundation.file_names import SESSION_FOLDER
-from tumble.foundation.files import prepare_folder
-from tumble.logs.session import Session, SessionUnit
-from tumble.tools.guided.order import RunOrder
-from tumble.tools.record.session_files import write_session
 from turntable_sessions import typed
 
 CHROMIUM = "/usr/bin/chromium"
@@ -158,27 +151,6 @@ def test_names_are_text_and_a_section_is_run(browser, folder):
             page.get_by_role("link", name="Page of the result").click()
         link.value.get_by_text("only from 0.500 to 8.000 s").first.wait_for()
         assert len(list((folder / "out").glob("*.noise.yaml"))) == 1
-
-
-def test_the_bench_shows_the_recordings_of_its_runs(browser, tmp_path):
-    run = RunFolder.begin(
-        tmp_path / "bench", "multipose", RunOrder(folder=tmp_path, sources={"imu": "udp::9"})
-    )
-    session = prepare_folder(run.path / SESSION_FOLDER)
-    write(session / "imu.parquet", made_up(3000))
-    units = (SessionUnit(name="imu", source="sim"),)
-    write_session(session, Session(started="2026-11-26T05:00:00Z", clock="log", ended="x", units=units))
-    bench = BenchProcess(tmp_path / "bench", "--port", "0")
-    try:
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
-        page.goto(f"{bench.site}/log")
-        page.get_by_role("button", name=run.path.name).click()
-        page.wait_for_selector(".tumble-plot[data-drawn]")
-        page.get_by_text("Procedures that it suits").wait_for()
-        check_accessible(page)
-        page.close()
-    finally:
-        assert "Traceback" not in bench.end()
 
 
 def test_samples_and_page_are_for_who_has_the_token(folder):
