@@ -78,8 +78,9 @@ class FleetScreen:
 
     def _show(self, jobs: list[SeenJob]) -> None:
         page = self._page
-        text = "Jobs in {folder}." if jobs else "No job file in {folder}; start the bench with --fleet DIR."
-        self._lead.show(page.words(text, folder=self._folder))
+        folder = self._folder
+        none = page.words("No job file in {folder}; start the bench with --fleet DIR.", folder=folder)
+        self._lead.show(page.words("Jobs in {folder}.", folder=folder) if jobs else none)
         names = [each.name for each in jobs]
         if names != list(self._rows):
             self._list.clear()

@@ -101,13 +101,11 @@ def _draw_limits(
     axes: Axes, found: Sequence[ParameterHistory], factor: float, ends: tuple[float, float]
 ) -> None:
     """Draws limits across the panel, once where all axes share them, else in the colour of each axis."""
-    limits = {each.limit for each in found}
-    for each in found[:1] if len(limits) == 1 else found:
-        assert each.limit is not None, "limits are drawn where all have one"
-        colour = ALARM if len(limits) == 1 else AXIS_COLOURS[_axis(each.measured.name)]
+    limits = {AXIS_COLOURS[_axis(each.measured.name)]: each.limit for each in found if each.limit is not None}
+    shared = set(limits.values())
+    for colour, limit in {ALARM: shared.pop()}.items() if len(shared) == 1 else limits.items():
         for side in (-1.0, 1.0):
-            level = np.full(2, side * factor * each.limit)
-            axes.line(np.array(ends), level, colour, 1.1, dash="7 3")
+            axes.line(np.array(ends), np.full(2, side * factor * limit), colour, 1.1, dash="7 3")
 
 
 def _predicted(each: ParameterHistory, end: float) -> tuple[FloatArray, ...]:
