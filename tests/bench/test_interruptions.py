@@ -65,7 +65,8 @@ class InterruptedSession:
         assert self.page.locator(".unit-tile").count() == 5
 
     def repeat(self):
-        """Begins the same session once more."""
+        """Begins the same session once more; the browser before may have held the bench."""
+        self.page.locator(".holder.mine").wait_for()
         self.page.get_by_role("button", name="Repeat").click()
         self.page.get_by_role("button", name="Start").wait_for()
         started(self.page)
@@ -111,6 +112,7 @@ class InterruptedSession:
 
     def second_browser(self):
         """Hands the bench over to another browser, and the first one goes."""
+        self.page.locator(".holder.mine").wait_for()
         other = self.opened()
         other.get_by_role("button", name="Ask for the bench").click()
         self.page.get_by_role("button", name="Hand over").click()
