@@ -101,8 +101,7 @@ def bench_command(
         bench: Bench = bench_module.Bench(settings, simulation)
         try:
             served = server.BenchServer(bench)
-            _show_address(bench, served.port, as_json)
-            served.serve_until_ended()
+            served.serve_until_ended(lambda: _show_address(bench, served.port, as_json))
         finally:
             bench.close()
 

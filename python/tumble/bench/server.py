@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, MutableMapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
@@ -16,8 +17,9 @@ from nicegui import app as nicegui_app
 from nicegui import background_tasks, core, ui
 from starlette.middleware.gzip import GZipMiddleware
 
+from tumble.bench.access import Browser
 from tumble.bench.bench import Bench
-from tumble.bench.gate import LARGEST_MESSAGE, MOST_SOCKETS, Gate
+from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, MOST_SOCKETS, Gate
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
@@ -45,9 +47,10 @@ class BenchServer(uvicorn.Server):
     def __init__(self, bench: Bench) -> None:
         settings = bench.settings
         self.socket = _listening(settings)
+        self._pages = _application(bench)
         super().__init__(
             uvicorn.Config(
-                GZipMiddleware(Gate(_application(bench), bench.access, settings), compresslevel=COMPRESSION),
+                GZipMiddleware(Gate(self._pages, bench.access, settings), compresslevel=COMPRESSION),
                 log_level="error",
                 ws="websockets-sansio",
                 ws_max_size=LARGEST_MESSAGE,
@@ -67,9 +70,43 @@ class BenchServer(uvicorn.Server):
         number: int = self.socket.getsockname()[1]
         return number
 
-    def serve_until_ended(self) -> None:
-        """Serves until Ctrl-C, SIGTERM or `should_exit`."""
+    def serve_until_ended(self, tell: Callable[[], None] = lambda: None) -> None:
+        """Serves until Ctrl-C, SIGTERM or `should_exit`; calls `tell` once a page would come at once."""
+        self._tell = tell
         self.run(sockets=[self.socket])
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Starts as uvicorn does, and builds one page: the first takes long, as it imports and compiles."""
+        await super().startup(sockets)
+        if not self.should_exit:
+            await _build_page(self._pages)
+            self._tell()
+
+
+async def _build_page(pages: FastAPI) -> None:
+    """Builds the first screen for a browser that does not exist, and forgets it."""
+    scope = {
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": "GET",
+        "scheme": "http",
+        "path": "/",
+        "raw_path": b"/",
+        "query_string": b"",
+        "headers": [(b"host", b"localhost")],
+        "client": ("", 0),
+        "server": ("localhost", 0),
+        BROWSER: Browser("", "viewer", "", 0),
+    }
+
+    async def receive() -> MutableMapping[str, Any]:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(_: MutableMapping[str, Any]) -> None:
+        """Drops what a browser would show."""
+
+    await pages(scope, receive, send)
 
 
 def _listening(settings: BenchSettings) -> socket.socket:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeAlias
 
-from nicegui import ui
+from nicegui import __version__, ui
 from nicegui.element import Element
 
 from tumble.bench.bench import Bench
@@ -43,7 +43,8 @@ BEHIND = 2
 FOLLOWS = {"running": "/run", "paused": "/run", "calibrating": "/run", "error": "/run", "result": "/result"}
 """Screen to which pages go that follow a run, by the state of the engine."""
 FOLLOWERS = ("/", "/run", "/result")
-HEAD = """
+HEAD = f"""
+<link rel="modulepreload" href="/_nicegui/{__version__}/static/dompurify.mjs">
 <link rel="stylesheet" href="/bench/bench.css">
 <link rel="stylesheet" href="/bench/figures.css">
 <script src="/bench/bench.js" defer></script>
