@@ -19,6 +19,7 @@ from bench_pages import chromium, opened, serving, waited
 from repetitions import SOAK
 from tumble.bench.access import HOLDS_FOR, Access
 from tumble.bench.gate import MOST_SOCKETS_OF_ONE
+from tumble.bench.line import MOST_LINES_OF_ONE
 
 CLOSING = 8
 """Opcode of a frame that ends a socket."""
@@ -189,6 +190,27 @@ def test_many_sockets_are_refused_and_the_bench_goes_on(bench):
 
     assert 0 < asyncio.run(flood(10_000 if SOAK else 300)) <= MOST_SOCKETS_OF_ONE
     assert waited_for(lambda: serves(bench, cookie))
+
+
+def test_idle_lines_leave_room_for_browsers(bench):
+    cookie = cookie_of(bench)
+    place = urlsplit(bench.site)
+    lines = [
+        socket.create_connection((place.hostname, place.port)) for _ in range(2 * MOST_LINES_OF_ONE + 40)
+    ]
+    for line in lines[::2]:
+        with suppress(OSError):
+            line.sendall(b"GET / HTTP/1.1\r\n")
+    assert waited_for(lambda: served(bench, cookie))
+    for line in lines:
+        line.close()
+
+
+def served(bench, cookie):
+    try:
+        return serves(bench, cookie)
+    except (OSError, http.client.HTTPException):
+        return False
 
 
 def waited_for(condition):

@@ -19,7 +19,8 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from tumble.bench.access import Browser
 from tumble.bench.bench import Bench
-from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, MOST_SOCKETS, Gate
+from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, Gate
+from tumble.bench.line import MOST_LINES, Line
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
@@ -28,8 +29,6 @@ from tumble.foundation.errors import CommandError, TumbleError
 from tumble.foundation.file_names import SESSION_FOLDER
 
 STATIC = Path(__file__).parent / "static"
-MOST_CONNECTIONS = 4 * MOST_SOCKETS
-"""Connections at once; of more, each is answered that the server is busy."""
 REPORTS = (".html", ".pdf", ".xml", ".yaml", ".csv", ".json")
 """Endings of files of a run that pages link to."""
 COMPRESSION = 4
@@ -55,7 +54,8 @@ class BenchServer(uvicorn.Server):
                 ws="websockets-sansio",
                 ws_max_size=LARGEST_MESSAGE,
                 ws_per_message_deflate=False,
-                limit_concurrency=MOST_CONNECTIONS,
+                http=Line,
+                limit_concurrency=MOST_LINES,
                 timeout_graceful_shutdown=GRACE,
                 ssl_certfile=settings.certificate,
                 ssl_keyfile=settings.key,
@@ -113,7 +113,7 @@ def _listening(settings: BenchSettings) -> socket.socket:
     """Listens at the port; raises `CommandError` where it is taken, or no address of this computer."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=MOST_CONNECTIONS)
+        return socket.create_server((settings.host, settings.port), family=family, backlog=MOST_LINES)
     except OSError as error:
         raise CommandError(
             f"{settings.host}:{settings.port}: {error.strerror or error}; give another --port, or --port 0"
