@@ -13,11 +13,15 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import sync_playwright
 
+from repetitions import SOAK
+
 CHROMIUM = "/usr/bin/chromium"
 SOFTWARE_PICTURES = "--enable-unsafe-swiftshader"
 """Draws WebGL without a graphics card."""
 PATIENCE = 60_000.0
 """ms that a busy computer may take for what a page shows."""
+LOOKS = ((1400, "light"), (800, "dark"), *(((1400, "dark"), (800, "light")) if SOAK else ()))
+"""Widths and colours in which screens are examined."""
 QUICK = ("--speed", "5", "--rate", "50")
 """Simulated bench on which a session takes seconds."""
 
@@ -152,24 +156,23 @@ def scan(page, text: str) -> None:
 
 
 def violations(page):
-    """Names the rules of axe-core that a screen breaks, light and dark, wide and narrow."""
+    """Names the rules of axe-core that a screen breaks: wide and light, narrow and dark; by soak all four."""
     from axe_playwright_python.sync_playwright import Axe
 
     found = []
-    for width in (1400, 800):
+    for width, scheme in LOOKS:
         page.set_viewport_size({"width": width, "height": 900})
-        for scheme in ("light", "dark"):
-            page.emulate_media(color_scheme=scheme)
-            page.wait_for_timeout(150)
-            # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
-            page.wait_for_function(
-                "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"
-            )
-            results = Axe().run(page, options={"resultTypes": ["violations"]})
-            found += [
-                f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
-                for each in results.response["violations"]
-            ]
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_timeout(150)
+        # A notice that fades has less contrast for a moment, and a line that was lost is looked for.
+        page.wait_for_function(
+            "!document.querySelector('.q-notification, .nicegui-error-popup[aria-hidden=false]')"
+        )
+        results = Axe().run(page, options={"resultTypes": ["violations"]})
+        found += [
+            f"{width} {scheme} {each['id']}: {each['nodes'][0]['html'][:120]} ({len(each['nodes'])})"
+            for each in results.response["violations"]
+        ]
     page.set_viewport_size({"width": 1400, "height": 900})
     page.emulate_media(color_scheme="light")
     return found
