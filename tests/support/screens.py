@@ -61,7 +61,7 @@ def differences(page, name):
     if "TUMBLE_PICTURES" in os.environ:
         _keep(name, parts, picture)
     kept = json.loads((SCREENS / f"{name}.json").read_text(encoding="utf-8"))
-    return [*_moved(kept, parts), *_recoloured(IMAGES / f"bench-{name}.png", picture)]
+    return [*moved(kept, parts), *recoloured(IMAGES / f"bench-{name}.png", picture)]
 
 
 def _keep(name, parts, picture):
@@ -72,7 +72,7 @@ def _keep(name, parts, picture):
     shown.quantize(SHADES).save(IMAGES / f"bench-{name}.png", optimize=True)
 
 
-def _moved(kept, parts):
+def moved(kept, parts):
     """Names parts that are gone, new, elsewhere, or look different; of many alike two are compared."""
     before, now = _by_name(kept), _by_name(parts)
     for key in before.keys() | now.keys():
@@ -102,7 +102,7 @@ def _changed(old, new):
         yield f"its text was {old['text']} and is {new['text']}"
 
 
-def _recoloured(path, picture):
+def recoloured(path, picture):
     """Compares mean colours of squares."""
     kept = _squares(Image.open(path))
     found = _squares(Image.open(io.BytesIO(picture)))
