@@ -86,6 +86,8 @@ class FleetScreen:
             self._list.clear()
             with self._list:
                 self._rows = {name: _JobRow(page, name, partial(self._open, name)) for name in names}
+            if self._detail is not None and self._detail.name in self._rows:
+                self._rows[self._detail.name].choose(True)
         for each in jobs:
             self._rows[each.name].show(each)
             if self._detail is not None and self._detail.name == each.name:
