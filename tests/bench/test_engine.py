@@ -10,8 +10,8 @@ import pytest
 
 from tumble.bench import engine as engine_module
 from tumble.bench.bench import Bench
-from tumble.bench.command_log import CARRIED_OUT, CommandLog
 from tumble.bench.engine import Engine
+from tumble.bench.run_commands import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder, runs_in, unfinished
 from tumble.bench.settings import BenchSettings
 from tumble.bench.sources import BenchSource

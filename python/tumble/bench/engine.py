@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from tumble.bench.command_log import CARRIED_OUT, CommandLog
+from tumble.bench.run_commands import CARRIED_OUT, CommandLog
 from tumble.bench.run_folder import RunFolder
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.message import Message, message

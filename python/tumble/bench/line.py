@@ -17,7 +17,7 @@ PATIENCE = 5.0
 _Base: Any = AutoHTTPProtocol
 
 
-class Line(_Base):
+class BrowserLine(_Base):  # type: ignore[misc]
     """Line on which a request comes soon, or that is closed."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:

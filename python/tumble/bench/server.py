@@ -20,7 +20,7 @@ from starlette.middleware.gzip import GZipMiddleware
 from tumble.bench.access import Browser
 from tumble.bench.bench import Bench
 from tumble.bench.gate import BROWSER, LARGEST_MESSAGE, Gate
-from tumble.bench.line import MOST_LINES, Line
+from tumble.bench.line import MOST_LINES, BrowserLine
 from tumble.bench.page.fleet import fleet_page
 from tumble.bench.page.frame import show_page
 from tumble.bench.registry_view import RegistryView
@@ -54,7 +54,7 @@ class BenchServer(uvicorn.Server):
                 ws="websockets-sansio",
                 ws_max_size=LARGEST_MESSAGE,
                 ws_per_message_deflate=False,
-                http=Line,
+                http=BrowserLine,
                 limit_concurrency=MOST_LINES,
                 timeout_graceful_shutdown=GRACE,
                 ssl_certfile=settings.certificate,
