@@ -91,10 +91,10 @@ class Engine:
             self.folder, self._run = replace(folder, order=order), None
             self.view, self.outcome, self.decision, self.trouble = None, None, "", message("")
             self._ends, self._is_to_end, self.state = "pause", False, "running"
+            if order.resume:
+                self._remember("go on")
             self._thread = threading.Thread(target=self._work, args=(self.folder,), name="run", daemon=True)
             self._thread.start()
-        if order.resume:
-            self._remember("go on")
         self._on_change()
 
     def pause(self, why: Message | None = None) -> None:
