@@ -29,7 +29,7 @@ SHADES = 96
 """Colours of a picture that is kept."""
 _PARTS = """() => {
   const named = "h1:not(.instruction), h2, .screen-link, .button, th[scope=col]";
-  const unnamed = ".instruction, .detail, .left, .verdict, .verdict-word, .panel, .kind, .source, .tile, " +
+  const unnamed = ".instruction, .verdict, .verdict-word, .panel, .kind, .source, .tile, " +
     ".goal, .lamp-row, .body, .sphere, .plot, .unit-row, .job-row, .unit-tile, .events, " +
     ".stop-bar.shown, .tumble-plot, input, select";
   const parts = [];
