@@ -82,7 +82,8 @@ class InterruptedSession:
     def gone(self):
         """Takes the browser away while the table moves, which then stands still."""
         before = position_of_table(self.bench)
-        waited(self.page, lambda: position_of_table(self.bench) != before or self.is_done())
+        # A long recording takes a while to be read again before the table goes on.
+        waited(self.page, lambda: position_of_table(self.bench) != before or self.is_done(), 300.0)
         self.page.context.close()
         time.sleep(4.0)
         stopped = position_of_table(self.bench)
