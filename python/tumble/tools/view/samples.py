@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -16,6 +15,7 @@ from tumble.foundation.recording import Chunk, FloatArray, Recording, SampleProg
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import CHANNELS, TRIADS, Triad, channels_of
 from tumble.logs import ChunkStream, Counts
+from tumble.logs.ahead import ahead
 from tumble.tools.view.column import Extremes, GrowingColumn
 from tumble.tools.view.levels import level
 
@@ -106,7 +106,7 @@ class KeptSamples:
             begins = self.duration + PAUSE if self._parts else 0.0
             watch, counts, is_first = TimeWatch(), Counts(), True
             stream = part.chunks()
-            for chunk in _ahead(stream):
+            for chunk in ahead(stream):
                 if is_first:
                     if self._length:
                         self._gaps.append(self._length - 1)
@@ -282,15 +282,6 @@ class KeptSamples:
         """Gives the disk free."""
         for column in (self._time, *self._columns.values()):
             column.close()
-
-
-def _ahead(stream: Iterator[Chunk]) -> Iterator[Chunk]:
-    """Reads one chunk while that before it is kept."""
-    with ThreadPoolExecutor(max_workers=1) as thread:
-        coming = thread.submit(next, stream, None)
-        while (chunk := coming.result()) is not None:
-            coming = thread.submit(next, stream, None)
-            yield chunk
 
 
 class _Kept(ChunkStream):
