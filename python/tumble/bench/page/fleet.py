@@ -137,8 +137,7 @@ class _JobRow:
         self._state.show(page.text(WORDS[job.state]))
         self._bar._style["width"] = f"{100.0 * job.share:.0f}%"
         self._bar.update()
-        text = "" if status is None else page.words("{done} of {all}", done=status.done, all=status.inputs)
-        self._count.show(text)
+        self._count.show("" if status is None else f"{status.done} / {status.inputs}")
 
     def choose(self, is_chosen: bool) -> None:
         """Marks it as the one whose detail is shown."""
