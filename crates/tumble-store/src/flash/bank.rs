@@ -3,45 +3,32 @@
 //!
 //! So what a cut leaves half done is never relied on: half an entry has no checksum, half a bank no header, and an
 //! erasure may leave anything, even a bank that looks like the one it was. A word in which power was cut may besides
-//! read one way for a whole boot and another way in the next, so that nothing is taken for written because it reads so.
-//! Each later write proves the one before it complete, in the same boot:
+//! read one way for a whole boot and another way in the next, or not at all, so that nothing is taken for written
+//! because it reads so. Each later write proves the one before it complete, in the same boot:
 //!
 //! - a header, that all copied entries were written;
-//! - anything after the copied entries, that both copies of the header were. Without it the older bank stays in use,
-//!   which holds the same;
+//! - an entry after the copied ones, that a copy of the header was. Without one the older bank stays in use, which holds
+//!   the same;
 //! - an entry, that the one in the slot before it was: between those of two boots a slot is cleared, since the first
 //!   that reads as erased may be where power was cut.
 //!
 //! Thereby only the last word that was written in a boot can be marginal, and none is written over but to clear it.
+//!
+//! A slot with a word that does not take what is written is passed over, and cleared where it can be, so that it never
+//! reads as erased again.
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash};
+use embedded_storage::nor_flash::NorFlash;
 
-use crate::checksum::{CHECKSUM, checksum, sign};
-use crate::flash::entry::{ENTRY, ERASED, Entry, HEAD, Label};
+use crate::flash::entry::{ENTRY, Entry, HEAD, Label};
+use crate::flash::header::{COPY, Copy, HEADER, Header, NO_CONTENT, PASSED_OVER, with_entry};
+use crate::flash::useful::Slots;
+use crate::flash::words::{Done, Seen, Words};
 use crate::flash::{LayoutError, StoreError};
-
-/// Bytes of one copy of a header. All sizes here are multiples of it, so flash may be written up to that many at once.
-const COPY: u32 = 32;
-
-/// Two copies, so that no single bit that changes takes a bank out of use.
-const HEADER: u32 = 2 * COPY;
-
-/// Magic bytes of a header, with the version of the layout described here.
-const MAGIC: [u8; 4] = *b"TB\x02\xFF";
-
-/// Magic bytes of version 1, whose headers lack the checksum of copied entries.
-const MAGIC_1: [u8; 4] = *b"TB\x01\xFF";
-
-/// The checksum of no entries.
-const NO_CONTENT: u32 = 0;
 
 const ENTRY_BYTES: u32 = ENTRY as u32;
 
-/// Result of reading flash.
-type Seen<T, F> = Result<T, <F as ErrorType>::Error>;
-
-/// Result of writing flash.
-type Done<T, F> = Result<T, StoreError<<F as ErrorType>::Error>>;
+/// Slots in a row that may be passed over: where that many fail, it is the flash that does.
+const PASSED: u32 = 8;
 
 /// A bank with a header.
 #[derive(Clone, Copy)]
@@ -51,25 +38,23 @@ pub struct Bank {
     header: Header,
 }
 
-/// Contents of a header.
+/// A slot to write to, and all after it, in a bank.
 #[derive(Clone, Copy)]
-struct Header {
-    /// Counts the banks that were made.
-    sequence: u32,
-    /// Entries that were copied from the bank before.
-    copied: u32,
-    /// Checksum of them.
-    content: u32,
+struct Free {
+    bank: Bank,
+    slot: u32,
 }
 
 /// Both banks.
 pub struct Banks<F: NorFlash> {
-    pub flash: F,
+    words: Words<F>,
     start: u32,
     /// Size of one bank, in bytes.
     bytes: u32,
     /// The slot after the last that was written since the start, which is known to be erased.
     free: Option<u32>,
+    /// The slot after the last that reads as written to, in the bank at an address.
+    end: Option<(u32, u32)>,
 }
 
 impl<F: NorFlash> Banks<F> {
@@ -92,11 +77,16 @@ impl<F: NorFlash> Banks<F> {
             return Err(LayoutError::TooSmall);
         }
         Ok(Self {
-            flash,
+            words: Words::new(flash, [start, start + bytes]),
             start,
             bytes,
             free: None,
+            end: None,
         })
+    }
+
+    pub fn into_flash(self) -> F {
+        self.words.flash
     }
 
     /// Entries that a bank holds.
@@ -107,7 +97,7 @@ impl<F: NorFlash> Banks<F> {
     /// Finds the bank in use: the younger, if it is known to be whole.
     pub fn in_use(&mut self) -> Seen<Option<Bank>, F> {
         Ok(match self.by_age()? {
-            (older, Some(younger)) if older.is_none() || self.goes_on(&younger)? => Some(younger),
+            (older, Some(younger)) if older.is_none() || self.holds_appended(&younger)? => Some(younger),
             (older, _) => older,
         })
     }
@@ -116,7 +106,7 @@ impl<F: NorFlash> Banks<F> {
     fn by_age(&mut self) -> Seen<(Option<Bank>, Option<Bank>), F> {
         let (first, second) = (self.bank(self.start)?, self.bank(self.start + self.bytes)?);
         Ok(match (first, second) {
-            (Some(a), Some(b)) if b.follows(&a) => (first, second),
+            (Some(a), Some(b)) if b.header.follows(&a.header) => (first, second),
             (Some(_), Some(_)) => (second, first),
             _ => (None, first.or(second)),
         })
@@ -134,36 +124,20 @@ impl<F: NorFlash> Banks<F> {
     /// A copy of a header, if it is whole.
     fn copy(&mut self, address: u32) -> Seen<Option<Header>, F> {
         let mut bytes = Copy::blank();
-        self.read(address, &mut bytes.0)?;
+        self.words.read(address, &mut bytes.0)?;
         Ok(Header::of(&bytes))
     }
 
-    /// Checks whether an entry that was not copied is whole.
+    /// Checks whether an entry that was not copied is whole: it proves the header written, and excludes an erasure begun
+    /// since, which would leave neither that entry nor the copied ones.
     fn holds_appended(&mut self, bank: &Bank) -> Seen<bool, F> {
-        for slot in bank.header.copied..self.slots() {
-            if self.is_whole(bank, slot)? {
+        let mut entry = Entry::blank();
+        for slot in bank.header.copied..self.end(bank)? {
+            if self.fetch(bank, slot, &mut entry)? {
                 return Ok(true);
             }
         }
         Ok(false)
-    }
-
-    /// Checks whether a bank is reliable: an appended entry proves its header written, and excludes an erasure begun
-    /// since, which would leave neither that entry nor the copied ones.
-    fn goes_on(&mut self, bank: &Bank) -> Seen<bool, F> {
-        Ok(self.holds_appended(bank)?
-            || self.first_blank(bank)? > bank.header.copied && self.is_intact(bank)?)
-    }
-
-    /// Checks that the entries copied to a bank are unchanged.
-    #[inline(never)]
-    fn is_intact(&mut self, bank: &Bank) -> Seen<bool, F> {
-        let (mut content, mut entry) = (NO_CONTENT, Entry::blank());
-        for slot in 0..bank.header.copied.min(self.slots()) {
-            self.fetch(bank, slot, &mut entry)?;
-            content = with_entry(content, &entry);
-        }
-        Ok(content == bank.header.content)
     }
 
     /// Checks whether the entry in a slot stays readable in later boots: it was copied, or is the last of this boot, or
@@ -173,14 +147,7 @@ impl<F: NorFlash> Banks<F> {
         if slot < bank.header.copied || self.free == Some(next) {
             return Ok(true);
         }
-        Ok(next < self.slots() && self.is_whole(bank, next)?)
-    }
-
-    /// Checks that the entry in a slot is as it was written.
-    fn is_whole(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
-        let mut entry = Entry::blank();
-        self.fetch(bank, slot, &mut entry)?;
-        Ok(entry.is_whole())
+        Ok(next < self.slots() && self.fetch(bank, next, &mut Entry::blank())?)
     }
 
     /// Finds the last whole entry of a sensor before a slot, and its slot.
@@ -199,130 +166,196 @@ impl<F: NorFlash> Banks<F> {
         Ok(None)
     }
 
+    /// A slot after the last that was written to, with as few more as can be. It is looked for once in a boot, by halves,
+    /// since banks may be long and slots are used in order.
+    pub fn end(&mut self, bank: &Bank) -> Seen<u32, F> {
+        if let Some((_, end)) = self.end.filter(|(address, _)| *address == bank.address) {
+            return Ok(end);
+        }
+        let (mut end, mut unused) = (0, self.slots());
+        while end < unused {
+            let middle = u32::midpoint(end, unused);
+            if self.is_blank_from(bank, middle)? {
+                unused = middle;
+            } else {
+                end = middle + 1;
+            }
+        }
+        self.end = Some((bank.address, end));
+        Ok(end)
+    }
+
+    /// Checks that nothing was written to a slot, nor to those after it, for as many as may be passed over.
+    fn is_blank_from(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
+        for slot in (slot..self.slots()).take(PASSED as usize) {
+            if !self.is_blank(bank, slot)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     /// Appends an entry to the bank in use, or puts one in use.
     pub fn append(&mut self, entry: &Entry) -> Done<(), F> {
         // Whatever fails from here on, what is free is not known any more.
         let known = self.free.take();
-        let (address, slot) = self.place(known)?;
-        self.write(address, slot, entry)?;
-        self.free = Some(slot + 1);
-        Ok(())
+        let appended = self.append_from(known, entry);
+        self.free = appended.as_ref().ok().map(|free| free.slot);
+        self.end = appended.as_ref().ok().map(|free| (free.bank.address, free.slot));
+        appended.map(|_| ())
     }
 
-    /// Where the next entry goes: the address of a bank, and a slot.
-    fn place(&mut self, known: Option<u32>) -> Done<(u32, u32), F> {
+    /// Appends an entry from a slot on, if one is known; gives what is free after it.
+    fn append_from(&mut self, known: Option<u32>, entry: &Entry) -> Done<Free, F> {
+        let mut free = self.place(known)?;
+        let mut taken = self.write_from(free, entry)?;
+        if taken.is_none() {
+            free = self.turn_over(&free.bank)?;
+            taken = self.write_from(free, entry)?;
+        }
+        let slot = taken.ok_or(StoreError::NotAsWritten)? + 1;
+        Ok(Free { slot, ..free })
+    }
+
+    /// Where the next entry goes, if there is room for it.
+    fn place(&mut self, known: Option<u32>) -> Done<Free, F> {
         let (older, younger) = self.by_age()?;
         let Some(bank) = younger else {
-            self.erase(self.start)?;
-            self.commit(self.start, Header::first())?;
-            return Ok((self.start, 0));
+            let (address, header) = (self.start, Header::first());
+            self.erase(address)?;
+            return self.commit(address, header, 0);
         };
-        if !self.goes_on(&bank)? {
+        if !self.holds_appended(&bank)? {
             return self.turn_over(&older.unwrap_or(bank));
         }
-        let free = match known {
+        let slot = match known {
             Some(slot) => slot,
             None => self.first_untouched(&bank)?,
         };
-        if free < self.slots() {
-            Ok((bank.address, free))
-        } else {
-            self.turn_over(&bank)
-        }
+        Ok(Free { bank, slot })
     }
 
-    /// The slot after the last that anything was written to, be it whole or not.
-    fn first_blank(&mut self, bank: &Bank) -> Seen<u32, F> {
-        let mut entry = Entry::blank();
-        for slot in (0..self.slots()).rev() {
-            self.fetch(bank, slot, &mut entry)?;
-            if !entry.is_blank() {
-                return Ok(slot + 1);
+    /// Writes an entry to the first slot that takes it, from one on; gives that slot, or `None` where the bank ends.
+    fn write_from(&mut self, free: Free, entry: &Entry) -> Done<Option<u32>, F> {
+        let mut outcome = Ok(None);
+        for slot in (free.slot..self.slots()).take(PASSED as usize) {
+            match self.words.put_entry(self.address(&free.bank, slot), entry) {
+                Ok(()) => return Ok(Some(slot)),
+                Err(error) => outcome = Err(error),
             }
+            self.mark(&free.bank, slot)?;
         }
-        Ok(0)
+        if self.slots().saturating_sub(free.slot) < PASSED {
+            return Ok(None);
+        }
+        outcome
     }
 
     /// The first slot of a bank after a start that nothing was written to, however marginal: first the last one that
     /// was written to is made to read so in all boots, then the one after it, where power may have been cut.
     fn first_untouched(&mut self, bank: &Bank) -> Done<u32, F> {
-        let free = self.first_blank(bank)?;
-        if let Some(last) = free.checked_sub(1) {
+        let mut slot = self.after_last_whole(bank)?;
+        while slot < self.slots() && !self.is_blank(bank, slot)? {
+            slot += 1;
+        }
+        if let Some(last) = slot.checked_sub(1) {
             self.mark(bank, last)?;
         }
-        if free >= self.slots() {
-            return Ok(free);
+        // Where one cannot be cleared, it is the next that shows later boots where to go on.
+        while slot < self.slots() && !self.mark(bank, slot)? {
+            slot += 1;
         }
-        self.mark(bank, free)?;
-        Ok(free + 1)
+        Ok(slot + 1)
     }
 
-    /// Clears the first part of a slot that reads as erased: over a marginal word that is all that may be written.
-    fn mark(&mut self, bank: &Bank, slot: u32) -> Done<(), F> {
+    /// The slot after the last entry that is whole. Those after it are of cuts, or cannot be erased.
+    fn after_last_whole(&mut self, bank: &Bank) -> Seen<u32, F> {
+        let (mut slot, mut entry) = (self.end(bank)?, Entry::blank());
+        while let Some(last) = slot.checked_sub(1) {
+            if self.fetch(bank, last, &mut entry)? {
+                break;
+            }
+            slot = last;
+        }
+        Ok(slot)
+    }
+
+    /// Clears the first part of a slot that reads as erased and takes it: over a marginal word that is all that may be
+    /// written. Returns whether there was one.
+    fn mark(&mut self, bank: &Bank, slot: u32) -> Done<bool, F> {
         let start = self.address(bank, slot);
         for address in (start..start + ENTRY_BYTES).step_by(COPY as usize) {
-            let mut part = Copy::blank();
-            self.read(address, &mut part.0)?;
-            if part == Copy::blank() {
-                return self.put(address, &Copy([0; COPY as usize]));
+            if self.is_part_blank(address)? && self.words.put(address, &Copy::mark()).is_ok() {
+                return Ok(true);
             }
         }
-        Ok(())
+        Ok(false)
     }
 
-    /// Makes the other bank, with all that is still of use; gives its address and its first free slot.
-    fn turn_over(&mut self, from: &Bank) -> Done<(u32, u32), F> {
-        let (mut kept, mut entry) = (0, Entry::blank());
-        for slot in 0..self.slots() {
-            kept += u32::from(self.is_of_use(from, slot, &mut entry)?);
-        }
-        if kept >= self.slots() {
+    /// Makes the other bank, with all that is still of use; gives its first free slot.
+    fn turn_over(&mut self, from: &Bank) -> Done<Free, F> {
+        let end = self.end(from)?;
+        let with_previous = self.count_useful(from, end, true)? < self.slots();
+        if !with_previous && self.count_useful(from, end, false)? >= self.slots() {
             return Err(StoreError::Full {
                 entries: self.slots(),
             });
         }
         let address = self.other(from.address);
         self.erase(address)?;
-        let mut next = 0;
-        let mut content = NO_CONTENT;
-        for slot in 0..self.slots() {
-            if self.is_of_use(from, slot, &mut entry)? {
-                self.write(address, next, &entry)?;
-                content = with_entry(content, &entry);
-                next += 1;
+        let (mut next, mut content) = (0, NO_CONTENT);
+        for first in runs(end) {
+            let useful = self.useful(from, first, with_previous)?;
+            for slot in (first..end).filter(|slot| useful.has(slot - first)) {
+                self.copy_entry(from, slot, address, &mut next, &mut content)?;
             }
         }
-        let header = Header {
-            sequence: from.header.sequence.wrapping_add(1),
-            copied: next,
-            content,
-        };
-        self.commit(address, header)?;
-        Ok((address, next))
+        self.commit(address, from.header.next(next, content), next)
     }
 
-    /// Writes the header, after everything that it speaks for.
-    fn commit(&mut self, address: u32, header: Header) -> Done<(), F> {
-        let bytes = header.bytes(MAGIC);
-        self.put(address, &bytes)?;
-        self.put(address + COPY, &bytes)
-    }
-
-    /// Writes a copy of a header, or as many bytes, and looks whether flash took them.
-    fn put(&mut self, address: u32, bytes: &Copy) -> Done<(), F> {
-        self.flash.write(address, &bytes.0)?;
-        let mut read = Copy::blank();
-        self.read(address, &mut read.0)?;
-        if read == *bytes {
-            Ok(())
-        } else {
-            Err(StoreError::NotAsWritten)
+    fn count_useful(&mut self, from: &Bank, end: u32, with_previous: bool) -> Seen<u32, F> {
+        let mut count = 0;
+        for first in runs(end) {
+            count += self.useful(from, first, with_previous)?.count();
         }
+        Ok(count)
     }
 
-    #[inline(never)]
-    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Seen<(), F> {
-        self.flash.read(address, bytes)
+    /// Copies an entry to the other bank, whose header follows; moves its next slot on.
+    fn copy_entry(
+        &mut self,
+        from: &Bank,
+        slot: u32,
+        address: u32,
+        next: &mut u32,
+        content: &mut u32,
+    ) -> Done<(), F> {
+        let mut entry = Entry::blank();
+        if !self.fetch(from, slot, &mut entry)? {
+            return Err(StoreError::NotAsWritten);
+        }
+        let bank = Bank {
+            address,
+            header: from.header,
+        };
+        let taken = self.write_from(Free { bank, slot: *next }, &entry)?;
+        let taken = taken.ok_or(StoreError::NotAsWritten)?;
+        for _ in *next..taken {
+            *content = with_entry(*content, PASSED_OVER);
+        }
+        *content = with_entry(*content, entry.signature());
+        *next = taken + 1;
+        Ok(())
+    }
+
+    /// Writes the header, after everything that it speaks for; gives the first free slot.
+    fn commit(&mut self, address: u32, header: Header, slot: u32) -> Done<Free, F> {
+        let copy = header.copy();
+        let first = self.words.put(address, &copy);
+        let second = self.words.put(address + COPY, &copy);
+        first.or(second)?;
+        let bank = Bank { address, header };
+        Ok(Free { bank, slot })
     }
 
     /// The address of the other bank.
@@ -337,73 +370,53 @@ impl<F: NorFlash> Banks<F> {
     /// Erases the bank at an address.
     #[inline(never)]
     fn erase(&mut self, address: u32) -> Seen<(), F> {
-        self.flash.erase(address, address + self.bytes)
+        self.words.flash.erase(address, address + self.bytes)
     }
 
     /// Forgets everything.
     pub fn erase_both(&mut self) -> Seen<(), F> {
-        self.free = None;
+        (self.free, self.end) = (None, None);
         // The bank that is not in use goes first: what it holds must not come back if power is cut between the two.
-        let in_use = self.in_use()?.map_or(self.start, |bank| bank.address);
+        // Where none can be read, either may.
+        let in_use = self.in_use().ok().flatten();
+        let in_use = in_use.map_or(self.start, |bank| bank.address);
         self.erase(self.other(in_use))?;
         self.erase(in_use)
-    }
-
-    /// Reads a slot; returns whether its entry is whole and not followed by as many of its sensor and kind as are kept.
-    fn is_of_use(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
-        self.fetch(bank, slot, entry)?;
-        let label = entry.label().filter(|_| entry.is_whole());
-        let Some((label, kind)) = label.and_then(|label| Some((label, label.kind()?))) else {
-            return Ok(false);
-        };
-        let (mut later, mut before, mut next) = (0, entry.clone(), Entry::blank());
-        for slot in slot + 1..self.slots() {
-            if !self.fetch_of(bank, slot, label, &mut next)? {
-                continue;
-            }
-            // One that was written again, for it to be firm, stands for both.
-            if next != before {
-                later += 1;
-                before.0 = next.0;
-            } else if later == 0 {
-                return Ok(false);
-            }
-            if later == kind.kept() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
     }
 
     /// Reads a slot if its entry has this label; returns whether it has, and is whole.
     fn fetch_of(&mut self, bank: &Bank, slot: u32, label: Label, entry: &mut Entry) -> Seen<bool, F> {
         let mut peek = Copy::blank();
         let first = peek.0.get_mut(..HEAD.next_multiple_of(F::READ_SIZE));
-        self.read(self.address(bank, slot), first.unwrap_or_default())?;
-        if peek.0.first_chunk().map(Label::read) != Some(label) {
+        self.words
+            .read(self.address(bank, slot), first.unwrap_or_default())?;
+        let read = peek.0.first_chunk().map(Label::read);
+        if !read.is_some_and(|read| read.resembles(&label)) {
             return Ok(false);
         }
         // The first read may have been wrong.
-        self.fetch(bank, slot, entry)?;
-        Ok(entry.is_whole() && entry.label() == Some(label))
+        Ok(self.fetch(bank, slot, entry)? && entry.label() == Some(label))
     }
 
-    /// Reads a slot.
-    fn fetch(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<(), F> {
-        self.read(self.address(bank, slot), &mut entry.0)
+    /// Reads a slot; returns whether its entry is whole, a single bit being corrected.
+    #[inline(never)]
+    pub fn fetch(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
+        self.words.read(self.address(bank, slot), &mut entry.0)?;
+        Ok(entry.correct())
     }
 
-    /// Writes an entry, and looks whether flash took it.
-    fn write(&mut self, bank: u32, slot: u32, entry: &Entry) -> Done<(), F> {
-        let address = bank + HEADER + slot * ENTRY_BYTES;
-        self.flash.write(address, &entry.0)?;
-        let mut read = Entry::blank();
-        self.read(address, &mut read.0)?;
-        if read == *entry {
-            Ok(())
-        } else {
-            Err(StoreError::NotAsWritten)
-        }
+    /// Checks that nothing was written to a slot.
+    fn is_blank(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
+        let mut entry = Entry::blank();
+        self.words.read(self.address(bank, slot), &mut entry.0)?;
+        Ok(entry.is_blank())
+    }
+
+    /// Checks that nothing was written to a part of a slot.
+    fn is_part_blank(&mut self, address: u32) -> Seen<bool, F> {
+        let mut part = Copy::blank();
+        self.words.read(address, &mut part.0)?;
+        Ok(part == Copy::blank())
     }
 
     fn address(&self, bank: &Bank, slot: u32) -> u32 {
@@ -411,73 +424,7 @@ impl<F: NorFlash> Banks<F> {
     }
 }
 
-/// A copy of a header, or as many bytes, aligned for drivers that move whole words.
-#[derive(PartialEq, Eq)]
-#[repr(align(4))]
-struct Copy([u8; COPY as usize]);
-
-impl Copy {
-    /// Header of a page to which nothing was written.
-    fn blank() -> Self {
-        Self([ERASED; COPY as usize])
-    }
-}
-
-impl Bank {
-    /// Checks whether this header was made after another.
-    fn follows(&self, other: &Self) -> bool {
-        let ahead = self.header.sequence.wrapping_sub(other.header.sequence);
-        ahead.cast_signed() > 0
-    }
-}
-
-impl Header {
-    /// Header of the first bank, to which nothing is copied.
-    fn first() -> Self {
-        Self::of_version_1([1, 0, 0, 0])
-    }
-
-    fn of_version_1(sequence: [u8; 4]) -> Self {
-        Self {
-            sequence: u32::from_le_bytes(sequence),
-            copied: 0,
-            content: NO_CONTENT,
-        }
-    }
-
-    /// Reads a copy of a header, if it is whole.
-    fn of(copy: &Copy) -> Option<Self> {
-        let ([magic, sequence, copied, content, ..], _) = copy.0.as_chunks::<4>() else {
-            return None;
-        };
-        let header = match *magic {
-            MAGIC => Self {
-                sequence: u32::from_le_bytes(*sequence),
-                copied: u32::from_le_bytes(*copied),
-                content: u32::from_le_bytes(*content),
-            },
-            MAGIC_1 => Self::of_version_1(*sequence),
-            _ => return None,
-        };
-        (*copy == header.bytes(*magic)).then_some(header)
-    }
-
-    /// A copy of it. In version 1 the checksum follows the sequence.
-    fn bytes(&self, magic: [u8; 4]) -> Copy {
-        let numbers = [self.sequence, self.copied, self.content].map(u32::to_le_bytes);
-        let [sequence, copied, content] = numbers;
-        let covered = if magic == MAGIC_1 { 2 } else { 4 };
-        let mut copy = Copy::blank();
-        let words = [magic, sequence, copied, content].into_iter().take(covered);
-        let places = copy.0.as_chunks_mut().0.iter_mut();
-        places.zip(words).for_each(|(place, word)| *place = word);
-        copy.0.get_mut(..4 * covered + CHECKSUM).and_then(sign);
-        copy
-    }
-}
-
-/// The checksum of entries and one more, of which one that is not whole has none.
-fn with_entry(content: u32, entry: &Entry) -> u32 {
-    let signature = entry.signature().unwrap_or_default();
-    checksum(0, [content.to_le_bytes(), signature].as_flattened())
+/// First slots of the runs in which the slots before an end are looked at.
+fn runs(end: u32) -> impl Iterator<Item = u32> {
+    (0..end).step_by(Slots::COUNT as usize)
 }

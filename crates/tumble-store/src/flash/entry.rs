@@ -3,7 +3,7 @@
 
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::checksum::{CHECKSUM, is_signed, sign};
+use crate::checksum::{CHECKSUM, correct_bit, is_signed, sign};
 use crate::record::{DRIFT_ENCODED, MAX_ENCODED, sensor, sensor_code};
 
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
@@ -43,12 +43,10 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Number of entries of a sensor that stay when a bank is left: two of those adopted, one of other kinds.
-    pub fn kept(self) -> u32 {
-        match self {
-            Kind::Factory | Kind::Drift => 1,
-            Kind::Adopted => 2,
-        }
+    /// Number of entries of a sensor that stay when a bank is left: one, and of those adopted the previous one where
+    /// there is room for it.
+    pub fn kept(self, with_previous: bool) -> u8 {
+        1 + u8::from(with_previous && self == Kind::Adopted)
     }
 
     fn code(self) -> u8 {
@@ -60,11 +58,16 @@ impl Kind {
     }
 
     fn of(code: u8) -> Option<Self> {
-        [Kind::Factory, Kind::Adopted, Kind::Drift]
-            .into_iter()
-            .find(|kind| kind.code() == code)
+        ALL.into_iter().find(|kind| kind.code() == code)
+    }
+
+    /// Checks whether a code differs from that of a kind by at most one bit.
+    fn resembles(code: u8) -> bool {
+        ALL.into_iter().any(|kind| (kind.code() ^ code).count_ones() <= 1)
     }
 }
+
+const ALL: [Kind; 3] = [Kind::Factory, Kind::Adopted, Kind::Drift];
 
 /// Key and kind in the first bytes of an entry, whether or not they have a meaning.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -92,6 +95,14 @@ impl Label {
             sensor,
             identity: u64::from_le_bytes(identity),
         }
+    }
+
+    /// Checks whether labels differ by at most one bit, which their entry's checksum may correct.
+    pub fn resembles(&self, other: &Self) -> bool {
+        let differ = (self.kind ^ other.kind).count_ones()
+            + (self.sensor ^ other.sensor).count_ones()
+            + (self.identity ^ other.identity).count_ones();
+        differ <= 1
     }
 
     /// The kind, where kind and sensor have a meaning.
@@ -152,9 +163,32 @@ impl Entry {
         is_signed(&self.0)
     }
 
-    /// The checksum at its end, if it is as it was written.
-    pub fn signature(&self) -> Option<[u8; CHECKSUM]> {
-        self.0.last_chunk().filter(|_| self.is_whole()).copied()
+    /// Corrects a single bit; returns whether the entry is as it was written then. An entry that was begun only is none
+    /// with a wrong bit: its last bytes read as erased.
+    pub fn correct(&mut self) -> bool {
+        if self.is_whole() {
+            return true;
+        }
+        let [kind, ..] = self.0;
+        if !Kind::resembles(kind) || self.signature() == [ERASED; CHECKSUM] {
+            return false;
+        }
+        let mut corrected = self.clone();
+        let is_corrected = correct_bit(&mut corrected.0) && is_signed(corrected.record());
+        if is_corrected {
+            self.0 = corrected.0;
+        }
+        is_corrected
+    }
+
+    /// The checksum at its end. Records of one length and sensor share it, since each ends with a checksum of its own.
+    pub fn signature(&self) -> [u8; CHECKSUM] {
+        self.0.last_chunk().copied().unwrap_or_default()
+    }
+
+    /// The checksum of the record.
+    pub fn record_signature(&self) -> [u8; CHECKSUM] {
+        self.record().last_chunk().copied().unwrap_or_default()
     }
 
     /// The bytes of the record.

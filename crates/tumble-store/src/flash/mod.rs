@@ -1,10 +1,11 @@
 //! The records of many units in NOR flash.
 //!
-//! Three records of each sensor of each unit stay: the factory's, the last adopted, and the one before. The last
+//! Three records of each sensor of each unit stay: the factory's, the last adopted, and while there is room the one before. The last
 //! adopted record is in force, else the factory's. A stored temperature drift of the sensor is kept beside them.
 //! Replacing is atomic: power may be cut at any byte of any write and anywhere in an erasure, whatever that leaves
-//! behind, be it a word that reads otherwise in each boot, and the old or the new record reads back whole. A record
-//! reported as stored reads back in all later boots.
+//! behind, be it a word that reads otherwise in each boot or with an error, and the old or the new record reads back
+//! whole. A record reported as stored reads back in all later boots, also after a bit of it has changed. Words that do
+//! not take what is written are passed over.
 //!
 //! `docs/record-format.md` describes the layout in flash. Available maps do not meet this: sequential-storage 8.0 takes
 //! an erasure to clear a page from its start, and where one was cut that left the start for last, records that had been
@@ -14,7 +15,10 @@
 mod at;
 mod bank;
 mod entry;
+mod header;
 mod limit;
+mod useful;
+mod words;
 
 use core::ops::Range;
 
@@ -83,7 +87,8 @@ pub enum StoreError<E> {
         /// Microseconds to wait.
         wait: u64,
     },
-    /// All entries of a bank are of use: too many units for this range.
+    /// All entries of a bank are of use, even without the previous records, which are dropped first: too many units for
+    /// this range.
     Full {
         /// Entries of a bank.
         entries: u32,
@@ -246,7 +251,7 @@ impl<F: NorFlash> RecordStore<F> {
 
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
-        self.banks.flash
+        self.banks.into_flash()
     }
 
     /// Reads one of the records of a sensor, or the one in force, in either precision.
@@ -333,7 +338,7 @@ impl<F: NorFlash> RecordStore<F> {
             return Ok(None);
         };
         for kind in kinds {
-            let end = self.banks.slots();
+            let end = self.banks.end(&bank)?;
             if let Some(slot) = self.banks.last_before(&bank, end, Label::of(*kind, key), entry)? {
                 return Ok(Some((bank, slot)));
             }

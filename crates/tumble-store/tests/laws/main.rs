@@ -4,6 +4,7 @@ mod checksum;
 mod common;
 mod corruption;
 mod drift_record;
+mod ecc;
 mod flash;
 mod layout;
 mod marginal;

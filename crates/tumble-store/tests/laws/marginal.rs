@@ -8,7 +8,7 @@ use tumble_store::flash::{RecordStore, StoreError, Which};
 use tumble_store::record::StoredRecord;
 
 use crate::common::history::{Update, make, numbered, open};
-use crate::common::simulated::{Cut, Fault, MARGINAL_ERASURES, Operation, Remains, Simulated};
+use crate::common::simulated::{Cut, Cuttable, Fault, Operation, Remains, Simulated};
 
 /// A record that was to be stored, whether or not it was acknowledged, of a sensor and kind.
 #[derive(Clone)]
@@ -56,7 +56,7 @@ impl Promises {
     }
 
     /// Returns a description of the first record lost.
-    fn broken<const WORD: usize>(&self, store: &mut RecordStore<Simulated<WORD>>) -> Option<String> {
+    fn broken<F: Cuttable>(&self, store: &mut RecordStore<F>) -> Option<String> {
         self.0.iter().find_map(|(unit, sensor, promised)| {
             let which = if promised.factory {
                 Which::Factory
@@ -81,8 +81,8 @@ impl Promises {
 
 /// A flash with what was promised of it.
 #[derive(Clone)]
-struct Device<const WORD: usize> {
-    flash: Simulated<WORD>,
+struct Device<F: Cuttable> {
+    flash: F,
     promises: Promises,
     /// Number of the last record.
     number: u32,
@@ -90,10 +90,10 @@ struct Device<const WORD: usize> {
     last: Option<Update>,
 }
 
-impl<const WORD: usize> Device<WORD> {
+impl<F: Cuttable> Device<F> {
     fn new(seed: u64) -> Self {
         Self {
-            flash: Simulated::seeded(2, seed),
+            flash: F::seeded(2, seed),
             promises: Promises::none(),
             number: 0,
             last: None,
@@ -124,12 +124,9 @@ impl<const WORD: usize> Device<WORD> {
     fn boot(&mut self, random: &mut Pcg64Mcg, updates: usize, cut: bool) -> Option<String> {
         let updates: Vec<Update> = (0..updates).map(|_| self.update(random)).collect();
         let mut flash = self.flash.clone().back();
-        flash.cut = if cut {
-            draw_cut(&flash, random, &updates)
-        } else {
-            None
-        };
-        let cut_in = flash.cut.and(updates.len().checked_sub(1));
+        let drawn = cut.then(|| draw_cut(&flash, random, &updates)).flatten();
+        flash.cut_in(drawn);
+        let cut_in = drawn.and(updates.len().checked_sub(1));
         let mut store = open(flash);
         let lost = self.promises.broken(&mut store);
         for (index, update) in updates.iter().enumerate() {
@@ -149,17 +146,13 @@ impl<const WORD: usize> Device<WORD> {
 }
 
 /// A cut somewhere in the last of some updates, if it changes flash.
-fn draw_cut<const WORD: usize>(
-    flash: &Simulated<WORD>,
-    random: &mut Pcg64Mcg,
-    updates: &[Update],
-) -> Option<Cut> {
+fn draw_cut<F: Cuttable>(flash: &F, random: &mut Pcg64Mcg, updates: &[Update]) -> Option<Cut> {
     let operations = |updates: &[Update]| {
         let mut store = open(flash.clone());
         updates
             .iter()
             .for_each(|update| make(update, &mut store).unwrap());
-        store.into_flash().operations
+        store.into_flash().operations().to_vec()
     };
     let (_, before) = updates.split_last()?;
     let (first, all) = (operations(before).len(), operations(updates));
@@ -175,12 +168,12 @@ fn draw_cut<const WORD: usize>(
         random.random_range(0..count)
     };
     let remains = match operations[which] {
-        Operation::Erase => MARGINAL_ERASURES[random.random_range(0..MARGINAL_ERASURES.len())],
+        Operation::Erase => F::ERASURES[random.random_range(0..F::ERASURES.len())],
         Operation::Write { bytes } => {
-            let words = bytes / WORD;
+            let words = bytes / F::WRITE_SIZE;
             // The first and the last word are what a reader judges by.
             let word = [0, words - 1, random.random_range(0..words)][random.random_range(0..3)];
-            Remains::MarginalAfter(word * WORD)
+            Remains::MarginalAfter(word * F::WRITE_SIZE)
         }
     };
     let after = first + which;
@@ -189,7 +182,7 @@ fn draw_cut<const WORD: usize>(
 
 /// Cuts power in so many boots, one after the other or with one between them, then boots without cuts; gives what is
 /// lost.
-fn fate<const WORD: usize>(device: &Device<WORD>, random: &mut Pcg64Mcg, cuts: usize) -> Option<String> {
+fn fate<F: Cuttable>(device: &Device<F>, random: &mut Pcg64Mcg, cuts: usize) -> Option<String> {
     let mut device = device.clone();
     device.flash.reseed(random.random());
     let mut lost = None;
@@ -208,11 +201,11 @@ fn fate<const WORD: usize>(device: &Device<WORD>, random: &mut Pcg64Mcg, cuts: u
 }
 
 /// Tries cuts on flash of all ages; gives how many lost something.
-fn losses<const WORD: usize>(trials: usize, cuts: usize, seed: u64) -> usize {
+pub fn losses<F: Cuttable>(trials: usize, cuts: usize, seed: u64) -> usize {
     println!("seed {seed}");
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut lost = 0;
-    let mut device = Device::<WORD>::new(seed);
+    let mut device = Device::<F>::new(seed);
     for trial in 0..trials {
         if trial % 20 == 0 {
             device = Device::new(seed + trial as u64);
@@ -234,17 +227,20 @@ fn losses<const WORD: usize>(trials: usize, cuts: usize, seed: u64) -> usize {
 #[test]
 fn pairs_of_cuts_that_leave_marginal_cells_lose_nothing() {
     let lost = [
-        losses::<1>(1000, 2, 31),
-        losses::<4>(1000, 2, 32),
-        losses::<8>(1000, 2, 33),
-        losses::<32>(1000, 2, 34),
+        losses::<Simulated<1>>(1000, 2, 31),
+        losses::<Simulated<4>>(1000, 2, 32),
+        losses::<Simulated<8>>(1000, 2, 33),
+        losses::<Simulated<32>>(1000, 2, 34),
     ];
     assert_eq!(lost, [0; 4]);
 }
 
 #[test]
 fn cuts_upon_cuts_that_leave_marginal_cells_lose_nothing() {
-    let lost = [losses::<4>(150, 12, 41), losses::<32>(150, 12, 42)];
+    let lost = [
+        losses::<Simulated<4>>(150, 12, 41),
+        losses::<Simulated<32>>(150, 12, 42),
+    ];
     assert_eq!(lost, [0; 2]);
 }
 
@@ -252,9 +248,9 @@ fn cuts_upon_cuts_that_leave_marginal_cells_lose_nothing() {
 #[ignore = "takes minutes"]
 fn long_sequences_of_cuts_with_marginal_cells_lose_nothing() {
     let lost = [
-        losses::<1>(10_000, 20, 51),
-        losses::<4>(10_000, 20, 52),
-        losses::<32>(10_000, 20, 53),
+        losses::<Simulated<1>>(10_000, 20, 51),
+        losses::<Simulated<4>>(10_000, 20, 52),
+        losses::<Simulated<32>>(10_000, 20, 53),
     ];
     assert_eq!(lost, [0; 3]);
 }
@@ -265,10 +261,10 @@ fn a_million_pairs_of_cuts_with_marginal_cells_lose_nothing() {
     let each = 250_000;
     let lost = std::thread::scope(|threads| {
         [
-            threads.spawn(|| losses::<1>(each, 2, 300_000)),
-            threads.spawn(|| losses::<4>(each, 2, 600_000)),
-            threads.spawn(|| losses::<8>(each, 2, 900_000)),
-            threads.spawn(|| losses::<32>(each, 2, 1_200_000)),
+            threads.spawn(|| losses::<Simulated<1>>(each, 2, 300_000)),
+            threads.spawn(|| losses::<Simulated<4>>(each, 2, 600_000)),
+            threads.spawn(|| losses::<Simulated<8>>(each, 2, 900_000)),
+            threads.spawn(|| losses::<Simulated<32>>(each, 2, 1_200_000)),
         ]
         .map(|thread| thread.join().expect("it ends"))
     });

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use embedded_storage::nor_flash::NorFlash;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
@@ -10,18 +11,17 @@ use tumble_core::temperature::TemperatureDrift;
 use tumble_store::flash::{RecordStore, StoreError, Which, WriteLimit};
 use tumble_store::record::{DriftRecord, StoredRecord};
 
-use crate::common::simulated::{Fault, Simulated};
 use crate::common::{drift, example};
 
 /// A store over the flash given.
-pub fn open<const WORD: usize>(flash: Simulated<WORD>) -> RecordStore<Simulated<WORD>> {
+pub fn open<F: NorFlash>(flash: F) -> RecordStore<F> {
     let range = whole(&flash);
     RecordStore::new(flash, range, UNLIMITED).unwrap()
 }
 
 /// All of a flash.
-pub fn whole<const WORD: usize>(flash: &Simulated<WORD>) -> Range<u32> {
-    0..u32::try_from(flash.memory.len()).unwrap()
+pub fn whole<F: NorFlash>(flash: &F) -> Range<u32> {
+    0..u32::try_from(flash.capacity()).unwrap()
 }
 
 /// No limit on writing.
@@ -76,10 +76,7 @@ pub fn drawn(random: &mut Pcg64Mcg, units: u64, number: u32) -> Update {
 }
 
 /// Makes an update in a store.
-pub fn make<const WORD: usize>(
-    update: &Update,
-    store: &mut RecordStore<Simulated<WORD>>,
-) -> Result<(), StoreError<Fault>> {
+pub fn make<F: NorFlash>(update: &Update, store: &mut RecordStore<F>) -> Result<(), StoreError<F::Error>> {
     match *update {
         Update::Save(record) => store.save(0, &record).map(|_| ()),
         Update::SaveFactory(record) => store.save_factory(0, &record).map(|_| ()),
@@ -142,7 +139,7 @@ impl Model {
     }
 
     /// Reads the records of the same sensors from the store.
-    pub fn read<const WORD: usize>(&self, store: &mut RecordStore<Simulated<WORD>>) -> Self {
+    pub fn read<F: NorFlash>(&self, store: &mut RecordStore<F>) -> Self {
         let kept = |(identity, sensor): (u64, Sensor)| {
             let mut load = |which| store.load(identity, sensor, which).expect("it can be read");
             Kept {

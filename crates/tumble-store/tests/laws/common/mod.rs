@@ -1,5 +1,6 @@
 //! Records, flash and histories to test with.
 
+pub mod ecc;
 pub mod history;
 pub mod simulated;
 

@@ -110,6 +110,53 @@ impl NorFlashError for Fault {
     }
 }
 
+/// Flash whose power may be cut, and what a cut may leave of it.
+pub trait Cuttable: NorFlash<Error = Fault> + Clone {
+    /// Erased flash, whose cuts leave other things than those of another seed.
+    fn seeded(pages: usize, seed: u64) -> Self;
+
+    /// Lets cuts and marginal cells fall out otherwise from now on.
+    fn reseed(&mut self, seed: u64);
+
+    /// The same flash when power is back.
+    fn back(self) -> Self;
+
+    /// Cuts power in an operation to come.
+    fn cut_in(&mut self, cut: Option<Cut>);
+
+    /// What was done since power is back.
+    fn operations(&self) -> &[Operation];
+
+    /// States that a cut erasure may leave.
+    const ERASURES: &[Remains];
+}
+
+impl<const WORD: usize> Cuttable for Simulated<WORD> {
+    const ERASURES: &[Remains] = &MARGINAL_ERASURES;
+
+    fn seeded(pages: usize, seed: u64) -> Self {
+        let mut flash = Self::new(pages);
+        flash.reseed(seed);
+        flash
+    }
+
+    fn reseed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    fn back(self) -> Self {
+        Self::back(self)
+    }
+
+    fn cut_in(&mut self, cut: Option<Cut>) {
+        self.cut = cut;
+    }
+
+    fn operations(&self) -> &[Operation] {
+        &self.operations
+    }
+}
+
 impl<const WORD: usize> Simulated<WORD> {
     /// Erased flash.
     pub fn new(pages: usize) -> Self {
@@ -124,18 +171,6 @@ impl<const WORD: usize> Simulated<WORD> {
             misread: None,
             seed: 0,
         }
-    }
-
-    /// Erased flash whose cuts leave other things than those of another seed.
-    pub fn seeded(pages: usize, seed: u64) -> Self {
-        let mut flash = Self::new(pages);
-        flash.reseed(seed);
-        flash
-    }
-
-    /// Lets cuts and marginal cells fall out otherwise from now on.
-    pub fn reseed(&mut self, seed: u64) {
-        self.seed = seed;
     }
 
     /// The same flash when power is back. Torn words that read as erased count as not written: a store cannot
