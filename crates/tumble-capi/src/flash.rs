@@ -13,7 +13,7 @@ pub struct Flash {
     /// Handed to each callback. It is the caller's, and has to be there as long as the store.
     pub context: *mut c_void,
     /// Reads `length` bytes at `address`, 32 at a time or a multiple of it, at addresses that are multiples of 32. `bytes`
-    /// is aligned to 4.
+    /// is aligned to 4. Words that flash with an error-correcting code cannot read are a failure; they are passed over.
     pub read: Option<
         unsafe extern "C" fn(context: *mut c_void, address: u32, bytes: *mut u8, length: u32) -> c_int,
     >,

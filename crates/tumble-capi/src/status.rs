@@ -64,13 +64,13 @@ pub enum Status {
     TumbleErrorTooSmall,
     /// A callback of the flash is missing.
     TumbleErrorNoDriver,
-    /// The driver of the flash reported an error.
+    /// The driver of the flash reported errors for all of it, or could not erase.
     TumbleErrorFlash,
-    /// The flash holds something else than was written to it: it is worn, or not erased.
+    /// Eight places in a row hold something else than was written to them: the flash is worn.
     TumbleErrorNotAsWritten,
     /// Flash would wear out; the call returns the time to wait.
     TumbleErrorTooSoon,
-    /// There are too many units for the range of flash.
+    /// There are too many units for the range of flash, even without the previous records, which are dropped first.
     TumbleErrorFull,
     /// There is no such record.
     TumbleErrorNothingStored,

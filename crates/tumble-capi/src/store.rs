@@ -87,7 +87,7 @@ pub unsafe extern "C" fn tumble_store_init(
 }
 
 /// Returns the number of records there is room for: three of each sensor of each unit stay, and its drift, and the more
-/// room there is beside them, the less often flash is erased.
+/// room there is beside them, the less often flash is erased. Where there is none, the previous ones are dropped.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
 #[unsafe(no_mangle)]

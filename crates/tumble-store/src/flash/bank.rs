@@ -130,6 +130,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// Checks whether an entry that was not copied is whole: it proves the header written, and excludes an erasure begun
     /// since, which would leave neither that entry nor the copied ones.
+    #[inline(never)]
     fn holds_appended(&mut self, bank: &Bank) -> Seen<bool, F> {
         let mut entry = Entry::blank();
         for slot in bank.header.copied..self.end(bank)? {
@@ -168,6 +169,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// A slot after the last that was written to, with as few more as can be. It is looked for once in a boot, by halves,
     /// since banks may be long and slots are used in order.
+    #[inline(never)]
     pub fn end(&mut self, bank: &Bank) -> Seen<u32, F> {
         if let Some((_, end)) = self.end.filter(|(address, _)| *address == bank.address) {
             return Ok(end);
@@ -236,6 +238,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Writes an entry to the first slot that takes it, from one on; gives that slot, or `None` where the bank ends.
+    #[inline(never)]
     fn write_from(&mut self, free: Free, entry: &Entry) -> Done<Option<u32>, F> {
         let mut outcome = Ok(None);
         for slot in (free.slot..self.slots()).take(PASSED as usize) {
@@ -282,6 +285,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// Clears the first part of a slot that reads as erased and takes it: over a marginal word that is all that may be
     /// written. Returns whether there was one.
+    #[inline(never)]
     fn mark(&mut self, bank: &Bank, slot: u32) -> Done<bool, F> {
         let start = self.address(bank, slot);
         for address in (start..start + ENTRY_BYTES).step_by(COPY as usize) {
@@ -313,6 +317,7 @@ impl<F: NorFlash> Banks<F> {
         self.commit(address, from.header.next(next, content), next)
     }
 
+    #[inline(never)]
     fn count_useful(&mut self, from: &Bank, end: u32, with_previous: bool) -> Seen<u32, F> {
         let mut count = 0;
         for first in runs(end) {
@@ -406,6 +411,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Checks that nothing was written to a slot.
+    #[inline(never)]
     fn is_blank(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
         let mut entry = Entry::blank();
         self.words.read(self.address(bank, slot), &mut entry.0)?;

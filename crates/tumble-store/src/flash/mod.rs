@@ -1,7 +1,8 @@
 //! The records of many units in NOR flash.
 //!
-//! Three records of each sensor of each unit stay: the factory's, the last adopted, and while there is room the one before. The last
-//! adopted record is in force, else the factory's. A stored temperature drift of the sensor is kept beside them.
+//! Three records of each sensor of each unit stay: the factory's, the last adopted, and while there is room the one
+//! before. The last adopted record is in force, else the factory's. A stored temperature drift of the sensor is kept
+//! beside them.
 //! Replacing is atomic: power may be cut at any byte of any write and anywhere in an erasure, whatever that leaves
 //! behind, be it a word that reads otherwise in each boot or with an error, and the old or the new record reads back
 //! whole. A record reported as stored reads back in all later boots, also after a bit of it has changed. Words that do

@@ -87,6 +87,7 @@ impl Quotas {
 impl<F: NorFlash> Banks<F> {
     /// Finds which of a run of slots from one on hold entries that are of use: the last of each sensor and kind, and of
     /// those adopted the previous one where it is to be kept.
+    #[inline(never)]
     pub fn useful(&mut self, bank: &Bank, first: u32, with_previous: bool) -> Seen<Slots, F> {
         let (mut done, mut useful, mut entry) = (Slots::none(), Slots::none(), Entry::blank());
         let mut end = self.end(bank)?;
