@@ -49,6 +49,8 @@ class Mirror:
     """True if bounds are checked here, and not by the core."""
     imports: tuple[str, ...] = ()
     choices: bool = False
+    graded: bool = False
+    """True if defaults are those of a grade."""
     moved: dict[str, str] = field(default_factory=dict)
     """Fields that stand before others, not where the table has them: the layout stays as it was."""
 
@@ -65,6 +67,8 @@ MIRRORS = (
         call="tumble_spin_defaults",
         conversion="Converts them to the core's type, if they are within their bounds.",
         checked=True,
+        imports=("grade::Grade",),
+        graded=True,
     ),
     Mirror(
         table="redundancy",

@@ -78,12 +78,18 @@
 /**
  * Words of 8 bytes in the storage of a store.
  */
-#define TUMBLE_STORE_WORDS 12
+#define TUMBLE_STORE_WORDS 14
 
 /**
  * Bytes of an encoded drift.
  */
 #define TUMBLE_DRIFT_BYTES 100
+
+/**
+ * Version of the layout of all types here, and of the meaning of their fields. A library of another is refused: by all
+ * calls that are given a size, with ::TUMBLE_ERROR_SIZE.
+ */
+#define TUMBLE_ABI 1
 
 /**
  * Outcome of a call: ::TUMBLE_OK, or the reason why nothing was done. Unless a function states otherwise, its outputs
@@ -108,7 +114,8 @@ enum tumble_status
      */
     TUMBLE_ERROR_UNALIGNED,
     /**
-     * The storage has another size than this library was built for: header and library do not belong together.
+     * The storage, settings or a unit have another size or version than this library was built for: header and library do
+     * not belong together. Or settings or a unit were not filled with their defaults.
      */
     TUMBLE_ERROR_SIZE,
     /**
@@ -208,11 +215,11 @@ enum tumble_status
      */
     TUMBLE_ERROR_NO_DRIVER,
     /**
-     * The driver of the flash reported an error.
+     * The driver of the flash reported errors for all of it, or could not erase.
      */
     TUMBLE_ERROR_FLASH,
     /**
-     * The flash holds something else than was written to it: it is worn, or not erased.
+     * Eight places in a row hold something else than was written to them: the flash is worn.
      */
     TUMBLE_ERROR_NOT_AS_WRITTEN,
     /**
@@ -220,7 +227,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_TOO_SOON,
     /**
-     * There are too many units for the range of flash.
+     * There are too many units for the range of flash, even without the previous records, which are dropped first.
      */
     TUMBLE_ERROR_FULL,
     /**
@@ -413,7 +420,7 @@ typedef uint32_t tumble_scope;
 /**
  * Which fits replace what is stored.
  */
-enum Adoption
+enum tumble_adoption
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -421,17 +428,17 @@ enum Adoption
     /**
      * One that is plausible and explains held-out pairs better than what is stored.
      */
-    ADOPTION_IF_BETTER,
+    TUMBLE_ADOPTION_IF_BETTER,
     /**
      * Each, as in the literature: what is stored is that of the last calibration.
      */
-    ADOPTION_ALWAYS,
+    TUMBLE_ADOPTION_ALWAYS,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
-typedef enum Adoption Adoption;
+typedef enum tumble_adoption tumble_adoption;
 #else
-typedef uint32_t Adoption;
+typedef uint32_t tumble_adoption;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -871,39 +878,6 @@ typedef uint32_t tumble_command;
 #endif // __cplusplus
 
 /**
- * Grades of inertial measurement units, best last.
- */
-enum tumble_grade
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * A chip for phones and hobby drones, as InvenSense MPU-6050: bias instability of 0.53 mm/s^2 and 34 urad/s.
-     */
-    TUMBLE_GRADE_CONSUMER,
-    /**
-     * A factory-calibrated module, as Analog Devices ADIS16470: 0.19 mm/s^2 and 58 urad/s.
-     */
-    TUMBLE_GRADE_INDUSTRIAL,
-    /**
-     * A unit for guidance, as Analog Devices ADIS16495-1: 0.047 mm/s^2 and 5.8 urad/s.
-     */
-    TUMBLE_GRADE_TACTICAL,
-    /**
-     * Navigation class, as Honeywell HG9900 and QA-2000: 0.015 mm/s^2 and 0.026 urad/s.
-     */
-    TUMBLE_GRADE_REFERENCE,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tumble_grade tumble_grade;
-#else
-typedef uint32_t tumble_grade;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
  * State of the wheels.
  */
 enum tumble_wheels
@@ -1084,6 +1058,39 @@ enum tumble_spin_fault
 typedef enum tumble_spin_fault tumble_spin_fault;
 #else
 typedef uint32_t tumble_spin_fault;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Grades of inertial measurement units, best last.
+ */
+enum tumble_grade
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * A chip for phones and hobby drones, as InvenSense MPU-6050: bias instability of 0.53 mm/s^2 and 34 urad/s.
+     */
+    TUMBLE_GRADE_CONSUMER,
+    /**
+     * A factory-calibrated module, as Analog Devices ADIS16470: 0.19 mm/s^2 and 58 urad/s.
+     */
+    TUMBLE_GRADE_INDUSTRIAL,
+    /**
+     * A unit for guidance, as Analog Devices ADIS16495-1: 0.047 mm/s^2 and 5.8 urad/s.
+     */
+    TUMBLE_GRADE_TACTICAL,
+    /**
+     * Navigation class, as Honeywell HG9900 and QA-2000: 0.015 mm/s^2 and 0.026 urad/s.
+     */
+    TUMBLE_GRADE_REFERENCE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_grade tumble_grade;
+#else
+typedef uint32_t tumble_grade;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1323,6 +1330,14 @@ typedef struct tumble_threshold {
  * workstation.
  */
 typedef struct tumble_redundancy_settings {
+    /**
+     * Bytes of this struct, by which the library finds settings that were not filled with defaults; not to be changed.
+     */
+    uint32_t size;
+    /**
+     * #TUMBLE_ABI; not to be changed.
+     */
+    uint32_t version;
     /**
      * Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s.
      * Default: 50 000 microseconds.
@@ -1569,7 +1584,7 @@ typedef struct tumble_redundancy_settings {
      * Replace what is stored where the fit is plausible and better, or by each calibration. Default:
      * ::TUMBLE_ADOPTION_IF_BETTER.
      */
-    Adoption adoption;
+    tumble_adoption adoption;
     /**
      * Evaluate the first rest after the start. Default: true.
      */
@@ -1593,6 +1608,14 @@ typedef struct tumble_redundancy_settings {
  * A unit as it is built in. Fill it with tumble_unit_defaults(), then change what is to be different.
  */
 typedef struct tumble_unit {
+    /**
+     * Bytes of this struct, by which the library finds units that were not filled with defaults; not to be changed.
+     */
+    uint32_t size;
+    /**
+     * #TUMBLE_ABI; not to be changed.
+     */
+    uint32_t version;
     /**
      * Serial number, or another number that distinguishes it from other units for life: records carry it.
      */
@@ -1834,10 +1857,28 @@ typedef struct tumble_store {
 } tumble_store;
 
 /**
+ * Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
+ */
+typedef struct tumble_spin {
+    /**
+     * Not to be touched.
+     */
+    uint64_t words[TUMBLE_SPIN_WORDS];
+} tumble_spin;
+
+/**
  * Settings of a spin. Fill it with tumble_spin_defaults(), or with tumble_spin_defaults_for_grade() for
  * a unit of another grade than consumer, then change what is to be different.
  */
 typedef struct tumble_spin_settings {
+    /**
+     * Bytes of this struct, by which the library finds settings that were not filled with defaults; not to be changed.
+     */
+    uint32_t size;
+    /**
+     * #TUMBLE_ABI; not to be changed.
+     */
+    uint32_t version;
     /**
      * Time to stand still. Default: 5 000 000 microseconds.
      */
@@ -1963,16 +2004,6 @@ typedef struct tumble_spin_settings {
      */
     bool level_floor;
 } tumble_spin_settings;
-
-/**
- * Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
- */
-typedef struct tumble_spin {
-    /**
-     * Not to be touched.
-     */
-    uint64_t words[TUMBLE_SPIN_WORDS];
-} tumble_spin;
 
 /**
  * Why a spin cannot be used, with the figures.
@@ -2192,7 +2223,7 @@ typedef struct tumble_flash {
     void *context;
     /**
      * Reads `length` bytes at `address`, 32 at a time or a multiple of it, at addresses that are multiples of 32. `bytes`
-     * is aligned to 4.
+     * is aligned to 4. Words that flash with an error-correcting code cannot read are a failure; they are passed over.
      */
     int (*read)(void *context, uint32_t address, uint8_t *bytes, uint32_t length);
     /**
@@ -2441,11 +2472,13 @@ tumble_status tumble_redundancy_check(const struct tumble_redundancy_settings *s
                                       size_t size);
 
 /**
- * Fills settings with their defaults.
+ * Fills settings of `size` bytes and a version of the layout with their defaults; see tumble_redundancy_defaults().
  *
- * Errors: ::TUMBLE_ERROR_NULL.
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE.
  */
-tumble_status tumble_redundancy_defaults(struct tumble_redundancy_settings *settings);
+tumble_status tumble_redundancy_defaults_of(struct tumble_redundancy_settings *settings,
+                                            size_t size,
+                                            uint32_t version);
 
 /**
  * Takes all records in force from a store, as after a reset: those of the secondaries, and those of the primary as its own
@@ -2461,21 +2494,14 @@ tumble_status tumble_redundancy_restore_from(struct tumble_redundancy *redundanc
                                              void *context);
 
 /**
- * Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
+ * Fills in a unit of `size` bytes and a version of the layout; see tumble_unit_defaults().
  *
- * Errors: ::TUMBLE_ERROR_NULL.
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE.
  */
-tumble_status tumble_unit_defaults(struct tumble_unit *unit,
-                                   uint64_t identity);
-
-/**
- * Fills settings with their defaults for a unit of this grade: with the bias instability of its accelerometers and
- * gyroscopes, which a spin is too short to show.
- *
- * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE.
- */
-tumble_status tumble_spin_defaults_for_grade(struct tumble_spin_settings *settings,
-                                             tumble_grade grade);
+tumble_status tumble_unit_defaults_of(struct tumble_unit *unit,
+                                      size_t size,
+                                      uint32_t version,
+                                      uint64_t identity);
 
 /**
  * Makes storage a spin that has not started. `size` is `sizeof(tumble_spin)`.
@@ -2566,11 +2592,15 @@ tumble_status tumble_record_from_spin(struct tumble_record *record,
                                       const struct tumble_spin_estimate *estimate);
 
 /**
- * Fills settings with their defaults.
+ * Fills settings of `size` bytes and a version of the layout with their defaults for a unit of a grade; see
+ * tumble_spin_defaults() and tumble_spin_defaults_for_grade().
  *
- * Errors: ::TUMBLE_ERROR_NULL.
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_CODE.
  */
-tumble_status tumble_spin_defaults(struct tumble_spin_settings *settings);
+tumble_status tumble_spin_defaults_of(struct tumble_spin_settings *settings,
+                                      size_t size,
+                                      uint32_t version,
+                                      tumble_grade grade);
 
 /**
  * Makes storage a store in the `length` bytes of flash from the address `start` on: an even number of pages, at least
@@ -2588,7 +2618,7 @@ tumble_status tumble_store_init(struct tumble_store *store,
 
 /**
  * Returns the number of records there is room for: three of each sensor of each unit stay, and its drift, and the more
- * room there is beside them, the less often flash is erased.
+ * room there is beside them, the less often flash is erased. Where there is none, the previous ones are dropped.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
  */
@@ -2685,13 +2715,14 @@ tumble_status tumble_temperature_drift_remove(const struct tumble_temperature_dr
                                               float at_reference[3]);
 
 /**
- * Writes a drift as bytes, ::TUMBLE_DRIFT_BYTES of them.
+ * Writes a drift at the start of the `size` bytes at `bytes`, ::TUMBLE_DRIFT_BYTES of them.
  *
- * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the numbers, also where the
- * range is none or the reference not within it.
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NO_ROOM; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the
+ * numbers, also where the range is none or the reference not within it.
  */
 tumble_status tumble_drift_encode(const struct tumble_drift_record *record,
-                                  uint8_t *bytes);
+                                  uint8_t *bytes,
+                                  size_t size);
 
 /**
  * Reads a drift from the `length` bytes that are it, neither more nor fewer.
@@ -2705,8 +2736,58 @@ tumble_status tumble_drift_decode(const uint8_t *bytes, size_t length, struct tu
  */
 const char *tumble_strerror(tumble_status status);
 
+/**
+ * Returns the version of the library, to be compared with #TUMBLE_VERSION of the header. The text is constant, in ASCII,
+ * and the library's.
+ */
+const char *tumble_version(void);
+
+/**
+ * Returns the version of the layout of the library's types, to be compared with #TUMBLE_ABI of the header.
+ */
+uint32_t tumble_abi(void);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
 
 #endif  /* TUMBLE_H */
+
+#ifndef TUMBLE_H_DEFAULTS
+#define TUMBLE_H_DEFAULTS
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* These calls state size and version as this header has them, so that a library of another layout is found out. */
+
+/** Fills settings with their defaults. Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE. */
+static inline tumble_status tumble_redundancy_defaults(struct tumble_redundancy_settings *settings)
+{
+    return tumble_redundancy_defaults_of(settings, sizeof(struct tumble_redundancy_settings), TUMBLE_ABI);
+}
+
+/** Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE. */
+static inline tumble_status tumble_unit_defaults(struct tumble_unit *unit, uint64_t identity)
+{
+    return tumble_unit_defaults_of(unit, sizeof(struct tumble_unit), TUMBLE_ABI, identity);
+}
+
+/** Fills settings with their defaults for a consumer-grade unit. Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE. */
+static inline tumble_status tumble_spin_defaults(struct tumble_spin_settings *settings)
+{
+    return tumble_spin_defaults_of(settings, sizeof(struct tumble_spin_settings), TUMBLE_ABI, TUMBLE_GRADE_CONSUMER);
+}
+
+/** The same for a unit of a grade: with the bias instability of its accelerometers and gyroscopes, which a spin is too
+ * short to show. Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_CODE. */
+static inline tumble_status tumble_spin_defaults_for_grade(struct tumble_spin_settings *settings, tumble_grade grade)
+{
+    return tumble_spin_defaults_of(settings, sizeof(struct tumble_spin_settings), TUMBLE_ABI, grade);
+}
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif
+#endif

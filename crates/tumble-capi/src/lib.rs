@@ -1,6 +1,6 @@
 //! Tumble for firmware in C and C++. The header `include/tumble.h` is made of this crate.
 //!
-//! 1. [`status`]: how a call went; `pointer` and `code` take what C hands over, and trust none of it;
+//! 1. [`status`]: how a call went; [`version`]: whether header and library belong together; `pointer` and `code` take what C hands over, and trust none of it;
 //! 2. [`model`]: samples, the error model, readings corrected; [`temperature`]: what warmth did to them;
 //! 3. [`spin`]: a robot that stands still and turns on the spot;
 //! 4. [`redundancy`]: a primary and its secondaries;
@@ -39,3 +39,4 @@ pub mod store;
 #[cfg(feature = "temperature")]
 pub mod temperature;
 pub mod text;
+pub mod version;

@@ -14,7 +14,8 @@ pub enum Status {
     TumbleErrorNull,
     /// A pointer is not aligned as its type asks. Any call that is given pointers may answer it.
     TumbleErrorUnaligned,
-    /// The storage has another size than this library was built for: header and library do not belong together.
+    /// The storage, settings or a unit have another size or version than this library was built for: header and library do
+    /// not belong together. Or settings or a unit were not filled with their defaults.
     TumbleErrorSize,
     /// The storage was not initialised, or was overwritten since.
     TumbleErrorNotInitialised,

@@ -16,7 +16,7 @@ use crate::status::{Status, StatusResult, status};
 use crate::temperature::{DriftRecord, TemperatureDrift};
 
 /// Words of 8 bytes in the storage of a store.
-pub const TUMBLE_STORE_WORDS: usize = 12;
+pub const TUMBLE_STORE_WORDS: usize = 14;
 
 /// Storage of a store. The caller owns it and may put it anywhere; what is in it is the library's.
 #[repr(C)]

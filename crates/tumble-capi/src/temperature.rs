@@ -76,17 +76,24 @@ pub unsafe extern "C" fn tumble_temperature_drift_remove(
     })())
 }
 
-/// Writes a drift as bytes, ::TUMBLE_DRIFT_BYTES of them.
+/// Writes a drift at the start of the `size` bytes at `bytes`, ::TUMBLE_DRIFT_BYTES of them.
 ///
-/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the numbers, also where the
-/// range is none or the reference not within it.
+/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NO_ROOM; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the
+/// numbers, also where the range is none or the reference not within it.
 #[cfg(feature = "records")]
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_drift_encode(record: *const DriftRecord, bytes: *mut u8) -> Status {
+pub unsafe extern "C" fn tumble_drift_encode(
+    record: *const DriftRecord,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
     // SAFETY: the header requires it of all pointers.
     let (record, place) = unsafe { (read(record), Place::at(bytes.cast::<[u8; DRIFT_ENCODED]>())) };
     status((|| {
         let (record, place) = (record?.in_store()?, place?);
+        if size < DRIFT_ENCODED {
+            return Err(Status::TumbleErrorNoRoom);
+        }
         let mut buffer = [0; DRIFT_ENCODED];
         encode_drift(&record, &mut buffer).map_err(encode_error)?;
         place.write(buffer);

@@ -31,10 +31,10 @@ pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, Thre
 pub use crate::redundancy::contradiction::tumble_redundancy_check;
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
-pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults};
+pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults_of};
 #[cfg(feature = "records")]
 pub use crate::redundancy::stored::tumble_redundancy_restore_from;
-pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
+pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults_of};
 
 use crate::code::{Code, code};
 use crate::model::{Calibration, Sample, rows};

@@ -10,6 +10,7 @@ use crate::pointer::{Place, answer};
 use crate::record::FitModel;
 use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold};
 use crate::status::{Status, StatusResult};
+use crate::version;
 
 /// Settings of the monitor of a redundant set. Fill it with tumble_redundancy_defaults(), then change
 /// what is to be different; names are those of the settings file that `tumble redundancy` reads on a
@@ -17,6 +18,10 @@ use crate::status::{Status, StatusResult};
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct RedundancySettings {
+    /// Bytes of this struct, by which the library finds settings that were not filled with defaults; not to be changed.
+    pub size: u32,
+    /// #TUMBLE_ABI; not to be changed.
+    pub version: u32,
     /// Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s.
     /// Default: 50 000 microseconds.
     pub window: u64,
@@ -167,19 +172,26 @@ pub struct RedundancySettings {
     pub calibrated_only: MaybeUninit<bool>,
 }
 
-/// Fills settings with their defaults.
+/// Fills settings of `size` bytes and a version of the layout with their defaults; see tumble_redundancy_defaults().
 ///
-/// Errors: ::TUMBLE_ERROR_NULL.
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySettings) -> Status {
+pub unsafe extern "C" fn tumble_redundancy_defaults_of(
+    settings: *mut RedundancySettings,
+    size: usize,
+    version: u32,
+) -> Status {
     // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(settings) };
-    answer(place, Ok(RedundancySettings::of(&Core::default())))
+    let checked = version::check::<RedundancySettings>(size, version);
+    answer(place, checked.map(|()| RedundancySettings::of(&Core::default())))
 }
 
 impl RedundancySettings {
     pub(super) fn of(core: &Core<f32>) -> Self {
         Self {
+            size: version::size::<Self>(),
+            version: version::TUMBLE_ABI,
             window: core.window,
             rest_settle: core.evaluation.rest_settle,
             rest_duration: core.evaluation.rest_duration,
@@ -245,6 +257,8 @@ impl RedundancySettings {
 
     /// Converts them to the core's type; the core checks them for contradictions.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
+        version::check::<Self>(self.size as usize, self.version)?;
+
         self.put_into(Core::default())
     }
 

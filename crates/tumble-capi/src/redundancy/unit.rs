@@ -10,6 +10,7 @@ use crate::model::{matrix, rows, vector};
 use crate::pointer::{Place, answer};
 use crate::redundancy::choice::Threshold;
 use crate::status::{Status, StatusResult};
+use crate::version;
 
 /// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
 pub const TUMBLE_AXES_ALL: u8 = 0x3F;
@@ -18,6 +19,10 @@ pub const TUMBLE_AXES_ALL: u8 = 0x3F;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Unit {
+    /// Bytes of this struct, by which the library finds units that were not filled with defaults; not to be changed.
+    pub size: u32,
+    /// #TUMBLE_ABI; not to be changed.
+    pub version: u32,
     /// Serial number, or another number that distinguishes it from other units for life: records carry it.
     pub identity: u64,
     /// Added to the time of its samples, which makes it that of the common clock, microseconds; 0.
@@ -40,14 +45,20 @@ pub struct Unit {
     pub axes: u8,
 }
 
-/// Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
+/// Fills in a unit of `size` bytes and a version of the layout; see tumble_unit_defaults().
 ///
-/// Errors: ::TUMBLE_ERROR_NULL.
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_unit_defaults(unit: *mut Unit, identity: u64) -> Status {
+pub unsafe extern "C" fn tumble_unit_defaults_of(
+    unit: *mut Unit,
+    size: usize,
+    version: u32,
+    identity: u64,
+) -> Status {
     // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(unit) };
-    answer(place, Ok(Unit::of(&Core::new(identity))))
+    let checked = version::check::<Unit>(size, version);
+    answer(place, checked.map(|()| Unit::of(&Core::new(identity))))
 }
 
 impl Unit {
@@ -57,6 +68,8 @@ impl Unit {
         let [force, rate] = core.thresholds.map(own);
         let bits = (0..).zip(has).map(|(bit, has)| u8::from(has) << bit);
         Self {
+            size: version::size::<Self>(),
+            version: version::TUMBLE_ABI,
             identity: core.identity,
             time_offset: core.time_offset,
             sensor_from_primary: rows(&core.sensor_from_primary),
@@ -72,6 +85,7 @@ impl Unit {
 
     /// Converts it to the core's type; the core checks the mounting.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
+        version::check::<Self>(self.size as usize, self.version)?;
         let ranges = [self.specific_force_range, self.angular_rate_range];
         let mounting = self.sensor_from_primary.as_flattened();
         let mut numbers = mounting.iter().chain(&ranges).chain(&self.lever_arm);

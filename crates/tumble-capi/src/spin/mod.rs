@@ -9,13 +9,11 @@ use tumble_core::spin::failure::SpinFailure as CoreFailure;
 use tumble_core::spin::machine::{
     SpinEvent as CoreEvent, SpinMachine, SpinState as CoreState, Wheels as CoreWheels,
 };
-use tumble_core::spin::settings::SpinSettings as Core;
 
 pub use crate::spin::estimate::{SpinEstimate, SpinTrueAngle, SpinValue, SpinVector, tumble_spin_solve};
-pub use crate::spin::settings::{SpinSettings, tumble_spin_defaults};
+pub use crate::spin::settings::{SpinSettings, tumble_spin_defaults_of};
 
 use crate::code::{Code, code};
-use crate::grade::Grade;
 use crate::model::Sample;
 use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::status::{Status, status};
@@ -155,23 +153,6 @@ pub struct SpinProgress {
     pub rate: f32,
     /// True if the robot stood still over the block before.
     pub at_rest: bool,
-}
-
-/// Fills settings with their defaults for a unit of this grade: with the bias instability of its accelerometers and
-/// gyroscopes, which a spin is too short to show.
-///
-/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_spin_defaults_for_grade(
-    settings: *mut SpinSettings,
-    grade: MaybeUninit<Grade>,
-) -> Status {
-    // SAFETY: the header requires it of all pointers.
-    let place = unsafe { Place::at(settings) };
-    answer(
-        place,
-        code(grade).map(|grade| SpinSettings::of(&Core::for_grade(grade.in_core()))),
-    )
 }
 
 /// Makes storage a spin that has not started. `size` is `sizeof(tumble_spin)`.

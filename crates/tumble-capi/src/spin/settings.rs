@@ -5,15 +5,21 @@ use core::mem::MaybeUninit;
 
 use tumble_core::spin::settings::SpinSettings as Core;
 
-use crate::code::{truth, unless_zero};
+use crate::code::{code, truth, unless_zero};
+use crate::grade::Grade;
 use crate::pointer::{Place, answer};
 use crate::status::{Status, StatusResult};
+use crate::version;
 
 /// Settings of a spin. Fill it with tumble_spin_defaults(), or with tumble_spin_defaults_for_grade() for
 /// a unit of another grade than consumer, then change what is to be different.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SpinSettings {
+    /// Bytes of this struct, by which the library finds settings that were not filled with defaults; not to be changed.
+    pub size: u32,
+    /// #TUMBLE_ABI; not to be changed.
+    pub version: u32,
     /// Time to stand still. Default: 5 000 000 microseconds.
     pub still: u64,
     /// Longest wait until the robot has stood still. Longer than `still`. Default: 60 000 000 microseconds.
@@ -80,19 +86,32 @@ pub struct SpinSettings {
     pub level_floor: MaybeUninit<bool>,
 }
 
-/// Fills settings with their defaults.
+/// Fills settings of `size` bytes and a version of the layout with their defaults for a unit of a grade; see
+/// tumble_spin_defaults() and tumble_spin_defaults_for_grade().
 ///
-/// Errors: ::TUMBLE_ERROR_NULL.
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_CODE.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_spin_defaults(settings: *mut SpinSettings) -> Status {
+pub unsafe extern "C" fn tumble_spin_defaults_of(
+    settings: *mut SpinSettings,
+    size: usize,
+    version: u32,
+    grade: MaybeUninit<Grade>,
+) -> Status {
     // SAFETY: the header requires it of all pointers.
     let place = unsafe { Place::at(settings) };
-    answer(place, Ok(SpinSettings::of(&Core::default())))
+    let checked = version::check::<SpinSettings>(size, version);
+    let grade = checked.and_then(|()| code(grade));
+    answer(
+        place,
+        grade.map(|grade| SpinSettings::of(&Core::for_grade(grade.in_core()))),
+    )
 }
 
 impl SpinSettings {
     pub(super) fn of(core: &Core<f32>) -> Self {
         Self {
+            size: version::size::<Self>(),
+            version: version::TUMBLE_ABI,
             still: core.still,
             still_timeout: core.still_timeout,
             spin_timeout: core.spin_timeout,
@@ -128,6 +147,7 @@ impl SpinSettings {
 
     /// Converts them to the core's type, if they are within their bounds.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
+        version::check::<Self>(self.size as usize, self.version)?;
         self.check()?;
         self.put_into(Core::default())
     }

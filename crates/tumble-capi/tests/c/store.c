@@ -102,7 +102,8 @@ static void a_drift_is_a_record_of_its_own(void)
     uint8_t bytes[TUMBLE_DRIFT_BYTES];
     tumble_drift_record read;
     tumble_record error;
-    ANSWERS(TUMBLE_OK, tumble_drift_encode(&written, bytes));
+    ANSWERS(TUMBLE_ERROR_NO_ROOM, tumble_drift_encode(&written, bytes, sizeof bytes - 1));
+    ANSWERS(TUMBLE_OK, tumble_drift_encode(&written, bytes, sizeof bytes));
     ANSWERS(TUMBLE_OK, tumble_drift_decode(bytes, sizeof bytes, &read));
     CHECK(read.identity == IDENTITY && read.sensor == TUMBLE_SENSOR_ACCELEROMETER);
     CHECK(memcmp(&read.drift, &written.drift, sizeof read.drift) == 0);

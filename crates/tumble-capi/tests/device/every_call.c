@@ -84,7 +84,7 @@ static void keep(void)
     answers += tumble_store_roll_back(&store, 0, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_FACTORY, NULL, NULL);
 #ifndef TUMBLE_WITHOUT_TEMPERATURE
     tumble_drift_record drift = {1, TUMBLE_SENSOR_GYROSCOPE, {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}}};
-    answers += tumble_drift_encode(&drift, bytes);
+    answers += tumble_drift_encode(&drift, bytes, sizeof bytes);
     answers += tumble_drift_decode(bytes, TUMBLE_DRIFT_BYTES, &drift);
     answers += tumble_store_save_drift(&store, 0, &drift, &wait);
     answers += tumble_store_load_drift(&store, 1, TUMBLE_SENSOR_GYROSCOPE, &drift.drift);

@@ -48,9 +48,6 @@ struct Free {
 /// Both banks.
 pub struct Banks<F: NorFlash> {
     words: Words<F>,
-    start: u32,
-    /// Size of one bank, in bytes.
-    bytes: u32,
     /// The slot after the last that was written since the start, which is known to be erased.
     free: Option<u32>,
     /// The slot after the last that reads as written to, in the bank at an address.
@@ -78,8 +75,6 @@ impl<F: NorFlash> Banks<F> {
         }
         Ok(Self {
             words: Words::new(flash, [start, start + bytes]),
-            start,
-            bytes,
             free: None,
             end: None,
         })
@@ -91,7 +86,13 @@ impl<F: NorFlash> Banks<F> {
 
     /// Entries that a bank holds.
     pub fn slots(&self) -> u32 {
-        (self.bytes - HEADER) / ENTRY_BYTES
+        (self.bytes() - HEADER) / ENTRY_BYTES
+    }
+
+    /// Size of one bank, in bytes.
+    fn bytes(&self) -> u32 {
+        let [first, second] = self.words.banks;
+        second - first
     }
 
     /// Finds the bank in use: the younger, if it is known to be whole.
@@ -104,7 +105,8 @@ impl<F: NorFlash> Banks<F> {
 
     /// The banks that have a header; a single one as the younger.
     fn by_age(&mut self) -> Seen<(Option<Bank>, Option<Bank>), F> {
-        let (first, second) = (self.bank(self.start)?, self.bank(self.start + self.bytes)?);
+        let [first, second] = self.words.banks;
+        let (first, second) = (self.bank(first)?, self.bank(second)?);
         Ok(match (first, second) {
             (Some(a), Some(b)) if b.header.follows(&a.header) => (first, second),
             (Some(_), Some(_)) => (second, first),
@@ -223,9 +225,9 @@ impl<F: NorFlash> Banks<F> {
     fn place(&mut self, known: Option<u32>) -> Done<Free, F> {
         let (older, younger) = self.by_age()?;
         let Some(bank) = younger else {
-            let (address, header) = (self.start, Header::first());
-            self.erase(address)?;
-            return self.commit(address, header, 0);
+            let [first, _] = self.words.banks;
+            self.erase(first)?;
+            return self.commit(first, Header::first(), 0);
         };
         if !self.holds_appended(&bank)? {
             return self.turn_over(&older.unwrap_or(bank));
@@ -365,17 +367,15 @@ impl<F: NorFlash> Banks<F> {
 
     /// The address of the other bank.
     fn other(&self, address: u32) -> u32 {
-        if address == self.start {
-            self.start + self.bytes
-        } else {
-            self.start
-        }
+        let [first, second] = self.words.banks;
+        if address == first { second } else { first }
     }
 
     /// Erases the bank at an address.
     #[inline(never)]
     fn erase(&mut self, address: u32) -> Seen<(), F> {
-        self.words.flash.erase(address, address + self.bytes)
+        let end = address + self.bytes();
+        self.words.flash.erase(address, end)
     }
 
     /// Forgets everything.
@@ -384,7 +384,8 @@ impl<F: NorFlash> Banks<F> {
         // The bank that is not in use goes first: what it holds must not come back if power is cut between the two.
         // Where none can be read, either may.
         let in_use = self.in_use().ok().flatten();
-        let in_use = in_use.map_or(self.start, |bank| bank.address);
+        let [first, _] = self.words.banks;
+        let in_use = in_use.map_or(first, |bank| bank.address);
         self.erase(self.other(in_use))?;
         self.erase(in_use)
     }

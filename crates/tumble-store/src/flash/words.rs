@@ -25,7 +25,7 @@ const RETRIES: usize = 2;
 /// A flash, and where both of its banks begin.
 pub struct Words<F: NorFlash> {
     pub flash: F,
-    banks: [u32; 2],
+    pub banks: [u32; 2],
 }
 
 impl<F: NorFlash> Words<F> {
