@@ -18,6 +18,7 @@ from benchmarks.digits import three_digits, two_digits
 from benchmarks.footprint import FLASH_GOALS, MEMORY_GOALS, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
+from benchmarks.integrity import integrity
 from benchmarks.multipose import IMU_TK
 from benchmarks.redundancy_figures import IN_HEALTH, flown
 from benchmarks.redundancy_judgement import OUTCOMES
@@ -1166,12 +1167,14 @@ SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
     "subjects": subjects,
     "missed": missed,
     "cases": cases,
+    "integrity": integrity,
 }
 """Made from the figures of several benchmarks."""
 
 PAGES = {
     "README.md": ("figures",),
     "docs/how-to/firmware.md": ("device",),
+    "docs/how-to/fly-it.md": ("integrity",),
     "docs/benchmarks/README.md": ("subjects", "figures"),
     "docs/benchmarks/missed.md": ("missed",),
     "docs/benchmarks/before-and-now.md": ("cases",),

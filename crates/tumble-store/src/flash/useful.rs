@@ -49,7 +49,7 @@ impl Slots {
 struct Quota {
     label: Label,
     left: u8,
-    /// Of the record after the one that is looked at.
+    /// Checksum of the record after the one that is looked at.
     signature: [u8; CHECKSUM],
 }
 

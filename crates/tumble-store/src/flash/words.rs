@@ -1,7 +1,7 @@
 //! Flash with words that cannot be read or do not take what is written.
 //!
 //! Where flash has an error-correcting code, a word in which power was cut answers reads with an error, and so does a
-//! worn one. The store passes over such a word. An error of the bus passes, and is told apart by two signs: the word is
+//! worn one. The store passes over such a word. An error of the bus passes, which two signs show: the word is
 //! read again, and a header is readable between the attempts.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash};

@@ -24,7 +24,7 @@ enum Word<const WORD: usize> {
     Between([u8; WORD], [u8; WORD]),
 }
 
-/// What is wrong with a word.
+/// Fault of a word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Defect {
     /// Reads of it answer with an error.
@@ -50,7 +50,7 @@ pub enum Bus {
 #[derive(Clone)]
 pub struct Ecc<const WORD: usize> {
     words: Vec<Word<WORD>>,
-    /// What words in which power was cut read as in this boot; `None` with an error.
+    /// Bytes that words in which power was cut read as in this boot; `None` with an error.
     boot: BTreeMap<usize, Option<[u8; WORD]>>,
     pub defects: BTreeMap<usize, Defect>,
     pub bus: Bus,
@@ -105,7 +105,7 @@ impl<const WORD: usize> Ecc<WORD> {
         self.boot.insert(at, reads);
     }
 
-    /// What a word reads as.
+    /// Bytes that a word reads as.
     fn word(&self, at: usize) -> Option<[u8; WORD]> {
         let read = match self.words[at] {
             Word::Between(..) => self.boot.get(&at).copied().flatten(),

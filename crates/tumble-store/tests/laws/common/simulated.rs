@@ -124,7 +124,7 @@ pub trait Cuttable: NorFlash<Error = Fault> + Clone {
     /// Cuts power in an operation to come.
     fn cut_in(&mut self, cut: Option<Cut>);
 
-    /// What was done since power is back.
+    /// Operations since power is back.
     fn operations(&self) -> &[Operation];
 
     /// States that a cut erasure may leave.
