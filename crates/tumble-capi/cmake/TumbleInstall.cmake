@@ -11,7 +11,7 @@ configure_package_config_file(cmake/tumbleConfig.cmake.in ${CMAKE_CURRENT_BINARY
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tumbleConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/libtumble.a DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(FILES include/tumble.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES include/tumble.h include/tumble.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tumbleConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/tumbleConfigVersion.cmake
     DESTINATION ${folder})
 

@@ -1,6 +1,6 @@
 /**
  * Tumble for firmware: calibration of inertial measurement units, without heap or operating system. C99, or C++17.
- * docs/how-to/c.md describes its integration.
+ * docs/how-to/c.md describes its integration; tumble.hpp has classes for C++.
  *
  * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row. All
  * numbers are single precision, and nothing is computed by way of double.

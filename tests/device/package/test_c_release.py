@@ -73,7 +73,7 @@ def test_header_and_packages_say_the_version_of_the_workspace(release):
 
 def test_it_holds_what_is_needed_and_nothing_else(release):
     cmake = ("tumbleConfig.cmake", "tumbleConfigVersion.cmake")
-    expected = {"LICENSE-APACHE", "LICENSE-MIT", "include/tumble.h"}
+    expected = {"LICENSE-APACHE", "LICENSE-MIT", "include/tumble.h", "include/tumble.hpp"}
     for target in COMPILERS:
         files = ("libtumble.a", "pkgconfig/tumble.pc", *(f"cmake/tumble/{name}" for name in cmake))
         expected |= {f"lib/{target}/{file}" for file in files}

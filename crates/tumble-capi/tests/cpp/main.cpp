@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -15,7 +16,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "tumble.h"
+#include "tumble.hpp"
 
 static_assert(sizeof(tumble_status) == 4 && sizeof(tumble_sensor) == 4, "enumerations have a fixed size");
 static_assert(std::is_trivially_copyable_v<tumble_spin>, "storage may be moved");
@@ -245,6 +246,88 @@ void records_outlast_the_store_that_wrote_them(const std::string &)
     }
 }
 
+/// Flash as the wrapper takes it, one word of which cannot be read.
+struct FlashWithDeadWord {
+    static constexpr std::uint32_t page = 1024;
+    std::array<std::uint8_t, 4 * page> memory{};
+
+    bool read(std::uint32_t address, tumble::span<std::uint8_t> bytes) noexcept
+    {
+        std::copy_n(memory.begin() + address, bytes.size(), bytes.begin());
+        return address > dead || address + bytes.size() <= dead;
+    }
+
+    bool write(std::uint32_t address, tumble::span<const std::uint8_t> bytes) noexcept
+    {
+        std::copy(bytes.begin(), bytes.end(), memory.begin() + address);
+        return true;
+    }
+
+    bool erase(std::uint32_t address) noexcept
+    {
+        std::fill_n(memory.begin() + address, page, std::uint8_t{0xFF});
+        return true;
+    }
+
+    static constexpr std::uint32_t dead = 320;
+};
+
+tumble_record some_record(std::uint64_t identity)
+{
+    tumble_record record{};
+    record.identity = identity;
+    record.matrix[0][0] = record.matrix[1][1] = record.matrix[2][2] = 1.0F;
+    return record;
+}
+
+void objects_keep_records_and_read_their_bytes(const std::string &)
+{
+    require(tumble::is_compatible(), "header and library are of one version");
+    FlashWithDeadWord flash;
+    const tumble_flash driver = tumble::flash_of(flash);
+    for (std::uint32_t number = 1; number < 40; ++number) {
+        tumble::store store(driver, 0, 4 * FlashWithDeadWord::page);
+        done(store.status());
+        const auto before = store.load(7, TUMBLE_SENSOR_GYROSCOPE);
+        require(before.status() == (number == 1 ? TUMBLE_ERROR_NOTHING_STORED : TUMBLE_OK), "the one before is there");
+        require(number == 1 || before->sequence == number - 1, "and is the last");
+        tumble_record record = some_record(7);
+        record.sensor = TUMBLE_SENSOR_GYROSCOPE;
+        record.sequence = number;
+        done(store.save(0, record));
+    }
+    std::vector<std::uint8_t> buffer(TUMBLE_RECORD_BYTES);
+    const auto bytes = tumble::encode(some_record(9), buffer);
+    done(bytes.status());
+    require(tumble::decode(*bytes)->identity == 9, "bytes are read back");
+    require(tumble::encode(some_record(9), tumble::span<std::uint8_t>(buffer).first(20)).status() == TUMBLE_ERROR_NO_ROOM, "no room");
+}
+
+void objects_end_with_their_storage_cleared(const std::string &)
+{
+    alignas(tumble::redundancy) std::array<unsigned char, sizeof(tumble::redundancy)> room{};
+    std::array<tumble_unit, TUMBLE_UNITS> units{};
+    for (std::size_t i = 0; i < units.size(); ++i) {
+        units[i] = *tumble::unit_defaults(i + 1);
+    }
+    const auto settings = tumble::redundancy_defaults();
+    auto *monitor = new (room.data()) tumble::redundancy(*settings, units);
+    done(monitor->status());
+    tumble_sample sample{};
+    sample.time = 1000;
+    sample.specific_force[2] = 9.8F;
+    int events = 0;
+    const auto output = monitor->push(0, sample, [&](const tumble_event &) noexcept { ++events; });
+    require(output && events > 0 && *monitor->source() == 0, "the primary is the source");
+    auto *storage = monitor->get();
+    monitor->~redundancy();
+    std::uint32_t unit = 0;
+    require(tumble_redundancy_get_source(storage, &unit) == TUMBLE_ERROR_NOT_INITIALISED, "it is gone");
+    auto other = *settings;
+    other.version += 1;
+    require(tumble::redundancy(other, units).status() == TUMBLE_ERROR_SIZE, "another layout is refused");
+}
+
 struct Law {
     const char *sentence;
     void (*hold)(const std::string &);
@@ -254,6 +337,8 @@ constexpr Law laws[] = {
     {"readings are corrected as the vectors say", readings_are_corrected_as_the_vectors_say},
     {"secondaries are calibrated as the vectors say", secondaries_are_calibrated_as_the_vectors_say},
     {"records outlast the store that wrote them", records_outlast_the_store_that_wrote_them},
+    {"objects keep records and read their bytes", objects_keep_records_and_read_their_bytes},
+    {"objects end with their storage cleared", objects_end_with_their_storage_cleared},
 };
 
 } // namespace

@@ -68,7 +68,7 @@ struct vehicle_imu_s {
 	uint32_t accel_device_id, gyro_device_id;
 	float delta_angle[3], delta_velocity[3];
 	uint32_t delta_angle_dt, delta_velocity_dt;
-	uint8_t delta_velocity_clipping, accel_calibration_count, gyro_calibration_count;
+	uint8_t delta_angle_clipping, delta_velocity_clipping, accel_calibration_count, gyro_calibration_count;
 };
 
 enum class ORB_ID { actuator_armed, sensor_accel, sensor_gyro, vehicle_imu };
