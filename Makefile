@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -26,7 +26,11 @@ build: $(VENV)/.native  ## Build the native module and install the package into 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/tumble demo -o out/demo
 
-demo-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
+demo-sanitize:  ## Interpret tests of the device's crates with Miri, run the C laws with the library under sanitizers (needs nightly Rust)
+	scripts/check_miri.sh
+	scripts/check_sanitized.sh
+
+bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
 	@$(BIN)/tumble bench --simulated --folder out/bench
 
 demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
@@ -110,6 +114,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_rests
 	$(BIN)/python -m benchmarks.live --seconds 600 --hours 24
 	cargo test --locked --package tumble-store --test laws -- --ignored
+	$(MAKE) sanitize
 	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record
 	cargo run --locked --profile fuzz --package tumble-fuzz -- spin

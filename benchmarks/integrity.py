@@ -10,7 +10,7 @@ from benchmarks.digits import two_digits
 from benchmarks.results import Content
 
 LEVEL = 0.95
-"""Of the intervals."""
+"""Confidence level of the intervals."""
 
 
 def share_interval(count: int, trials: int) -> tuple[float, float]:
