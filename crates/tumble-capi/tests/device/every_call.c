@@ -151,5 +151,6 @@ int main(void)
 #ifdef REACH_THE_HEAP
     answers += (uint32_t)(uintptr_t)malloc(answers);
 #endif
-    return tumble_strerror(answers)[0];
+    answers += tumble_abi();
+    return tumble_strerror(answers)[0] + tumble_version()[0];
 }
