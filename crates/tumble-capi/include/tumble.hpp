@@ -58,7 +58,7 @@ private:
     std::size_t size_ = 0;
 };
 
-/** A value, or the status that says why there is none. */
+/** A value, or the status that names the reason why there is none. */
 template <typename T>
 class [[nodiscard]] result {
 public:

@@ -124,12 +124,8 @@ def test_messages_of_the_stand_ins_are_those_of_px4_release_1_17():
     declared = (HERE / "px4" / "stand_ins.hpp").read_text()
     for topic, fields in messages.items():
         (body,) = re.findall(rf"^struct {topic}_s {{\n(.*?)^}};", declared, re.MULTILINE | re.DOTALL)
-        found = {
-            f"{name.split('[')[0]}": re.sub(r"_t$", "", kind) + (f"[{name.split('[')[1]}" if "[" in name else "")
-            for kind, names in re.findall(r"^\t(u?\w+) ([^;=]+);", body, re.MULTILINE)
-            for name in names.split(", ")
-        }
-        types = {"float": "float32", "float[3]": "float32[3]"}
-        assert {name: types.get(kind, kind) for name, kind in found.items()} == {
-            name: re.sub(r"^(\w+)\[", r"\1[", kind) for name, kind in fields.items()
-        }
+        found = {}
+        for kind, names in re.findall(r"^\t(u?\w+) ([^;=]+);", body, re.MULTILINE):
+            for name, count in re.findall(r"(\w+)(\[\d+\])?", names):
+                found[name] = kind.removesuffix("_t").replace("float", "float32") + count
+        assert found == fields, topic

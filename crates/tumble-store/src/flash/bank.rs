@@ -22,7 +22,7 @@ use embedded_storage::nor_flash::NorFlash;
 use crate::flash::entry::{ENTRY, Entry, HEAD, Label};
 use crate::flash::header::{COPY, Copy, HEADER, Header, NO_CONTENT, PASSED_OVER, with_entry};
 use crate::flash::useful::Slots;
-use crate::flash::words::{Done, Seen, Words};
+use crate::flash::words::{Done, FlashWords, Seen};
 use crate::flash::{LayoutError, StoreError};
 
 const ENTRY_BYTES: u32 = ENTRY as u32;
@@ -47,7 +47,7 @@ struct Free {
 
 /// Both banks.
 pub struct Banks<F: NorFlash> {
-    words: Words<F>,
+    words: FlashWords<F>,
     /// The slot after the last that was written since the start, which is known to be erased.
     free: Option<u32>,
     /// The slot after the last that reads as written to, in the bank at an address.
@@ -74,7 +74,7 @@ impl<F: NorFlash> Banks<F> {
             return Err(LayoutError::TooSmall);
         }
         Ok(Self {
-            words: Words::new(flash, [start, start + bytes]),
+            words: FlashWords::new(flash, [start, start + bytes]),
             free: None,
             end: None,
         })

@@ -23,12 +23,12 @@ const UNREADABLE: u8 = 0x5A;
 const RETRIES: usize = 2;
 
 /// A flash, and where both of its banks begin.
-pub struct Words<F: NorFlash> {
+pub struct FlashWords<F: NorFlash> {
     pub flash: F,
     pub banks: [u32; 2],
 }
 
-impl<F: NorFlash> Words<F> {
+impl<F: NorFlash> FlashWords<F> {
     pub fn new(flash: F, banks: [u32; 2]) -> Self {
         Self { flash, banks }
     }
