@@ -1,6 +1,6 @@
 #!/bin/sh
 # Interprets tests of the device's crates with Miri, which finds undefined behaviour, use of memory that was not initialised, and overflow.
-# It needs a nightly Rust with the component miri. Random and long tests are left out: Miri takes some thousand times as long.
+# It needs a nightly Rust with the component miri. Random and long tests are left out, since Miri takes some thousand times as long.
 set -eu
 cd "$(dirname "$0")/.."
 toolchain=${TUMBLE_NIGHTLY:-nightly}
@@ -10,8 +10,8 @@ if ! cargo "+$toolchain" miri --version >/dev/null 2>&1; then
     exit 2
 fi
 export MIRIFLAGS="-Zmiri-disable-isolation"
+export PROPTEST_CASES=2
 cargo "+$toolchain" miri test --locked --package tumble-store --test laws -- --test-threads 1 \
-    --skip proptest --skip changed --skip bytes_of_any_kind --skip power_cut --skip marginal --skip ecc --skip damage --skip ten_thousand \
-    --skip plain_model --skip wire_format --skip every_ --skip starts_again --skip never_panics --skip outlasts_turnovers \
-    --skip bit_for_bit --skip all_is_forgotten --skip nothing_outside --skip too_little
+    layout older_versions the_example a_record_without what_is_whole flash::an_ flash::the_factory flash::rolling \
+    flash::what_cannot flash::nothing_is_written flash::a_refused a_whole_record_under a_header_cut
 cargo "+$toolchain" miri test --locked --package tumble-capi --test settings
