@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
 from tumble import _core
+from tumble.cli.exit_code import ExitCode
 from tumble.fleet import ledger
 from tumble.fleet.engine import Finished, FleetEngine, WorkerLostError
 from tumble.fleet.inputs import FleetInput, InputList
 from tumble.fleet.job import FleetJob
+from tumble.fleet.lease import DriverLease, driver_lease
 from tumble.fleet.ledger import JobStatus
-from tumble.fleet.parts import keys_done, write_parts
+from tumble.fleet.parts import exit_codes, write_parts
 from tumble.fleet.places import FileStore
 from tumble.fleet.task import TRIES, FleetTask, TaskDone, lost_outcome
 from tumble.foundation.errors import TumbleError
@@ -47,6 +49,7 @@ class FleetRun:
     """Tasks that were lost with their worker."""
     _tries: dict[str, int] = field(default_factory=dict)
     """Workers that each input took along, by its place."""
+    _lease: DriverLease = field(init=False)
     _under_way: int = 0
     _inputs: int = 0
     _earlier: int = 0
@@ -59,16 +62,21 @@ class FleetRun:
     def run(self) -> JobStatus:
         """Computes all inputs that have no result yet; returns how it ended."""
         self._results = FileStore(self.job.results)
+        try:
+            with driver_lease(self._results) as self._lease:
+                return self._run()
+        finally:
+            self.engine.close()
+
+    def _run(self) -> JobStatus:
+        ledger.refuse_other_job(self._results, self.job, resume=self.resume)
         self._begun = self._written = time.monotonic()
-        date = ledger.begin(self._results, self.job, resume=self.resume)
-        ledger.forget_cancelling(self._results)
-        work = self.job.work
-        done = keys_done(self._results) if self.resume else set()
+        # Wrong inputs leave results of before as they are: nothing is written until all are known.
         inputs = InputList(self.job)
+        self._date = ledger.begin(self._results, self.job, resume=self.resume)
+        ledger.forget_cancelling(self._results)
         self._inputs = len(inputs)
-        self._earlier = sum(each.key(work) in done for each in inputs) if done else 0
-        self._open = (each for each in inputs if not done or each.key(work) not in done)
-        self._date = date
+        self._open = self._without_result(inputs)
         state, reason = "failed", ""
         try:
             state = self._worked()
@@ -79,12 +87,23 @@ class FleetRun:
             state = "cancelled"
             raise
         finally:
-            self.engine.close()
             inputs.close()
             status = self._status(state, reason)
             ledger.write_status(self._results, status)
             self.show(status)
         return status
+
+    def _without_result(self, inputs: InputList) -> Iterator[FleetInput]:
+        """Counts the results of earlier runs, and returns the inputs that have none."""
+        known = exit_codes(self._results) if self.resume else {}
+        if not known:
+            return iter(inputs)
+        work = self.job.work
+        codes = Counter(known.get(each.key(work)) for each in inputs)
+        self._earlier = len(inputs) - codes[None]
+        self._failed = codes[ExitCode.USER_ERROR]
+        self._not_well = self._earlier - self._failed - codes[ExitCode.DONE]
+        return (each for each in inputs if each.key(work) not in known)
 
     def _worked(self) -> str:
         cancelled = False
@@ -104,6 +123,7 @@ class FleetRun:
         self.show(status)
         if time.monotonic() - self._written < _STATUS_EVERY:
             return False
+        self._lease.check()
         ledger.write_status(self._results, status)
         self._written = time.monotonic()
         return ledger.is_cancelled(self._results)

@@ -35,9 +35,9 @@ class JobStatus:
     done: int
     """Inputs that have a row, those of earlier runs among them."""
     failed: int
-    """Inputs of this run that have no result."""
+    """Inputs that have no result, those of earlier runs among them unless another run may mend them."""
     not_well: int
-    """Results of this run that are not all well."""
+    """Results that are not all well."""
     retried: int
     """Tasks that were lost with their worker and given again."""
     rate: float

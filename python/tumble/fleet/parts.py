@@ -97,16 +97,13 @@ def _write(results: FileStore, day: str, outcomes: Sequence[Outcome]) -> str:
     return name
 
 
-def keys_done(results: FileStore) -> set[bytes]:
-    """Returns the keys of all inputs with a result, or a failure that another run would have as well."""
-    return {
-        key
-        for table in _parts(results, ["key", "transient"])
-        for key, transient in zip(
-            *(table.column(name).to_pylist() for name in ("key", "transient")), strict=True
-        )
-        if not transient
-    }
+def exit_codes(results: FileStore) -> dict[bytes, int]:
+    """Returns the exit code of each input by its key, without failures that another run may mend."""
+    found: dict[bytes, int] = {}
+    for table in part_tables(results, ["key", "exit_code", "transient"]):
+        columns = (table.column(name).to_pylist() for name in ("key", "exit_code", "transient"))
+        found.update((key, code) for key, code, transient in zip(*columns, strict=True) if not transient)
+    return found
 
 
 def tables(results: FileStore, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
@@ -114,10 +111,10 @@ def tables(results: FileStore, columns: Sequence[str] | None = None) -> Iterator
 
     Raises `StoreError` where a part cannot be read.
     """
-    settled = keys_done(results)
+    settled = exit_codes(results)
     known: set[bytes] = set()
     wanted = None if columns is None else list(dict.fromkeys(["key", "transient", *columns]))
-    for table in _parts(results, wanted):
+    for table in part_tables(results, wanted):
         keys = table.column("key").to_pylist()
         mended = (
             key in settled and old
@@ -128,7 +125,11 @@ def tables(results: FileStore, columns: Sequence[str] | None = None) -> Iterator
         yield table if all(fresh) else table.filter(pa.array(fresh, pa.bool_()))
 
 
-def _parts(results: FileStore, columns: Sequence[str] | None) -> Iterator[pa.Table]:
+def part_tables(results: FileStore, columns: Sequence[str] | None) -> Iterator[pa.Table]:
+    """Yields each part as it was written: what was computed twice is in two of them.
+
+    Raises `StoreError` where a part cannot be read.
+    """
     for path in results.names(FOLDER, ENDING):
         try:
             with results.files.open(path, "rb") as file:

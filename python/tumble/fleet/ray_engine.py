@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import socket
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,6 +16,8 @@ from tumble.logs.optional import install_command
 
 AHEAD = 2
 """Tasks a processor that are under way or wait on their node, so that none is idle between two."""
+_ANSWERS_WITHIN = 5.0
+"""s in which a cluster accepts a connection."""
 
 
 class RayEngine:
@@ -33,6 +37,7 @@ class RayEngine:
         self.slots = self._slots()
 
     def _begin(self, address: str, jobs: int) -> None:
+        _refuse_silent(address or os.environ.get("RAY_ADDRESS", ""))
         options: dict[str, Any] = {"address": address} if address else {}
         if not address and not _address_is_set():
             options = {"num_cpus": jobs, "include_dashboard": False}
@@ -40,10 +45,7 @@ class RayEngine:
             self._ray.init(**options, logging_level=logging.ERROR, log_to_driver=False)
         except Exception as error:
             place = shown(address) or "this machine"
-            raise TumbleError(
-                f"ray at {place} cannot be reached: {shown(' '.join(str(error).split()))}; check the "
-                "address, or leave it out to work on this machine"
-            ) from error
+            raise _unreachable(place, error) from error
 
     def _slots(self) -> int:
         return max(1, int(AHEAD * self._ray.cluster_resources().get("CPU", 1)))
@@ -94,7 +96,23 @@ def _imported() -> Any:  # noqa: ANN401 - a module has no type of its own
     return ray
 
 
-def _address_is_set() -> bool:
-    import os
+def _refuse_silent(address: str) -> None:
+    """Raises `TumbleError` where nothing listens at an address: Ray itself would try for minutes."""
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if not host or not port.isdecimal():
+        return
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), _ANSWERS_WITHIN).close()
+    except (OSError, OverflowError) as error:
+        raise _unreachable(shown(address), error) from error
 
+
+def _unreachable(place: str, error: Exception) -> TumbleError:
+    reason = shown(" ".join(str(error).split()))
+    return TumbleError(
+        f"ray at {place} cannot be reached: {reason}; check the address, or leave it out to work on this machine"
+    )
+
+
+def _address_is_set() -> bool:
     return bool(os.environ.get("RAY_ADDRESS"))

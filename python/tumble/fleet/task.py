@@ -105,10 +105,10 @@ def _tried(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
 def computed_outcome(job: FleetJob, given: FleetInput, key: bytes) -> Outcome:
     """Computes one input, once; a failure is an outcome too."""
     row = _row(given, key)
+    if job.is_function:
+        return _of_function(job, given, row)
     with TemporaryDirectory(prefix="tumble-fleet-") as folder:
         try:
-            if job.is_function:
-                return _of_function(job, given, row)
             place = _simulated(job, given, Path(folder)) if job.simulate else _fetched(given, Path(folder))
         except TumbleError as error:
             return _failure(row, str(error))
@@ -230,9 +230,8 @@ def _parameters(result: Any) -> Iterator[dict[str, object]]:  # noqa: ANN401
 
 
 def _of_function(job: FleetJob, given: FleetInput, row: Outcome) -> Outcome:
-    function = function_of(job.procedure)
     try:
-        found = function(int(given.place), **job.options)
+        found = function_of(job.procedure)(int(given.place), **job.options)
     except TumbleError as error:
         return _failure(row, str(error))
     except Exception as error:
