@@ -1,6 +1,7 @@
 """Wrong jobs, inputs and stores end in one line, and results of before stay as they are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -10,6 +11,9 @@ import pytest
 from fleet_jobs import LosingEngine, function_job, run_job
 from tumble.fleet.inputs import FleetInput, InputList, InputsError
 from tumble.fleet.job import FleetJob
+from tumble.fleet.lease import driver_lease
+from tumble.fleet.local_engine import LocalEngine
+from tumble.fleet.places import FileStore
 from tumble.fleet.task import FleetTask, OtherVersionError, run_task
 from turntable_sessions import one_line, typed
 
@@ -90,3 +94,83 @@ def test_unreachable_store_is_one_line_without_credentials(tmp_path, monkeypatch
     assert "cannot be reached" in line
     assert "hunter2secret" not in line
     assert "someone" not in line
+
+
+@pytest.fixture
+def results(tmp_path):
+    """Returns a folder with results of three inputs."""
+    run_job(function_job(tmp_path / "results", seeds=(0, 3)), LosingEngine(np.random.default_rng(0)))
+    return tmp_path / "results"
+
+
+def content_of(folder):
+    """Returns the content of all files of a folder."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def manifest_job(folder, places):
+    """Returns a job over a manifest, whose options are those of the results of before."""
+    pq.write_table(pa.table({"place": places}), folder / "units.parquet")
+    return {"procedure": "spin", "inputs": str(folder / "units.parquet"), "results": str(folder / "spins")}
+
+
+@pytest.mark.parametrize(
+    ("places", "cause"),
+    [(["log.csv", "log.csv"], "is given twice"), (["log.csv", "gone.csv"], "row 2: gone.csv does not exist")],
+)
+def test_wrong_manifest_leaves_results_of_before(tmp_path, monkeypatch, logs, places, cause):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "log.csv").write_bytes((logs / "lot0" / "robot0.csv").read_bytes())
+    run_job(FleetJob(**manifest_job(tmp_path, ["log.csv"])), LocalEngine(1))
+    before = content_of(tmp_path / "spins")
+    assert cause in refused(manifest_job(tmp_path, places), tmp_path, "--resume")
+    assert content_of(tmp_path / "spins") == before
+    # A job that was refused before it began leaves nothing, so that it may begin once it is corrected.
+    fresh = manifest_job(tmp_path, places) | {"results": "fresh"}
+    assert cause in refused(fresh, tmp_path)
+    assert not (tmp_path / "fresh").exists()
+
+
+def test_unreachable_cluster_leaves_results_of_before(tmp_path, results):
+    pytest.importorskip("ray")
+    before = content_of(results)
+    job = function_job(results, seeds=(0, 9)).content()
+    line = refused(job, tmp_path, "--resume", "--engine", "ray:someone:hunter2secret@127.0.0.1:9")
+    assert "cannot be reached" in line
+    assert "hunter2secret" not in line
+    assert content_of(results) == before
+
+
+class OtherVersionEngine(LosingEngine):
+    """Engine whose workers have another version of Tumble."""
+
+    def _outcome(self, task):
+        try:
+            return run_task(replace(task, software="0.0.1"))
+        except OtherVersionError as error:
+            return error
+
+
+def test_node_of_another_version_leaves_results_of_before(tmp_path, results, monkeypatch):
+    engine = OtherVersionEngine(np.random.default_rng(0))
+    monkeypatch.setattr("tumble.fleet.engine.engine_of", lambda *_: engine)
+    before = content_of(results / "parts")
+    job = function_job(results, seeds=(0, 9)).content()
+    assert "install the same version on all nodes" in refused(job, tmp_path, "--resume")
+    assert content_of(results / "parts") == before
+
+
+def test_second_driver_of_a_folder_is_refused(tmp_path, results):
+    before = content_of(results)
+    with driver_lease(FileStore(str(results))):
+        line = refused(function_job(results, seeds=(0, 9)).content(), tmp_path, "--resume")
+    assert "another run" in line
+    assert content_of(results) == before
+
+
+def test_resumed_job_counts_failures_of_before(tmp_path):
+    job = function_job(tmp_path / "results", "faulty", seeds=(0, 4))
+    run_job(job, LosingEngine(np.random.default_rng(1)))
+    more = function_job(tmp_path / "results", "faulty", seeds=(0, 6))
+    status = run_job(more, LosingEngine(np.random.default_rng(1)), resume=True)
+    assert (status.done, status.failed, status.not_well) == (6, 1, 0)

@@ -90,7 +90,7 @@ class FleetRun:
             inputs.close()
             status = self._status(state, reason)
             ledger.write_status(self._results, status)
-            self.show(status)
+        self.show(status)
         return status
 
     def _without_result(self, inputs: InputList) -> Iterator[FleetInput]:
