@@ -18,6 +18,7 @@ from tumble.fleet.job import FleetJob
 from tumble.fleet.ledger import read_status
 from tumble.fleet.local_engine import LocalEngine
 from tumble.fleet.places import FileStore
+from tumble.laboratory.results import read_results
 from turntable_sessions import typed
 
 SUPPORT = Path(fleet_functions.__file__).parent
@@ -72,6 +73,9 @@ def test_documents_are_those_of_the_command(tmp_path, logs, workers):
         [document] = rows[unit]["documents"]
         assert document["text"] == (tmp_path / unit / document["name"]).read_text()
         assert rows[unit]["lot"] == log.parent.name
+        [expected_result] = read_results([tmp_path / unit])
+        found = [(each["name"], each["value"], each["u"]) for each in rows[unit]["parameters"]]
+        assert found == [(each.name, each.value, each.u) for each in expected_result.parameters]
 
 
 def test_simulated_recordings_need_no_files(tmp_path):

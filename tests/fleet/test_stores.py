@@ -1,40 +1,34 @@
 """Recordings and results on S3 give the results of files, also where a call now and then fails."""
 
+import json
 import random
+import time
 
 import boto3
 import numpy as np
 import pytest
-from moto.server import ThreadedMotoServer
+from moto import settings
+from moto.core.responses import ActionAuthenticatorMixin
 from s3fs import S3FileSystem
 
-from fleet_jobs import LosingEngine, results_of, run_job
+from fleet_jobs import LosingEngine, function_job, results_of, run_job, values_of
+from s3_servers import s3_server
+from tumble.fleet import lease
 from tumble.fleet.job import FleetJob
+from tumble.fleet.lease import LEASE_FILE, OtherDriverError, driver_lease
 from tumble.fleet.places import FileStore
+from turntable_sessions import one_line, typed
 
 
 @pytest.fixture(scope="module")
 def bucket(logs):
     """Serves an S3 bucket with the logs of the fleet."""
-    # Whoever was opened before keeps the address of another server.
-    S3FileSystem.clear_instance_cache()
-    server = ThreadedMotoServer("127.0.0.1", 0)
-    server.start()
-    host, port = server.get_host_and_port()
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in {
-            "AWS_ENDPOINT_URL": f"http://{host}:{port}",
-            "AWS_ACCESS_KEY_ID": "test",
-            "AWS_SECRET_ACCESS_KEY": "test",
-            "AWS_DEFAULT_REGION": "us-east-1",
-        }.items():
-            patch.setenv(name, value)
+    with s3_server():
         client = boto3.client("s3")
         client.create_bucket(Bucket="fleet")
         for path in sorted(logs.rglob("*.csv")):
             client.upload_file(str(path), "fleet", f"logs/{path.parent.name}/{path.name}")
         yield "s3://fleet"
-    server.stop()
 
 
 def of_content(job):
@@ -73,3 +67,52 @@ def test_calls_that_fail_now_and_then_change_nothing(bucket, logs, tmp_path, mon
     assert [row["place"] for row in results_of(job).to_pylist() if row["failure"]] == [
         "s3://fleet/logs/lot0/broken.csv"
     ]
+
+
+def test_wrong_credentials_are_one_line_that_holds_none(bucket, tmp_path, monkeypatch):
+    job = function_job(f"{bucket}/refused", seeds=(0, 3))
+    run_job(job, LosingEngine(np.random.default_rng(0)))
+    before = values_of(job)
+    path = tmp_path / "job.yaml"
+    path.write_text(json.dumps(job.content()))
+    with monkeypatch.context() as patch:
+        patch.setenv("AWS_ACCESS_KEY_ID", "SOMEONE1234567890")
+        patch.setenv("AWS_SECRET_ACCESS_KEY", "hunter2secret")
+        # From here on the server asks who calls.
+        patch.setattr(settings, "INITIAL_NO_AUTH_ACTION_COUNT", 0)
+        patch.setattr(ActionAuthenticatorMixin, "request_count", 1)
+        S3FileSystem.clear_instance_cache()
+        done = typed("fleet", "run", path, "--resume")
+        assert done.code == 2
+        line = one_line(done.err)
+        assert "check the address, network and credentials" in line
+        assert "hunter2secret" not in line
+        assert "SOMEONE1234567890" not in line
+    S3FileSystem.clear_instance_cache()
+    assert values_of(job) == before
+
+
+def test_second_driver_waits_for_a_lease_that_is_renewed(bucket, monkeypatch):
+    monkeypatch.setattr(lease, "RENEWED_EVERY", 0.1)
+    monkeypatch.setattr(lease, "GONE_AFTER", 0.5)
+    results = FileStore(f"{bucket}/leased")
+    job = function_job(results.url, seeds=(0, 3))
+    with driver_lease(results), pytest.raises(OtherDriverError, match="another driver"):
+        run_job(job, LosingEngine(np.random.default_rng(0)))
+    # A driver that was killed leaves its lease, which nobody renews.
+    results.write(LEASE_FILE, b"0123 7 host process 1")
+    assert run_job(job, LosingEngine(np.random.default_rng(0))).done == 3
+    assert results.read(LEASE_FILE) is None
+
+
+def test_driver_whose_lease_was_taken_ends(bucket, monkeypatch):
+    monkeypatch.setattr(lease, "RENEWED_EVERY", 0.05)
+    results = FileStore(f"{bucket}/taken")
+    with driver_lease(results) as held:
+        results.write(LEASE_FILE, b"0123 1 host process 1")
+        until = time.monotonic() + 10.0
+        with pytest.raises(OtherDriverError, match="host process 1"):
+            while time.monotonic() < until:
+                held.check()
+                time.sleep(0.05)
+    assert results.read(LEASE_FILE) == b"0123 1 host process 1"

@@ -36,6 +36,7 @@ from tumble.foundation.documents import (
     write_document,
 )
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.files import note_document
 from tumble.foundation.plain import finite_or_none, short
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.foundation.results import TriadName
@@ -426,6 +427,7 @@ class Calibration(Document):
     def save(self, path: Path | str) -> None:
         """Writes the file in full or not at all; raises `OutputError` where it cannot be written."""
         write_document(path, _HEADER, self.content())
+        note_document(path, self)
 
     def text(self) -> str:
         """Returns the file as text."""

@@ -8,7 +8,7 @@ import io
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from tumble import _core
-from tumble.calibration.document import KIND
+from tumble.calibration.document import KIND, Calibration
 from tumble.cli.commands import command_line_for, run_command_line
 from tumble.cli.exit_code import ExitCode
 from tumble.fleet.inputs import FleetInput
@@ -150,6 +150,8 @@ class _Run:
     output: str
     messages: str
     failure: str
+    written: Mapping[Path, object]
+    """Documents that it has written."""
 
 
 def _run(words: Sequence[str]) -> _Run:
@@ -166,7 +168,7 @@ def _run(words: Sequence[str]) -> _Run:
             failure = str(error)
         finally:
             files.release()
-    return _Run(code, output.getvalue(), messages.getvalue()[:_LONGEST_MESSAGE], failure)
+    return _Run(code, output.getvalue(), messages.getvalue()[:_LONGEST_MESSAGE], failure, files.documents)
 
 
 _made: dict[str, Any] = {}
@@ -191,10 +193,7 @@ def _of_command(words: Sequence[str], folder: Path, row: Outcome) -> Outcome:
     summary = json.loads(run.output)
     summary.pop("files", None)
     documents = tuple(_documents(folder))
-    calibrations = [
-        _registered(folder / each["name"]) for each in documents if each["name"].endswith(".yaml")
-    ]
-    found = [each for each in calibrations if each is not None]
+    found = list(_results(folder, documents, run.written))
     return replace(
         row,
         exit_code=run.code,
@@ -218,10 +217,18 @@ def _documents(folder: Path) -> Iterator[dict[str, str]]:
             }
 
 
-def _registered(path: Path) -> Any:  # noqa: ANN401 - the laboratory is imported late
-    from tumble.laboratory.results import read_result
+def _results(
+    folder: Path, documents: Iterable[Mapping[str, str]], written: Mapping[Path, object]
+) -> Iterator[Any]:
+    """Yields the calibrations among the files of a command; one that it still holds is not read again."""
+    from tumble.laboratory.results import Result, read_result
 
-    return read_result(path) if KIND.begins(path) else None
+    for each in documents:
+        path = folder / each["name"]
+        if isinstance(document := written.get(path), Calibration):
+            yield Result(document, each["text"].encode(), None, each["name"])
+        elif path.suffix == ".yaml" and KIND.begins(path):
+            yield read_result(path)
 
 
 def _parameters(result: Any) -> Iterator[dict[str, object]]:  # noqa: ANN401

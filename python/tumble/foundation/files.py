@@ -73,6 +73,8 @@ class FilesOfCommand:
     written: list[Path] = field(default_factory=list)
     made: list[Path] = field(default_factory=list)
     """Folders, one in another the inner first."""
+    documents: dict[Path, object] = field(default_factory=dict)
+    """Documents among what was written, as they were before they became text."""
     locks: dict[FileIdentity, FolderLock] = field(default_factory=dict)
     """Locks of the folders that the command writes into."""
 
@@ -135,6 +137,12 @@ def note_input(path: Path) -> None:
     """Protects a file that the running command reads; to be called wherever a file of the user is opened."""
     if _running is not None and path.is_file():
         _running.inputs.setdefault(_identity(path), path)
+
+
+def note_document(path: Path | str, document: object) -> None:
+    """Keeps a document that the running command has written, so that nobody needs to read it again."""
+    if _running is not None:
+        _running.documents[Path(path)] = document
 
 
 def files_written() -> tuple[Path, ...]:
