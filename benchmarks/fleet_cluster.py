@@ -25,11 +25,14 @@ class TwoNodes:
         self._second: Any = self._nodes.add_node(num_cpus=1)
         self.address: str = self._nodes.address
 
+    def workers(self) -> list[psutil.Process]:
+        """Returns the processes that compute a task just now."""
+        nodes = [self._nodes.head_node, self._second]
+        return [each for node in nodes for each in _children(node) if _computes(each)]
+
     def replace_second(self) -> None:
         """Kills the second node at once with all that it computes, and adds another one."""
-        [raylet] = self._second.all_processes["raylet"]
-        workers = psutil.Process(raylet.process.pid).children(recursive=True)
-        for worker in workers:
+        for worker in _children(self._second):
             # A worker that outlived its node for some seconds could finish its task.
             with suppress(psutil.NoSuchProcess):
                 worker.kill()
@@ -39,6 +42,20 @@ class TwoNodes:
     def close(self) -> None:
         """Ends all nodes."""
         self._nodes.shutdown()
+
+
+def _children(node: Any) -> list[psutil.Process]:  # noqa: ANN401 - Ray's types are its own
+    """Returns all processes that a node has started."""
+    [raylet] = node.all_processes["raylet"]
+    found: list[psutil.Process] = psutil.Process(raylet.process.pid).children(recursive=True)
+    return found
+
+
+def _computes(process: psutil.Process) -> bool:
+    try:
+        return any("ray::run_task" in word for word in process.cmdline())
+    except psutil.Error:
+        return False
 
 
 @contextmanager
