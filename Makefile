@@ -99,6 +99,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.bench_page
 	$(BIN)/python -m benchmarks.live
 	$(BIN)/python -m benchmarks.live_table
+	$(BIN)/python -m benchmarks.fleet figures
 	scripts/install_test_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
@@ -113,6 +114,8 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.flights.campaign
 	$(BIN)/python -m benchmarks.redundancy_rests
 	$(BIN)/python -m benchmarks.live --seconds 600 --hours 24
+	$(BIN)/python -m benchmarks.fleet sessions
+	$(BIN)/python -m benchmarks.fleet kills
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	$(MAKE) sanitize
 	cargo test --locked --package tumble-fuzz

@@ -15,6 +15,9 @@ from benchmarks.constant_rates import COVERAGE as RATE_COVERAGE
 from benchmarks.constant_rates import LARGEST_RATIO as LARGEST_RATE_RATIO
 from benchmarks.digits import two_digits
 from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
+from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
+from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
+from benchmarks.fleet_kills import KILLS
 from benchmarks.footprint import (
     FLASH_GOALS,
     FLASH_NAMES,
@@ -688,6 +691,30 @@ def _bench_page(content: Content) -> Iterator[Goal]:
         yield Goal(what, wanted, f"{two_digits(reached)} {shown}".strip(), met)
 
 
+def _fleet(content: Content) -> Iterator[Goal]:
+    one, two = content["one_worker"], content["two_workers"]
+    overhead, gain = one / content["loop"], one / two
+    what = "fleet: time of a job with one worker over that of a plain loop"
+    yield Goal(what, f"{LARGEST_OVERHEAD:g}", f"{overhead:.3f}", overhead <= LARGEST_OVERHEAD)
+    what = "fleet: speed of two workers on two cores over that of one"
+    yield Goal(what, f"{LEAST_GAIN:g}", f"{gain:.2f}", gain >= LEAST_GAIN)
+    (fewest, small), (most, large) = content["memory"].items()
+    what = f"fleet: memory of the driver of {int(most):,} inputs over that of {int(fewest):,}"
+    growth = large / small
+    yield Goal(what, f"{LARGEST_FLEET_GROWTH:g}", f"{growth:.2f}", growth <= LARGEST_FLEET_GROWTH)
+
+
+def _fleet_sessions(content: Content) -> Iterator[Goal]:
+    what = f"fleet: {content['sessions']:,} sessions, a node killed in mid-run: lost, doubled or failed"
+    yield _none(what, content["failed"])
+
+
+def _fleet_kills(content: Content) -> Iterator[Goal]:
+    kills = content["kills"]
+    what = "fleet: kills of workers, nodes and drivers that lost, doubled or changed nothing"
+    yield Goal(what, f"{KILLS}", f"{kills}", kills >= KILLS)
+
+
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "view": _view,
     "bench_page": _bench_page,
@@ -720,4 +747,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "memory": _memory,
     "readers": _readers,
     "footprint": _footprint,
+    "fleet": _fleet,
+    "fleet_sessions": _fleet_sessions,
+    "fleet_kills": _fleet_kills,
 }

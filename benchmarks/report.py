@@ -15,6 +15,8 @@ from pathlib import Path
 from benchmarks.accuracy import LARGEST_RATIO
 from benchmarks.bound import GROUPS, TRIADS
 from benchmarks.digits import three_digits, two_digits
+from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
+from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
 from benchmarks.footprint import FLASH_GOALS, MEMORY_GOALS, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
@@ -354,6 +356,62 @@ def bench_page(content: Content) -> Iterator[str]:
         f"memory of the server grew to {memory_used['server_growth']:.3f} of its size, "
         f"{memory_used['server']:.0f} MiB, that of the tab to {memory_used['tab_growth']:.3f}, "
         f"{memory_used['tab']:.0f} MiB."
+    )
+
+
+def fleet(content: Content) -> Iterator[str]:
+    """Cost of a fleet beside a plain loop, and what a million logs take."""
+    small, large = content["memory"].values()
+    one, two = content["one_worker"], content["two_workers"]
+    yield "| | reached | goal |"
+    yield "|---|---|---|"
+    overhead = f"time of a job with one worker over that of a plain loop, {content['logs']} logs"
+    yield _row([overhead, f"{one / content['loop']:.3f}", f"{LARGEST_OVERHEAD:g}"])
+    yield _row(["speed of two workers over that of one, two cores", f"{one / two:.2f}", f"{LEAST_GAIN:g}"])
+    inputs = " over that of ".join(f"{int(count):,}" for count in reversed(content["memory"]))
+    growth = f"{large / small:.2f} ({large:.0f} over {small:.0f} MiB)"
+    yield _row([f"memory of the driver of {inputs} inputs", growth, f"{LARGEST_FLEET_GROWTH:g}"])
+    yield ""
+    yield "| a million logs of ten minutes as | TB | core hours | one decoding | fit | MB/s that a core reads |"
+    yield "|---|---|---|---|---|---|"
+    for log_format, cost in content["cost"].items():
+        hours = [f"{cost[name]:.0f}" for name in ("core_hours", "decode", "fit")]
+        rate = f"{cost['megabytes_a_second_and_core']:.0f}"
+        yield _row([log_format, f"{cost['terabytes']:.2g}", *hours, rate])
+    yield ""
+    passes = max(cost["passes"] for cost in content["cost"].values())
+    yield (
+        f"`tumble spin` of simulated logs at 100 Hz, processor time of one log times a million. The procedure "
+        f"decodes a log {passes} times."
+    )
+
+
+def fleet_sessions(content: Content) -> Iterator[str]:
+    """Simulated sessions on two nodes, one of which is killed."""
+    covered = " and ".join(f"{100.0 * each:.1f} %" for each in content["coverage"].values())
+    yield "| | |"
+    yield "|---|---|"
+    yield _row(["sessions simulated, calibrated and held against their truth", f"{content['sessions']:,}"])
+    yield _row(["lost, doubled, failed", f"{content['failed']}"])
+    yield _row(["node killed after", f"{content['killed_at']:,} sessions"])
+    yield _row(["tasks lost with it and given again", f"{content['tasks_lost']}"])
+    yield _row(["rows that were written twice and count once", f"{content['rows_written_twice']}"])
+    yield _row(["equal to a plain loop, bit for bit", f"{content['compared']:,} of {content['compared']:,}"])
+    yield _row(["time", f"{content['seconds'] / 60.0:.1f} min, {content['a_second']:.0f} sessions a second"])
+    yield _row(["memory of the driver", f"{content['driver_mib']:.0f} MiB"])
+    yield _row(["95 % intervals that hold the truth, accelerometer and gyroscope", covered])
+
+
+def fleet_kills(content: Content) -> Iterator[str]:
+    """Random kills beside a store that fails."""
+    killed = ", ".join(f"{count} of a {kind}" for kind, count in content["killed"].items())
+    failed = 100.0 * content["store_failed"] / content["store_calls"]
+    yield (
+        f"{content['kills']} kills at random moments ({killed}) in {content['jobs']} jobs of "
+        f"{content['sessions'] // content['jobs']:,} sessions, whose store failed {content['store_failed']:,} of "
+        f"{content['store_calls']:,} calls ({failed:.1f} %). Nothing was lost, doubled or other than in a plain "
+        f"loop. {content['rows_written_twice']:,} rows were written twice; the store ended "
+        f"{content['drivers_ended_by_store']} drivers, which were started again."
     )
 
 
@@ -1158,6 +1216,9 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "view": view,
     "bench_page": bench_page,
     "footprint": footprint,
+    "fleet": fleet,
+    "fleet_sessions": fleet_sessions,
+    "fleet_kills": fleet_kills,
 }
 
 

@@ -71,5 +71,11 @@ SUBJECTS = (
         "time of each step, a production line, memory of long recordings",
         ("speed", "production", "memory"),
     ),
+    Subject(
+        "fleets",
+        "Fleets",
+        "cost beside a plain loop, a million logs, sessions and random kills on two nodes",
+        ("fleet", "fleet_sessions", "fleet_kills"),
+    ),
     Subject("device", "On a device", "flash, memory, stack and instructions of a Cortex-M4F", ("footprint",)),
 )
