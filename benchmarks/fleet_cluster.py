@@ -1,4 +1,4 @@
-"""A cluster of Ray with two nodes of one processor each on this machine, the second of which can be killed."""
+"""A cluster of Ray on this machine: two nodes of one processor each, the second of which can be killed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-import psutil
+import psutil  # type: ignore[import-untyped]
 
 
 class TwoNodes:

@@ -50,7 +50,9 @@ def kills(minutes: float, most: int, folder: Path, seed: int) -> Content:
     draws = random.Random(seed)
     until = time.monotonic() + 60.0 * minutes
     job = _job("")
-    expected = {str(seed): computed_outcome(job, FleetInput(str(seed)), b"").summary for seed in range(SESSIONS)}
+    expected = {
+        str(seed): computed_outcome(job, FleetInput(str(seed)), b"").summary for seed in range(SESSIONS)
+    }
     killed: Counter[str] = Counter()
     jobs = ended_by_store = rows_twice = 0
     with busy_store(SHARE_FAILED, seed) as store:
@@ -141,9 +143,7 @@ class _Run:
         assert self._starts < MOST_STARTS, "the job does not end"
         command = [sys.executable, "-m", "tumble", "fleet", "run", str(self._file), "--resume", "--quiet"]
         command += ["--engine", f"ray:{self._nodes.address}"]
-        return subprocess.Popen(
-            command, env=os.environ, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        return subprocess.Popen(command, env=os.environ, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def _checked(job: FleetJob, expected: Mapping[str, str]) -> int:
@@ -153,4 +153,5 @@ def _checked(job: FleetJob, expected: Mapping[str, str]) -> int:
     places, found = (table.column(name).to_pylist() for name in ("place", "summary"))
     assert len(places) == len(expected), f"{len(places)} rows of {len(expected)} sessions"
     assert dict(zip(places, found, strict=True)) == expected, "another result than that of a plain loop"
-    return sum(each.num_rows for each in part_tables(results, ["key"])) - len(expected)
+    written = sum(int(each.num_rows) for each in part_tables(results, ["key"]))
+    return written - len(expected)

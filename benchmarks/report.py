@@ -372,7 +372,7 @@ def fleet(content: Content) -> Iterator[str]:
     growth = f"{large / small:.2f} ({large:.0f} over {small:.0f} MiB)"
     yield _row([f"memory of the driver of {inputs} inputs", growth, f"{LARGEST_FLEET_GROWTH:g}"])
     yield ""
-    yield "| a million logs of ten minutes as | TB | core hours | one decoding | fit | MB/s that a core reads |"
+    yield "| a million logs of ten minutes as | TB | core hours | one decoding | fit | MB/s of a core |"
     yield "|---|---|---|---|---|---|"
     for log_format, cost in content["cost"].items():
         hours = [f"{cost[name]:.0f}" for name in ("core_hours", "decode", "fit")]
@@ -381,8 +381,8 @@ def fleet(content: Content) -> Iterator[str]:
     yield ""
     passes = max(cost["passes"] for cost in content["cost"].values())
     yield (
-        f"`tumble spin` of simulated logs at 100 Hz, processor time of one log times a million. The procedure "
-        f"decodes a log {passes} times."
+        "`tumble spin` of simulated logs at 100 Hz, processor time of one log times a million. The "
+        f"procedure decodes a log {passes} times."
     )
 
 
@@ -408,10 +408,10 @@ def fleet_kills(content: Content) -> Iterator[str]:
     failed = 100.0 * content["store_failed"] / content["store_calls"]
     yield (
         f"{content['kills']} kills at random moments ({killed}) in {content['jobs']} jobs of "
-        f"{content['sessions'] // content['jobs']:,} sessions, whose store failed {content['store_failed']:,} of "
-        f"{content['store_calls']:,} calls ({failed:.1f} %). Nothing was lost, doubled or other than in a plain "
-        f"loop. {content['rows_written_twice']:,} rows were written twice; the store ended "
-        f"{content['drivers_ended_by_store']} drivers, which were started again."
+        f"{content['sessions'] // content['jobs']:,} sessions, whose store failed "
+        f"{content['store_failed']:,} of {content['store_calls']:,} calls ({failed:.1f} %). Nothing was lost, "
+        f"doubled or other than in a plain loop. {content['rows_written_twice']:,} rows were "
+        f"written twice; the store ended {content['drivers_ended_by_store']} drivers, which were started again."
     )
 
 

@@ -31,8 +31,9 @@ class OtherDriverError(TumbleError):
 def driver_lease(results: FileStore) -> Iterator[DriverLease]:
     """Keeps other drivers from the results while the block runs.
 
-    A folder is locked by the kernel, which ends with the process. Elsewhere a file is renewed while its driver
-    lives. Two drivers that begin at the same moment both go on until the next renewal; their results are one.
+    A folder is locked by the kernel, and free again once the process has ended. Elsewhere a file is renewed
+    while its driver lives. Two drivers that begin at the same moment both go on until the next renewal; their
+    results are one.
 
     Raises `OtherDriverError`, or `OutputError` for a folder, where another driver works there.
     """
@@ -81,8 +82,8 @@ class DriverLease:
         """Raises `OtherDriverError` where another driver has taken over."""
         if self._other:
             raise OtherDriverError(
-                f"{self._results}: another driver ({self._other}) works on these results; wait for it to end, or "
-                "end it with tumble fleet cancel"
+                f"{self._results}: another driver ({self._other}) works on these results; wait for it to "
+                "end, or end it with tumble fleet cancel"
             )
 
     def release(self) -> None:
@@ -105,7 +106,7 @@ class DriverLease:
                     return
                 self._write()
             except StoreError:
-                # A store that fails now and then costs one renewal; the job itself reports one that fails for long.
+                # A call that fails costs one renewal; a store that fails for long ends the job itself.
                 continue
 
 

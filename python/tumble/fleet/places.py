@@ -12,7 +12,9 @@ from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import write_shared
 from tumble.foundation.words import plain
 
-_SECRETS = re.compile(r"(?<=//)[^/@\s]+@|(?<!\S)[^/@\s:]+:[^/@\s]+@|(?i:(key|secret|token|password|signature)=)[^&\s]+")
+_SECRETS = re.compile(
+    r"(?<=//)[^/@\s]+@|(?<!\S)[^/@\s:]+:[^/@\s]+@|(?i:(key|secret|token|password|signature)=)[^&\s]+"
+)
 
 
 class StoreError(TumbleError):

@@ -110,7 +110,8 @@ def _refuse_silent(address: str) -> None:
 def _unreachable(place: str, error: Exception) -> TumbleError:
     reason = shown(" ".join(str(error).split()))
     return TumbleError(
-        f"ray at {place} cannot be reached: {reason}; check the address, or leave it out to work on this machine"
+        f"ray at {place} cannot be reached: {reason}; check the address, or leave it out to work on this "
+        "machine"
     )
 
 
