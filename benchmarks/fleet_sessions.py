@@ -12,6 +12,7 @@ import resource
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,7 @@ def sessions(count: int, folder: Path, seed: int) -> Content:
     )
     with two_nodes() as nodes:
         kill = _NodeKill(nodes, draws.randrange(int(EARLIEST * count), int(LATEST * count)))
-        status = FleetRun(job, RayEngine("", 2), "ray", show=kill).run()
+        status = FleetRun(job, partial(RayEngine, "", 2), "ray", show=kill).run()
     assert kill.done, "the job ended before a node was killed"
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     results = FileStore(job.results)

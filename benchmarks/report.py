@@ -405,13 +405,16 @@ def fleet_sessions(content: Content) -> Iterator[str]:
 def fleet_kills(content: Content) -> Iterator[str]:
     """Random kills beside a store that fails."""
     killed = ", ".join(f"{count} of a {kind}" for kind, count in content["killed"].items())
-    failed = 100.0 * content["store_failed"] / content["store_calls"]
+    calls, failed = content["store_calls"], content["store_failed"]
     yield (
         f"{content['kills']} kills at random moments ({killed}) in {content['jobs']} jobs of "
-        f"{content['sessions'] // content['jobs']:,} sessions, whose store failed "
-        f"{content['store_failed']:,} of {content['store_calls']:,} calls ({failed:.1f} %). Nothing was lost, "
-        f"doubled or other than in a plain loop. {content['rows_written_twice']:,} rows were "
-        f"written twice; the store ended {content['drivers_ended_by_store']} drivers, which were started again."
+        f"{content['sessions'] // content['jobs']:,} sessions. Their store failed {failed:,} of {calls:,} calls "
+        f"({100.0 * failed / calls:.1f} %). Nothing was lost, doubled or other than in a plain loop."
+    )
+    yield ""
+    yield (
+        f"{content['rows_written_twice']:,} rows were written twice and count once. The store ended "
+        f"{content['drivers_ended_by_store']} drivers, which were started again."
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ def computed(
         def show(status: JobStatus) -> None:
             bar.update(task, completed=status.done)
 
-        FleetRun(job, engine_of(engine, jobs), engine, resume=True, show=show).run()
+        FleetRun(job, partial(engine_of, engine, jobs), engine, resume=True, show=show).run()
     found: dict[int, dict[str, Any]] = {}
     for row in rows(FileStore(str(results)), ("place", "failure", "summary")):
         if row["failure"] and int(str(row["place"])) in seeds:

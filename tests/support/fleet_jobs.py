@@ -24,7 +24,7 @@ def function_job(results, name="squared", seeds=(0, 20), **more):
 
 def run_job(job, engine=None, *, resume=False):
     """Runs a job to its end."""
-    return FleetRun(job, engine or LocalEngine(2), "local", resume).run()
+    return FleetRun(job, lambda: engine or LocalEngine(2), "local", resume).run()
 
 
 def results_of(job):

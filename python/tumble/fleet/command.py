@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -89,15 +90,12 @@ def run_command(
     job = _job(path, results)
     from tumble.fleet.driver import FleetRun
     from tumble.fleet.engine import engine_of
-    from tumble.fleet.ledger import refuse_other_job
     from tumble.fleet.screen import progress
 
     place = _place(job.results)
-    # Whatever is wrong with the job shows before an engine is started, which may take long.
-    refuse_other_job(place, job, resume=resume)
-    working = engine_of(engine, workers or os.cpu_count() or 1)
+    start_engine = partial(engine_of, engine, workers or os.cpu_count() or 1)
     with progress(quiet) as show:
-        status = FleetRun(job, working, engine, resume, show).run()
+        status = FleetRun(job, start_engine, engine, resume, show).run()
     if status.state == "cancelled":
         raise typer.Exit(ExitCode.INTERRUPTED)
     _enter(job, place)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -41,7 +42,8 @@ class FleetRun:
     """
 
     job: FleetJob
-    engine: FleetEngine
+    start_engine: Callable[[], FleetEngine]
+    """Called once the job is known to be in order, for a cluster may take long to begin."""
     engine_name: str
     resume: bool = False
     show: ShowProgress = lambda _: None
@@ -49,6 +51,7 @@ class FleetRun:
     """Tasks that were lost with their worker."""
     _tries: dict[str, int] = field(default_factory=dict)
     """Workers that each input took along, by its place."""
+    _engine: FleetEngine = field(init=False)
     _lease: DriverLease = field(init=False)
     _under_way: int = 0
     _inputs: int = 0
@@ -62,19 +65,16 @@ class FleetRun:
     def run(self) -> JobStatus:
         """Computes all inputs that have no result yet; returns how it ended."""
         self._results = FileStore(self.job.results)
-        try:
-            with driver_lease(self._results) as self._lease:
-                return self._run()
-        finally:
-            self.engine.close()
+        # Nothing is written until all is in order, so that a refused job leaves results of before as they are.
+        with driver_lease(self._results) as self._lease:
+            date = ledger.refuse_other_job(self._results, self.job, resume=self.resume)
+            with closing(InputList(self.job)) as inputs, closing(self.start_engine()) as self._engine:
+                self._date = date or ledger.begin(self._results, self.job)
+                ledger.forget_cancelling(self._results)
+                return self._run(inputs)
 
-    def _run(self) -> JobStatus:
-        ledger.refuse_other_job(self._results, self.job, resume=self.resume)
+    def _run(self, inputs: InputList) -> JobStatus:
         self._begun = self._written = time.monotonic()
-        # Wrong inputs leave results of before as they are: nothing is written until all are known.
-        inputs = InputList(self.job)
-        self._date = ledger.begin(self._results, self.job, resume=self.resume)
-        ledger.forget_cancelling(self._results)
         self._inputs = len(inputs)
         self._open = self._without_result(inputs)
         state, reason = "failed", ""
@@ -87,7 +87,6 @@ class FleetRun:
             state = "cancelled"
             raise
         finally:
-            inputs.close()
             status = self._status(state, reason)
             ledger.write_status(self._results, status)
         self.show(status)
@@ -112,7 +111,7 @@ class FleetRun:
                 self._give_work()
             if not self._under_way:
                 return "cancelled" if cancelled else "done"
-            for finished in self.engine.finished(_LOOK):
+            for finished in self._engine.finished(_LOOK):
                 self._under_way -= 1
                 self._take(finished)
             cancelled = cancelled or self._looked()
@@ -129,8 +128,8 @@ class FleetRun:
         return ledger.is_cancelled(self._results)
 
     def _give_work(self) -> None:
-        while self._under_way < self.engine.slots and (task := self._next_task()) is not None:
-            self.engine.submit(task)
+        while self._under_way < self._engine.slots and (task := self._next_task()) is not None:
+            self._engine.submit(task)
             self._under_way += 1
 
     def _next_task(self) -> FleetTask | None:

@@ -90,14 +90,8 @@ def refuse_other_job(results: FileStore, job: FleetJob, *, resume: bool) -> str 
     return str(known["date"])
 
 
-def begin(results: FileStore, job: FleetJob, *, resume: bool) -> str:
-    """Registers the job at its results; returns the date that its results state, s since 1970.
-
-    Raises `JobChangedError` as `refuse_other_job` does.
-    """
-    date = refuse_other_job(results, job, resume=resume)
-    if date is not None:
-        return date
+def begin(results: FileStore, job: FleetJob) -> str:
+    """Registers the job at its results; returns the date that its results state, s since 1970."""
     date = _seconds(date_now())
     stated = {"work": job.work, "software": _core.__version__, "date": date}
     results.write(JOB_FILE, (json.dumps(stated, indent=1) + "\n").encode())
