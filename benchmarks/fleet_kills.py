@@ -20,7 +20,6 @@ import yaml
 
 from benchmarks.fleet_cluster import TwoNodes
 from benchmarks.fleet_sessions import FUNCTION
-from benchmarks.fleet_store import BUCKET, busy_store
 from benchmarks.results import Content, machine
 from tumble.cli.exit_code import ExitCode
 from tumble.fleet.inputs import FleetInput
@@ -47,6 +46,8 @@ def kills(minutes: float, most: int, folder: Path, seed: int) -> Content:
 
     Raises `AssertionError` where an input is lost, doubled, or another than that of a plain loop.
     """
+    from benchmarks.fleet_store import BUCKET, busy_store  # a server of S3 takes a second to import
+
     draws = random.Random(seed)
     until = time.monotonic() + 60.0 * minutes
     job = _job("")

@@ -3,11 +3,14 @@
 # would see of the sources, and into an environment of their own.
 set -eu
 
+# A node of a cluster of Ray needs these: the agent that answers for its health, and S3.
+nodes='import ray.dashboard.optional_deps, s3fs'
 root=$(cd "$(dirname "$0")/.." && pwd)
 if docker info >/dev/null 2>&1; then
     docker build --tag tumble "$root"
     docker run --rm tumble doctor
     docker run --rm tumble demo
+    docker run --rm --entrypoint python tumble -c "$nodes"
     exit
 fi
 echo "Docker does not run here; trying the steps of the Dockerfile without it"
@@ -23,3 +26,4 @@ export PATH="$work/environment/bin:/usr/local/bin:/usr/bin:/bin"
 cp "$root/scripts/newcomer.py" "$work/newcomer.py"
 cd "$work"
 python newcomer.py
+python -c "$nodes"
