@@ -34,8 +34,10 @@ SHARE_FAILED = 0.02
 """Share of the calls that the store fails."""
 SESSIONS = 2000
 TASK_SECONDS = 0.5
-LONGEST_PAUSE = 5.0
-"""s between two kills at most."""
+LONGEST_PAUSE = 3.0
+"""s at most from when a worker computes to a kill."""
+LOOK = 0.1
+"""s between two looks at the processes."""
 KINDS = ("worker", "node", "driver")
 MOST_STARTS = 200
 """Starts of a driver of one job; a job that needs more does not end."""
@@ -63,10 +65,10 @@ def kills(minutes: float, most: int, folder: Path, seed: int) -> Content:
                 job = _job(f"s3://{BUCKET}/results-{jobs}")
                 run = _Run(job, folder, nodes, draws)
                 while not run.is_done():
-                    if time.monotonic() < until and killed.total() < most:
-                        killed[run.kill()] += 1
-                    else:
-                        time.sleep(0.2)
+                    time.sleep(LOOK)
+                    # A driver that is killed before it gave any work would prove little.
+                    if time.monotonic() < until and killed.total() < most and nodes.workers():
+                        killed.update(run.kill())
                 rows_twice += _checked(job, expected)
                 ended_by_store += run.ended_by_store
                 jobs += 1
@@ -125,19 +127,22 @@ class _Run:
         self._driver = self._started()
         return False
 
-    def kill(self) -> str:
-        """Kills a worker, a node or the driver after a while; returns which."""
-        time.sleep(self._draws.uniform(0.5, LONGEST_PAUSE))
+    def kill(self) -> list[str]:
+        """Kills a worker, a node or the driver after a while; returns which, if it was still there."""
+        time.sleep(self._draws.uniform(0.0, LONGEST_PAUSE))
         kind = self._draws.choice(KINDS)
         if kind == "node":
             self._nodes.replace_second()
-        elif kind == "worker" and (workers := self._nodes.workers()):
+        elif kind == "worker":
+            if not (workers := self._nodes.workers()):
+                return []
             self._draws.choice(workers).kill()
-        else:
-            kind = "driver"
+        elif self._driver.poll() is None:
             self._driver.kill()
             self._driver.wait()
-        return kind
+        else:
+            return []
+        return [kind]
 
     def _started(self) -> subprocess.Popen[bytes]:
         self._starts += 1
