@@ -376,7 +376,7 @@ def fleet(content: Content) -> Iterator[str]:
     growth = f"{large / small:.2f} ({large:.0f} over {small:.0f} MiB)"
     yield _row([f"memory of the driver of {inputs} inputs", growth, f"{LARGEST_FLEET_GROWTH:g}"])
     yield ""
-    yield "| a million logs of ten minutes | TB | core hours | to decode once | to fit | cores fed by 10 Gbit/s |"
+    yield "| a million logs of ten minutes | TB | core hours | one decoding | fit | cores fed by 10 Gbit/s |"
     yield "|---|---|---|---|---|---|"
     for log_format, cost in content["cost"].items():
         hours = [f"{cost[name]:.0f}" for name in ("core_hours", "decode", "fit")]

@@ -8,7 +8,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from tumble.fleet.places import FileStore, StoreError
 from tumble.foundation.errors import TumbleError
@@ -91,7 +91,9 @@ class DriverLease:
         self._ended.set()
         self._thread.join()
         if not self._other:
-            self._results.remove(LEASE_FILE)
+            # A lease that cannot be removed is over by itself, and no reason for a finished job to fail.
+            with suppress(StoreError):
+                self._results.remove(LEASE_FILE)
 
     def _write(self) -> None:
         self._renewals += 1
