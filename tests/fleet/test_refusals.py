@@ -83,14 +83,15 @@ def test_worker_of_another_version_ends_the_job():
         run_task(FleetTask(job, (FleetInput("0"),), "0", "0.0.1"))
 
 
-def test_unreachable_store_is_one_line_without_credentials(tmp_path, monkeypatch):
+@pytest.mark.parametrize("unreachable", ["inputs", "results"])
+def test_unreachable_store_is_one_line_without_credentials(tmp_path, monkeypatch, unreachable):
     monkeypatch.setenv("AWS_ACCESS_KEY_ID", "someone")
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "hunter2secret")
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
-    line = refused(
-        {"procedure": "spin", "inputs": "s3://fleet/*.csv", "results": str(tmp_path / "r")}, tmp_path
-    )
+    (tmp_path / "log.csv").write_text("")
+    places = {"inputs": str(tmp_path / "*.csv"), "results": str(tmp_path / "r")}
+    line = refused({"procedure": "spin", **places, unreachable: "s3://fleet/robots.csv"}, tmp_path)
     assert "cannot be reached" in line
     assert "hunter2secret" not in line
     assert "someone" not in line

@@ -65,7 +65,7 @@ class FleetRun:
     def run(self) -> JobStatus:
         """Computes all inputs that have no result yet; returns how it ended."""
         self._results = FileStore(self.job.results)
-        # Nothing is written until all is in order, so that a refused job leaves results of before as they are.
+        # Nothing is written until all is in order: a refused job leaves results of before as they are.
         with driver_lease(self._results) as self._lease:
             date = ledger.refuse_other_job(self._results, self.job, resume=self.resume)
             with closing(InputList(self.job)) as inputs, closing(self.start_engine()) as self._engine:
