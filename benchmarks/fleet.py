@@ -1,6 +1,6 @@
 """Fleets: cost beside a plain loop, memory of the driver, simulated sessions on two nodes, random kills.
 
-`python -m benchmarks.fleet figures [--logs 150] [--most 100000]`
+`python -m benchmarks.fleet figures [--logs 500] [--most 100000]`
 `python -m benchmarks.fleet sessions [--count 100000] [--seed 0]`
 `python -m benchmarks.fleet kills [--minutes 10] [--most 100] [--seed 0]`
 """
