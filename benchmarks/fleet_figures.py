@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import tumble
+from benchmarks.memory import peak_here
 from benchmarks.results import Content, machine
 from tumble.fleet.driver import FleetRun
 from tumble.fleet.inputs import FleetInput, InputList
@@ -120,14 +120,7 @@ def drive(inputs: int) -> float:
             {"procedure": "benchmarks.fleet_figures:nothing", "seeds": {"count": inputs}, "results": folder}
         )
         FleetRun(job, lambda: LocalEngine(1), "local").run()
-    return _peak()
-
-
-def _peak() -> float:
-    """Returns the largest resident memory of this process, MiB; `getrusage` counts that of its parent too."""
-    status = Path("/proc/self/status").read_text(encoding="ascii")
-    [kilobytes] = re.findall(r"^VmHWM:\s+(\d+) kB$", status, re.MULTILINE)
-    return int(kilobytes) / 1024.0
+    return peak_here() / 2**20
 
 
 def _cost(log_format: LogFormat, folder: Path) -> Content:
