@@ -29,7 +29,7 @@ from tumble.fleet.places import FileStore
 from tumble.fleet.task import computed_outcome
 
 KILLS = 100
-MINUTES = 10.0
+MINUTES = 20.0
 SHARE_FAILED = 0.02
 """Share of the calls that the store fails."""
 SESSIONS = 2000
