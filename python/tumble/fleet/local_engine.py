@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import pickle
 from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
@@ -26,6 +27,8 @@ class LocalEngine:
 
     def __init__(self, workers: int) -> None:
         self.slots = workers
+        # Workers share the cores already: threads of BLAS in each wait for one another. Ray does the same.
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
         _CONTEXT.set_forkserver_preload(_PRELOADED)
         self._idle: list[_Worker] = []
         self._busy: dict[int, tuple[_Worker, FleetTask]] = {}
