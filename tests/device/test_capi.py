@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks import c_library
 
 from exchange_units import calibration, samples
 from repetitions import SOAK
@@ -315,15 +316,19 @@ def symbols(program: Path) -> list[str]:
     return [line.split(maxsplit=2)[-1] for line in done(["arm-none-eabi-nm", "-C", program]).splitlines()]
 
 
+def declared_calls() -> set[str]:
+    """Names of the calls of the header."""
+    found = re.findall(r"^(?:tumble_status|const char \*) ?(tumble_\w+)\(", HEADER.read_text(), re.MULTILINE)
+    assert len(found) > 30
+    return set(found)
+
+
 def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -> None:
     linked = image(device_library)
     assert linked.returncode == 0, linked.stderr
     found = symbols(device_library.parent / "image.elf")
     assert [name for name in found if FORBIDDEN.search(name)] == []
-    declared = set(
-        re.findall(r"^(?:tumble_status|const char \*) ?(tumble_\w+)\(", HEADER.read_text(), re.MULTILINE)
-    )
-    assert len(declared) > 30
+    declared = declared_calls()
     assert declared <= set(found), declared - set(found)
 
 
@@ -372,6 +377,21 @@ def test_an_image_that_reaches_the_heap_is_found_out(device_library: Path) -> No
     linked = image(device_library, "-DREACH_THE_HEAP")
     assert linked.returncode == 0, linked.stderr
     assert any(FORBIDDEN.search(name) for name in symbols(device_library.parent / "image.elf"))
+
+
+def test_no_call_takes_more_than_4_kib_of_stack(device_library: Path) -> None:
+    bounds = c_library.stack_bounds(c_library.every_call(device_library))
+    assert set(bounds) >= declared_calls()
+    assert {call: bound for call, bound in bounds.items() if bound > c_library.STACK_GOAL} == {}
+
+
+def test_stack_painted_in_a_flight_is_close_below_its_bound(device_library: Path) -> None:
+    bounds = c_library.stack_bounds(c_library.every_call(device_library))
+    painted, last = c_library.stack_painted(device_library)
+    assert last == "2 adopted, 0 refused"
+    assert {"tumble_redundancy_push", "tumble_redundancy_init", "tumble_spin_solve"} < set(painted)
+    for call, used in painted.items():
+        assert used <= bounds[call] <= used + max(256, used / 20), call
 
 
 def test_a_cortex_m_image_emulates_no_double_precision(device_library: Path) -> None:

@@ -16,8 +16,8 @@
  *
  * While a call that changes storage is under way, others with the same storage are answered by ::TUMBLE_ERROR_BUSY, but for
  * those that initialise: they overwrite whatever was there, so none may be made from a callback or an interrupt while
- * another call is under way. A call that takes storage as const, such as tumble_spin_solve(), does not mark it: nothing may
- * change it until that call returns.
+ * another call is under way. A call that takes storage as const does not mark it: nothing may change it until that
+ * call returns.
  */
 
 #ifndef TUMBLE_H
@@ -2567,13 +2567,13 @@ tumble_status tumble_spin_get_progress(const struct tumble_spin *spin, struct tu
 /**
  * Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
  * may be null. When done, and without a true angle, it was solved already; else all of it is solved within
- * this call, which takes long and much of the stack (docs/how-to/c.md).
+ * this call, which takes long (docs/how-to/c.md). Slices of solving that were under way begin anew.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
  * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where nothing is observable, and `failure` gives the
  * reason.
  */
-tumble_status tumble_spin_solve(const struct tumble_spin *spin,
+tumble_status tumble_spin_solve(struct tumble_spin *spin,
                                 const struct tumble_spin_true_angle *true_angle,
                                 struct tumble_spin_estimate *estimate,
                                 struct tumble_spin_failure *failure);

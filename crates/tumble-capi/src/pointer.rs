@@ -102,6 +102,23 @@ pub unsafe fn begin<S: Storage>(
     size: usize,
     state: impl FnOnce() -> StatusResult<S::State>,
 ) -> StatusResult {
+    // SAFETY: the place of a state takes one; the same is asked of the caller.
+    let write = |state, place: *mut S::State| unsafe { place.write(state) };
+    // SAFETY: the same.
+    unsafe { begin_in_place(storage, size, state, write) }
+}
+
+/// Puts a state into storage as [`begin`] does, of what `prepare` returns; `write` writes it to its place. A state that is
+/// large makes no copy on the stack so.
+///
+/// # Safety
+/// The same as for [`begin`]; besides, `write` writes a state to the pointer that it gets.
+pub unsafe fn begin_in_place<S: Storage, P>(
+    storage: *mut S,
+    size: usize,
+    prepare: impl FnOnce() -> StatusResult<P>,
+    write: impl FnOnce(P, *mut S::State),
+) -> StatusResult {
     const {
         assert!(size_of::<Slot<S::State>>() <= size_of::<S>());
         assert!(align_of::<Slot<S::State>>() <= align_of::<S>());
@@ -110,12 +127,17 @@ pub unsafe fn begin<S: Storage>(
     if size != size_of::<S>() {
         return Err(Status::TumbleErrorSize);
     }
-    let slot = Slot {
-        mark: S::MARK,
-        state: state()?,
-    };
-    // SAFETY: a slot fits into the storage, in size and alignment.
-    unsafe { storage.cast::<Slot<S::State>>().write(slot) };
+    let prepared = prepare()?;
+    let slot = storage.cast::<Slot<S::State>>();
+    // SAFETY: a slot fits into the storage, in size and alignment. There may be no state yet, so that only addresses are taken.
+    let (mark, state) = unsafe { (&raw mut (*slot).mark, &raw mut (*slot).state) };
+    // SAFETY: the same. A reset in the middle leaves no mark beside half a state.
+    unsafe { mark.write_volatile(0) };
+    compiler_fence(Ordering::SeqCst);
+    write(prepared, state);
+    compiler_fence(Ordering::SeqCst);
+    // SAFETY: the same.
+    unsafe { mark.write_volatile(S::MARK) };
     Ok(())
 }
 

@@ -64,7 +64,7 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
         counter_clockwise: Some(angle),
         sigma: real(0.01),
     };
-    let with_angle = watch.during(|| machine.solve(Some(&known)));
+    let with_angle = watch.during(|| machine.solve_in_place(Some(&known)));
     watch.was(WorkPart::SpinSolve);
     if let Ok(found) = &with_angle {
         value(out, "scale, if that was the angle", &found.scale)?;

@@ -1,7 +1,9 @@
 //! A primary that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
 
+#[cfg(feature = "aiding")]
 mod aiding;
 mod choice;
+#[cfg(feature = "settings_check")]
 mod contradiction;
 mod event;
 mod reason;
@@ -21,13 +23,16 @@ use tumble_core::redundancy::monitor::event::{
 };
 use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
 use tumble_core::redundancy::platform::{
-    MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration,
+    MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration, check,
 };
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
+use tumble_core::redundancy::settings::RedundancySettings as CoreSettings;
 
+#[cfg(feature = "aiding")]
 pub use crate::redundancy::aiding::{Aiding, AidingKind};
 pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, ThresholdKind};
+#[cfg(feature = "settings_check")]
 pub use crate::redundancy::contradiction::tumble_redundancy_check;
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
@@ -38,7 +43,7 @@ pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults_of
 
 use crate::code::{Code, code};
 use crate::model::{Calibration, Sample, rows};
-use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
+use crate::pointer::{Place, Storage, answer, begin_in_place, change, look, read, view};
 use crate::record::{Record, Sensor};
 use crate::redundancy::event::Listener;
 use crate::status::{Status, StatusResult, status};
@@ -63,10 +68,16 @@ pub struct Redundancy {
     pub words: [u64; TUMBLE_REDUNDANCY_WORDS],
 }
 
+/// Secondaries that are calibrated at a time.
+const AT_ONCE: usize = cfg!(feature = "calibration") as usize;
+
+/// Sets that receive aiding measurements.
+const AIDED: usize = cfg!(feature = "aiding") as usize;
+
 /// A monitor and the set that it watches.
 pub struct Watched {
     platform: Platform<f32, UNITS>,
-    monitor: Monitor<f32, UNITS, 1, 1>,
+    monitor: Monitor<f32, UNITS, AT_ONCE, AIDED>,
 }
 
 impl Storage for Redundancy {
@@ -155,18 +166,23 @@ pub unsafe extern "C" fn tumble_redundancy_init(
     let calibration = given.map(|calibration| unsafe { look(calibration) });
     // SAFETY: the same.
     let (settings, first) = unsafe { (look(settings), look(units)) };
-    let state = || {
+    let prepare = || {
         let (settings, calibration) = (settings?, calibration.transpose()?);
         first?;
         // SAFETY: the same, and there are as many as the caller states.
         let units = unsafe { slice::from_raw_parts(units, UNITS) };
-        Ok(Watched {
-            platform: platform(settings, calibration, units)?,
-            monitor: Monitor::new(),
-        })
+        Parts::of(settings, calibration, units)
+    };
+    let write = |parts: Parts, watched: *mut Watched| {
+        // SAFETY: the place is that of a state, of which zeros are a value, as a test holds.
+        let watched = unsafe {
+            watched.write_bytes(0, 1);
+            &mut *watched
+        };
+        watched.begin(&parts);
     };
     // SAFETY: the same.
-    status(unsafe { begin(redundancy, size, state) })
+    status(unsafe { begin_in_place(redundancy, size, prepare, write) })
 }
 
 /// Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
@@ -213,6 +229,7 @@ pub unsafe extern "C" fn tumble_redundancy_push(
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
+#[cfg(feature = "aiding")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_aiding(
     redundancy: *mut Redundancy,
@@ -357,6 +374,15 @@ impl Output {
 }
 
 impl Watched {
+    /// Begins with a platform of these parts.
+    fn begin(&mut self, parts: &Parts) {
+        // They were checked.
+        let _ = self
+            .platform
+            .set(&parts.settings, &parts.calibration, &parts.units);
+        self.monitor.reset();
+    }
+
     /// Identity of the primary.
     fn primary(&self) -> u64 {
         let [primary, ..] = self.platform.units();
@@ -371,7 +397,7 @@ impl Watched {
         let sensor = record.sensor;
         let kind = match self.platform.calibration().with_record(record) {
             Some(calibration) => {
-                self.platform = self.platform.with_calibration(calibration);
+                self.platform.set_calibration(calibration);
                 let sequence = record.sequence;
                 CoreEventKind::Restored { sensor, sequence }
             }
@@ -457,26 +483,85 @@ fn source(unit: Option<usize>) -> u32 {
         .unwrap_or(TUMBLE_NO_SOURCE)
 }
 
-fn platform(
-    settings: &RedundancySettings,
-    calibration: Option<&Calibration>,
-    units: &[Unit],
-) -> StatusResult<Platform<f32, UNITS>> {
-    let calibration = match calibration {
-        None => PrimaryCalibration::none(),
-        Some(given) => PrimaryCalibration::new(given.accelerometer.in_core()?, given.gyroscope.in_core()?)
-            .ok_or(Status::TumbleErrorSingular)?,
-    };
-    let mut in_core = [CoreUnit::new(0); UNITS];
-    for (place, unit) in in_core.iter_mut().zip(units) {
-        *place = unit.in_core()?;
+/// Parts of a platform, which are checked.
+struct Parts {
+    settings: CoreSettings<f32>,
+    calibration: PrimaryCalibration<f32>,
+    units: [CoreUnit<f32>; UNITS],
+}
+
+impl Parts {
+    fn of(
+        settings: &RedundancySettings,
+        calibration: Option<&Calibration>,
+        units: &[Unit],
+    ) -> StatusResult<Self> {
+        let mut parts = Self {
+            settings: settings.in_core()?,
+            calibration: own_calibration(calibration)?,
+            units: [CoreUnit::new(0); UNITS],
+        };
+        for (place, unit) in parts.units.iter_mut().zip(units) {
+            *place = unit.in_core()?;
+        }
+        check(&parts.settings, &parts.units).map_err(platform_error)?;
+        Ok(parts)
     }
-    Platform::new(settings.in_core()?, calibration, in_core).map_err(|error| match error {
+}
+
+// Its stack is not under that of others.
+#[inline(never)]
+fn own_calibration(given: Option<&Calibration>) -> StatusResult<PrimaryCalibration<f32>> {
+    let Some(given) = given else {
+        return Ok(PrimaryCalibration::none());
+    };
+    PrimaryCalibration::new(given.accelerometer.in_core()?, given.gyroscope.in_core()?)
+        .ok_or(Status::TumbleErrorSingular)
+}
+
+fn platform_error(error: PlatformError) -> Status {
+    match error {
         PlatformError::Settings(_) => Status::TumbleErrorContradiction,
         PlatformError::TooFewUnits => Status::TumbleErrorUnits,
         PlatformError::Primary => Status::TumbleErrorPrimary,
         PlatformError::Mounting(_) => Status::TumbleErrorMounting,
         PlatformError::Threshold(_) => Status::TumbleErrorContradiction,
         PlatformError::SameIdentity(_) => Status::TumbleErrorSameIdentity,
-    })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::mem::zeroed;
+
+    use super::*;
+
+    /// Text of all that a state holds, cut into pieces: two states are compared by it, since NaN equals nothing.
+    struct Text([u8; 64 * 1024], usize);
+
+    impl core::fmt::Write for Text {
+        fn write_str(&mut self, text: &str) -> core::fmt::Result {
+            for byte in text.bytes() {
+                *self.0.get_mut(self.1).ok_or(core::fmt::Error)? = byte;
+                self.1 += 1;
+            }
+            Ok(())
+        }
+    }
+
+    fn text(monitor: &Monitor<f32, UNITS, AT_ONCE, AIDED>) -> Text {
+        let mut text = Text([0; 64 * 1024], 0);
+        core::fmt::Write::write_fmt(&mut text, format_args!("{monitor:?}")).expect("room");
+        text
+    }
+
+    #[test]
+    fn a_monitor_begun_on_zeros_is_a_new_one() {
+        // SAFETY: this is what is tried: where zeros are no value, it panics.
+        let mut watched = unsafe { zeroed::<Watched>() };
+        watched.monitor.reset();
+        let (begun, new) = (text(&watched.monitor), text(&Monitor::new()));
+        assert_eq!(begun.1, new.1);
+        assert!(begun.1 > 1000 && begun.0 == new.0);
+    }
 }

@@ -256,6 +256,7 @@ impl RedundancySettings {
     }
 
     /// Converts them to the core's type; the core checks them for contradictions.
+    #[inline(never)]
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         version::check::<Self>(self.size as usize, self.version)?;
 

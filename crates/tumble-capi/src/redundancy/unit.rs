@@ -84,6 +84,7 @@ impl Unit {
     }
 
     /// Converts it to the core's type; the core checks the mounting.
+    #[inline(never)]
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         version::check::<Self>(self.size as usize, self.version)?;
         let ranges = [self.specific_force_range, self.angular_rate_range];

@@ -5,10 +5,11 @@ use core::mem::MaybeUninit;
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate as Core, TrueAngle, VectorEstimate};
+use tumble_core::spin::machine::SpinMachine;
 
 use crate::code::{code, truth, unless_zero};
 use crate::model::vector;
-use crate::pointer::{Place, look, view};
+use crate::pointer::{Place, change, look};
 use crate::record::{Record, Sensor};
 use crate::spin::{Spin, SpinFailure};
 use crate::status::{Status, StatusResult, status};
@@ -99,14 +100,14 @@ pub struct SpinEstimate {
 
 /// Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
 /// may be null. When done, and without a true angle, it was solved already; else all of it is solved within
-/// this call, which takes long and much of the stack (docs/how-to/c.md).
+/// this call, which takes long (docs/how-to/c.md). Slices of solving that were under way begin anew.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
 /// ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where nothing is observable, and `failure` gives the
 /// reason.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_spin_solve(
-    spin: *const Spin,
+    spin: *mut Spin,
     true_angle: *const SpinTrueAngle,
     estimate: *mut SpinEstimate,
     failure: *mut SpinFailure,
@@ -118,18 +119,20 @@ pub unsafe extern "C" fn tumble_spin_solve(
     let (place, why) = unsafe { (Place::at(estimate), Place::if_wanted(failure)) };
     status((|| {
         let (true_angle, place, why) = (true_angle.transpose()?, place?, why?);
-        // SAFETY: the same.
-        let solved = unsafe { view(spin, |machine| machine.solve(true_angle.as_ref())) }?;
-        match solved {
-            Ok(found) => place.write(SpinEstimate::of(&found)),
+        let solve = |machine: &mut SpinMachine<f32>| match machine.solve_in_place(true_angle.as_ref()) {
+            Ok(found) => {
+                place.write(SpinEstimate::of(&found));
+                Ok(())
+            }
             Err(failed) => {
                 if let Some(why) = why {
                     why.write(SpinFailure::of(&failed));
                 }
-                return Err(Status::TumbleErrorSpin);
+                Err(Status::TumbleErrorSpin)
             }
-        }
-        Ok(())
+        };
+        // SAFETY: the same.
+        unsafe { change(spin, solve) }
     })())
 }
 

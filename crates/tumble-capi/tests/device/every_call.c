@@ -15,7 +15,9 @@ tumble_flash flash;
 tumble_calibration calibration;
 tumble_sample sample;
 tumble_record record;
+#ifndef TUMBLE_WITHOUT_AIDING
 tumble_aiding aiding;
+#endif
 
 static void correct(void)
 {
@@ -109,9 +111,11 @@ static void watch(void)
     tumble_output output;
     tumble_knowledge knowledge;
     uint32_t source;
-    char text[64];
     answers += tumble_redundancy_defaults(&settings);
+#ifndef TUMBLE_WITHOUT_SETTINGS_CHECK
+    char text[64];
     answers += tumble_redundancy_check(&settings, text, sizeof text);
+#endif
     for (uint32_t i = 0; i < TUMBLE_UNITS; ++i) {
         answers += tumble_unit_defaults(&units[i], i);
     }
@@ -121,7 +125,9 @@ static void watch(void)
 #endif
     answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
     answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
+#ifndef TUMBLE_WITHOUT_AIDING
     answers += tumble_redundancy_aiding(&monitor, sample.time, &aiding, on_event, NULL);
+#endif
     answers += tumble_redundancy_set_temperature(&monitor, 0, 25.0f);
     answers += tumble_redundancy_command(&monitor, TUMBLE_COMMAND_EVALUATE);
     answers += tumble_redundancy_get_source(&monitor, &source);

@@ -228,38 +228,32 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         calibration: PrimaryCalibration<T>,
         units: [MountedUnit<T>; UNITS],
     ) -> Result<Self, PlatformError> {
-        settings.validate().map_err(PlatformError::Settings)?;
-        let primary = units
-            .first()
-            .filter(|_| UNITS > 1)
-            .ok_or(PlatformError::TooFewUnits)?;
-        if !SENSORS.into_iter().any(|sensor| primary.axes.any(sensor))
-            || primary.sensor_from_primary != products::identity()
-        {
-            return Err(PlatformError::Primary);
-        }
-        for (i, unit) in units.iter().enumerate() {
-            if !unit.is_sound() {
-                return Err(PlatformError::Mounting(i));
-            }
-            for (sensor, own) in SENSORS.into_iter().zip(&unit.thresholds) {
-                let meets = |own: &Threshold<T>| {
-                    own.is_possible() && (i == 0 || settings.may_be_exceeded(sensor, own))
-                };
-                if !own.as_ref().is_none_or(meets) {
-                    return Err(PlatformError::Threshold(i));
-                }
-            }
-            if units.iter().take(i).any(|other| other.identity == unit.identity) {
-                return Err(PlatformError::SameIdentity(i));
-            }
-        }
-        let platform = Self {
+        check(&settings, &units)?;
+        let mut platform = Self {
             settings,
             calibration,
             units,
         };
-        Ok(platform.with_calibration(calibration))
+        platform.set_calibration(calibration);
+        Ok(platform)
+    }
+
+    /// Replaces all by what [`Self::new`] takes, in place: a copy would take as much stack as a platform. Where that is
+    /// rejected, nothing changes.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn set(
+        &mut self,
+        settings: &RedundancySettings<T>,
+        calibration: &PrimaryCalibration<T>,
+        units: &[MountedUnit<T>; UNITS],
+    ) -> Result<(), PlatformError> {
+        check(settings, units)?;
+        self.settings = *settings;
+        self.units = *units;
+        self.set_calibration(*calibration);
+        Ok(())
     }
 
     /// Settings of the set.
@@ -273,11 +267,8 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     }
 
     /// Replaces the calibration of the primary.
-    pub fn with_calibration(self, calibration: PrimaryCalibration<T>) -> Self {
-        Self {
-            calibration: calibration.of_axes(&self.primary_axes()),
-            ..self
-        }
+    pub fn set_calibration(&mut self, calibration: PrimaryCalibration<T>) {
+        self.calibration = calibration.of_axes(&self.primary_axes());
     }
 
     /// Axes of the primary.
@@ -307,4 +298,41 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     pub fn units(&self) -> &[MountedUnit<T>; UNITS] {
         &self.units
     }
+}
+
+/// Checks settings and units of a platform.
+///
+/// # Errors
+/// [`PlatformError`] of the first contradiction.
+#[inline(never)]
+pub fn check<T: Real, const UNITS: usize>(
+    settings: &RedundancySettings<T>,
+    units: &[MountedUnit<T>; UNITS],
+) -> Result<(), PlatformError> {
+    settings.validate().map_err(PlatformError::Settings)?;
+    let primary = units
+        .first()
+        .filter(|_| UNITS > 1)
+        .ok_or(PlatformError::TooFewUnits)?;
+    if !SENSORS.into_iter().any(|sensor| primary.axes.any(sensor))
+        || primary.sensor_from_primary != products::identity()
+    {
+        return Err(PlatformError::Primary);
+    }
+    for (i, unit) in units.iter().enumerate() {
+        if !unit.is_sound() {
+            return Err(PlatformError::Mounting(i));
+        }
+        for (sensor, own) in SENSORS.into_iter().zip(&unit.thresholds) {
+            let meets =
+                |own: &Threshold<T>| own.is_possible() && (i == 0 || settings.may_be_exceeded(sensor, own));
+            if !own.as_ref().is_none_or(meets) {
+                return Err(PlatformError::Threshold(i));
+            }
+        }
+        if units.iter().take(i).any(|other| other.identity == unit.identity) {
+            return Err(PlatformError::SameIdentity(i));
+        }
+    }
+    Ok(())
 }

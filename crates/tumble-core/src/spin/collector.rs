@@ -112,6 +112,39 @@ impl<T: Real> Collector<T> {
         solve::solve(&self.estimator, true_angle)
     }
 
+    /// Solves for everything seen so far, at once, with the memory of the slices instead of the stack. Slices that were
+    /// under way begin anew.
+    ///
+    /// # Errors
+    /// Those of [`SpinSolver::step`].
+    pub fn solve_in_place(
+        &mut self,
+        true_angle: Option<&TrueAngle<T>>,
+    ) -> Result<SpinEstimate<T>, SpinFailure<T>> {
+        let under_way = self.solver.under_way();
+        let solved = if self.solver.has_solved(true_angle) {
+            Ok(())
+        } else {
+            self.solve_all(true_angle)
+        };
+        let found = solved.and_then(|()| {
+            let found = self.solver.estimate(&self.estimator);
+            found.ok_or(SpinFailure::Unsolvable)
+        });
+        if let Some((solved_for, true_angle)) = under_way {
+            self.solver.begin(solved_for, true_angle.as_ref());
+        }
+        found
+    }
+
+    // Apart, so that its stack is not under that of the estimate.
+    #[inline(never)]
+    fn solve_all(&mut self, true_angle: Option<&TrueAngle<T>>) -> Result<(), SpinFailure<T>> {
+        self.solver.begin(SolvedFor::Estimate, true_angle);
+        while self.solver.step(&self.estimator)? == Solving::GoesOn {}
+        Ok(())
+    }
+
     /// Begins to solve for everything, slice by slice.
     pub fn begin_to_solve(&mut self) {
         self.solver.begin(SolvedFor::Estimate, None);
@@ -125,8 +158,11 @@ impl<T: Real> Collector<T> {
         self.solver.step(&self.estimator)
     }
 
-    /// Result of the slices; `None` before the last.
+    /// Result of the slices without a true angle; `None` before the last.
     pub fn solved(&self) -> Option<SpinEstimate<T>> {
+        if !self.solver.has_solved(None) {
+            return None;
+        }
         self.solver.estimate(&self.estimator)
     }
 

@@ -127,6 +127,16 @@ impl<T: Real> SpinSolver<T> {
         self.next != Slice::Nothing
     }
 
+    /// Purpose and true angle of what was begun and is not finished.
+    pub fn under_way(&self) -> Option<(SolvedFor, Option<TrueAngle<T>>)> {
+        self.is_busy().then_some((self.solved_for, self.true_angle))
+    }
+
+    /// Tests whether all is solved, with this true angle.
+    pub fn has_solved(&self, true_angle: Option<&TrueAngle<T>>) -> bool {
+        self.solved && !self.is_busy() && self.true_angle.as_ref() == true_angle
+    }
+
     /// The fit of a spin that is solved.
     pub fn fit(&self) -> Option<&LevelFree<T>> {
         self.found.as_ref().filter(|_| self.solved)

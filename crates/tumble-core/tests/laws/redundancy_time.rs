@@ -48,6 +48,26 @@ fn assert_alike<A: Real, B: Real>(a: &Flight<A, 2>, b: &Flight<B, 2>, share: f64
 }
 
 #[test]
+fn a_monitor_that_flew_and_is_reset_is_a_new_one() {
+    let set = set::<f64>();
+    let mut monitor = Monitor::<f64, 2, 1, 1>::new();
+    let still = text_of(&monitor);
+    monitor.set_temperature(1, 40.0);
+    let mut event = |_| {};
+    for (unit, sample) in Mission::new(SEED, &parts()).samples().iter().take(20_000) {
+        monitor.push(&set, *unit, sample, &mut event);
+    }
+    assert!(text_of(&monitor) != still);
+    monitor.reset();
+    assert_eq!(text_of(&monitor), still);
+}
+
+/// All that a monitor holds, as text: NaN equals nothing.
+fn text_of(monitor: &Monitor<f64, 2, 1, 1>) -> String {
+    format!("{monitor:?}")
+}
+
+#[test]
 fn the_same_samples_give_the_same_events_bit_by_bit() {
     let samples = Mission::new(SEED, &parts()).samples();
     let fly = || {

@@ -91,120 +91,103 @@ impl<T: Real> Moves<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Covariance<T: Real>([T; KEPT]);
 
-type Square<T> = [[T; ERRORS]; ERRORS];
-
 impl<T: Real> Covariance<T> {
     /// Creates the covariance of independent errors from their variances.
     pub fn of_variances(variances: &Errors<T>) -> Self {
-        let mut square = [[T::zero(); ERRORS]; ERRORS];
-        add_to_diagonal(&mut square, variances);
-        Self::packed(&square)
+        let mut covariance = Self([T::zero(); KEPT]);
+        covariance.widen(variances);
+        covariance
     }
 
     /// Propagates the covariance and adds variances of noise.
     pub fn spread(&mut self, moves: &Moves<T>, noise: &Errors<T>) {
-        let carried = |square: &Square<T>| square.map(|row| moves.carry(&Errors::of(&row)).all());
-        // The matrix is symmetric, so the function for rows moves columns once they are transposed.
-        let mut square = carried(&transposed(&carried(&self.square())));
-        add_to_diagonal(&mut square, noise); // isolation.md, eq. 17
-        *self = Self::packed(&square);
+        let mut moved = [[T::zero(); ERRORS]; ERRORS];
+        for (line, row) in moved.iter_mut().enumerate() {
+            *row = moves.carry(&self.row(line)).all();
+        }
+        let mut row = [T::zero(); ERRORS];
+        self.for_each(|line, column, element| {
+            if column == line {
+                // The matrix is symmetric, so the function for rows moves columns too.
+                let of_line = |each: &[T; ERRORS]| each.get(line).copied().unwrap_or(T::zero());
+                row = moves.carry(&Errors::of(&moved.each_ref().map(of_line))).all();
+            }
+            *element = row.get(column).copied().unwrap_or(T::zero());
+        });
+        self.widen(noise); // isolation.md, eq. 17
     }
 
     /// Covariance of the errors with a measurement whose derivatives are `row`.
     pub fn across(&self, row: &Errors<T>) -> Errors<T> {
-        Errors::of(&self.square().map(|each| Errors::of(&each).dot(row)))
+        Errors::of(&core::array::from_fn(|line| self.row(line).dot(row)))
     }
 
     /// Reduces the covariance by a measurement of a variance.
     pub fn narrow(&mut self, across: &Errors<T>, variance: T) {
         let all = across.all();
-        let mut square = self.square();
-        for (line, (row, a)) in square.iter_mut().zip(all).enumerate() {
-            for (column, (element, b)) in row.iter_mut().zip(all).enumerate() {
-                *element -= a * b / variance;
-                if line == column {
-                    *element = element.max(real(LEAST));
-                }
+        self.for_each(|line, column, element| {
+            let (Some(a), Some(b)) = (all.get(line), all.get(column)) else {
+                return;
+            };
+            *element -= *a * *b / variance;
+            if line == column {
+                *element = element.max(real(LEAST));
             }
-        }
-        *self = Self::packed(&square);
+        });
     }
 
     /// Adds variances of independent errors.
     pub fn widen(&mut self, variances: &Errors<T>) {
-        let mut square = self.square();
-        add_to_diagonal(&mut square, variances);
-        *self = Self::packed(&square);
+        let variances = variances.all();
+        self.for_each(|line, column, element| {
+            if let Some(variance) = variances.get(line).filter(|_| line == column) {
+                *element += *variance;
+            }
+        });
     }
 
     /// Variances of the errors.
     pub fn variances(&self) -> Errors<T> {
-        let square = self.square();
-        let mut all = [T::zero(); ERRORS];
-        for (place, (variance, row)) in all.iter_mut().zip(&square).enumerate() {
-            *variance = row.get(place).copied().unwrap_or(T::zero());
-        }
-        Errors::of(&all)
+        Errors::of(&core::array::from_fn(|line| self.at(line, line)))
     }
 
     /// Replaces all marked errors: they get these variances and no correlation with the others.
     pub fn replace(&mut self, marked: &Errors<T>, variances: &Errors<T>) {
         let (marked, variances) = (marked.all(), variances.all());
-        let mut square = self.square();
-        for (line, (row, of_row)) in square.iter_mut().zip(marked).enumerate() {
-            for (column, (element, of_column)) in row.iter_mut().zip(marked).enumerate() {
-                if of_row == T::zero() && of_column == T::zero() {
-                    continue;
-                }
+        let is_marked = |place: usize| marked.get(place).is_some_and(|mark| *mark != T::zero());
+        self.for_each(|line, column, element| {
+            if is_marked(line) || is_marked(column) {
                 let own = variances.get(line).filter(|_| line == column);
                 *element = own.copied().unwrap_or(T::zero());
             }
-        }
-        *self = Self::packed(&square);
+        });
     }
 
-    fn packed(square: &Square<T>) -> Self {
-        let mut packed = [T::zero(); KEPT];
-        let upper = square
-            .iter()
-            .enumerate()
-            .flat_map(|(line, row)| row.iter().skip(line));
-        for (kept, element) in packed.iter_mut().zip(upper) {
-            *kept = *element;
-        }
-        Self(packed)
-    }
-
-    fn square(&self) -> Square<T> {
-        let mut upper = [[T::zero(); ERRORS]; ERRORS];
-        let places = upper
-            .iter_mut()
-            .enumerate()
-            .flat_map(|(line, row)| row.iter_mut().skip(line));
-        for (element, kept) in places.zip(&self.0) {
-            *element = *kept;
-        }
-        let mut square = upper;
-        for (line, (row, turned)) in square.iter_mut().zip(&transposed(&upper)).enumerate() {
-            for (element, other) in row.iter_mut().zip(turned).take(line) {
-                *element = *other;
+    /// Calls a function with line, column and value of each kept element: those that are not below the diagonal.
+    fn for_each(&mut self, mut change: impl FnMut(usize, usize, &mut T)) {
+        let (mut line, mut column) = (0, 0);
+        for element in &mut self.0 {
+            change(line, column, element);
+            column += 1;
+            if column == ERRORS {
+                line += 1;
+                column = line;
             }
         }
-        square
+    }
+
+    fn row(&self, line: usize) -> Errors<T> {
+        Errors::of(&core::array::from_fn(|column| self.at(line, column)))
+    }
+
+    /// Element of the symmetric matrix.
+    fn at(&self, line: usize, column: usize) -> T {
+        let (upper, lower) = (line.min(column), line.max(column));
+        // `upper` lines stand above, of which each keeps one element less than the one before.
+        let place = upper * (2 * ERRORS - 1 - upper) / 2 + lower;
+        self.0.get(place).copied().unwrap_or(T::zero())
     }
 }
 
 /// Least variance, above the rounding of single precision.
 const LEAST: f64 = 1e-14;
-
-fn transposed<T: Real>(square: &Square<T>) -> Square<T> {
-    core::array::from_fn(|line| square.map(|row| row.get(line).copied().unwrap_or(T::zero())))
-}
-
-fn add_to_diagonal<T: Real>(square: &mut Square<T>, variances: &Errors<T>) {
-    for (place, (row, variance)) in square.iter_mut().zip(variances.all()).enumerate() {
-        if let Some(element) = row.get_mut(place) {
-            *element += variance;
-        }
-    }
-}

@@ -313,6 +313,7 @@ impl<T: Real> FitProblem<'_, T> {
         iteration.lever_arm = self.stored.lever_arm + shown + step;
     }
 
+    #[inline(always)]
     fn row_pairs(&self, row: usize) -> RowPairs<'_, T> {
         RowPairs::new(self.pairs, self.layout, self.rests.as_ref(), row)
     }

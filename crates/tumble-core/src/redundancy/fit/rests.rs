@@ -298,6 +298,7 @@ pub(super) struct RowPairs<'a, T: Real> {
 }
 
 impl<'a, T: Real> RowPairs<'a, T> {
+    #[inline(always)]
     pub fn new(
         pairs: &'a dyn PairMoments<T>,
         layout: Layout,
@@ -321,24 +322,31 @@ impl<'a, T: Real> RowPairs<'a, T> {
             per_time: T::zero(),
         };
         if let Some((rests, weight)) = weighed {
-            for (channel, apart) in row.apart.iter_mut().enumerate() {
-                let rest = at_rest(layout, channel);
-                *apart = rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel);
-            }
-            for channel in 0..FORCE_CHANNELS {
-                let with_time = row.joint(channel, layout.time);
-                if let Some(place) = row.with_time.get_mut(channel) {
-                    *place = with_time;
-                }
-            }
-            let time = row.joint(layout.time, layout.time) + weight.steady / number;
-            row.per_time = if time > T::zero() {
-                T::one() / time
-            } else {
-                T::zero()
-            };
+            row.weigh(rests, weight, number);
         }
         row
+    }
+
+    // Apart, so that the pairs are made where the caller wants them and not copied there.
+    #[inline(never)]
+    fn weigh(&mut self, rests: &Rests<T>, weight: &RestWeight<T>, number: T) {
+        let (pairs, layout) = (self.pairs, self.layout);
+        for (channel, apart) in self.apart.iter_mut().enumerate() {
+            let rest = at_rest(layout, channel);
+            *apart = rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel);
+        }
+        for channel in 0..FORCE_CHANNELS {
+            let with_time = self.joint(channel, layout.time);
+            if let Some(place) = self.with_time.get_mut(channel) {
+                *place = with_time;
+            }
+        }
+        let time = self.joint(layout.time, layout.time) + weight.steady / number;
+        self.per_time = if time > T::zero() {
+            T::one() / time
+        } else {
+            T::zero()
+        };
     }
 
     /// Covariance of two channels, time included.

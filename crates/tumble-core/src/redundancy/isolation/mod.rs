@@ -184,6 +184,18 @@ struct UnitEvidence<T: Real> {
     rests: bool,
 }
 
+impl<T: Real> UnitEvidence<T> {
+    fn none() -> Self {
+        Self {
+            gravity: CarriedGravity::new(),
+            resting_rate: zeros(),
+            at_rest: [RestInHealth::unknown(); 2],
+            taken: [0; 2],
+            rests: false,
+        }
+    }
+}
+
 /// Usual reading of a sensor at rest while it is healthy: `|f| - g`, m/s^2, or `|w|`, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RestInHealth<T: Real> {
@@ -248,18 +260,11 @@ impl<T: Real, const UNITS: usize> Default for FaultIsolator<T, UNITS> {
 impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
     /// Creates an isolator that has received no window.
     pub fn new() -> Self {
-        let unit = UnitEvidence {
-            gravity: CarriedGravity::new(),
-            resting_rate: zeros(),
-            at_rest: [RestInHealth::unknown(); 2],
-            taken: [0; 2],
-            rests: false,
-        };
         Self {
             motion: SetMotion::new(),
             shown: ShownByPairs::new(),
             sensors: [SensorIsolator::new(); 2],
-            evidence: [unit; UNITS],
+            evidence: [UnitEvidence::none(); UNITS],
             resting_rate: zeros(),
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
@@ -267,6 +272,32 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
             delays: Delays::unknown(),
             trimmed: [zeros(); UNITS],
         }
+    }
+
+    /// Resets all to a new isolator, in place.
+    pub(crate) fn reset(&mut self) {
+        let Self {
+            motion,
+            shown,
+            sensors,
+            evidence,
+            resting_rate,
+            turned,
+            usual_error,
+            temperatures,
+            delays,
+            trimmed,
+        } = self;
+        *motion = SetMotion::new();
+        *shown = ShownByPairs::new();
+        sensors.fill(SensorIsolator::new());
+        evidence.fill(UnitEvidence::none());
+        *resting_rate = zeros();
+        *turned = Turned::not();
+        *usual_error = UsualError::unknown();
+        *temperatures = Temperatures::unknown();
+        *delays = Delays::unknown();
+        trimmed.fill(zeros());
     }
 
     /// Stores the temperature of a unit, degC; NaN where it is unknown.
@@ -479,6 +510,7 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
     }
 
     /// Updates the aiding evidence with the window.
+    #[inline(never)]
     fn update_aiding(
         &self,
         aiding_evidence: &mut AidingEvidence<T, UNITS>,

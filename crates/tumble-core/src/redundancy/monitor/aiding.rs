@@ -25,6 +25,17 @@ impl<T: Real, const UNITS: usize> AidingChannel<T, UNITS> {
         }
     }
 
+    /// Resets to the state without a measurement, in place.
+    pub fn reset(&mut self) {
+        let Self {
+            aiding_evidence,
+            left_out,
+            reported,
+        } = self;
+        *aiding_evidence = None;
+        (*left_out, *reported) = (0, 0);
+    }
+
     fn process(&mut self, time: u64, aiding: &Aiding<T>) -> Result<Option<Trust<T>>, AidingRejection> {
         aiding.check(UNITS)?;
         self.aiding_evidence

@@ -122,6 +122,49 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
     }
 
+    /// Resets all to a new monitor, in place: to write [`Self::new`] there takes as much stack as the monitor.
+    #[inline(never)]
+    pub fn reset(&mut self) {
+        let Self {
+            clock,
+            histories,
+            products,
+            steps,
+            health,
+            isolator,
+            rest_means,
+            rest,
+            stored,
+            calibrations,
+            latest_window,
+            stretch,
+            slow,
+            known_healthy,
+            overloaded,
+            selection,
+            lever_arm_correction,
+            aiding_channel,
+        } = self;
+        *clock = CommonClock::new();
+        histories.fill(WindowHistory::new());
+        *products = WindowHistory::new();
+        steps.fill(UnitSteps::none());
+        health.fill(Health::new());
+        isolator.reset();
+        rest_means.fill(RestMean::new());
+        *rest = RestState::new();
+        stored.fill([StoredCalibration::nothing(); 2]);
+        calibrations.iter_mut().for_each(|slot| *slot = None);
+        *latest_window = None;
+        *stretch = 1;
+        slow.fill(0);
+        known_healthy.fill(true);
+        *overloaded = None;
+        *selection = Selection::new();
+        *lever_arm_correction = LeverArmCorrection::new();
+        aiding_channel.iter_mut().for_each(AidingChannel::reset);
+    }
+
     /// Executes a command as soon as possible.
     pub fn command(&mut self, command: Command) {
         match command {
