@@ -102,6 +102,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.fleet figures
 	scripts/install_test_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
+	$(BIN)/python -m benchmarks.c_library
 	$(BIN)/python -m benchmarks.report
 
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 
+from benchmarks import c_library
 from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
 from benchmarks.bench_page import CLICK_GOAL, FRAMES_GOAL, GROWTH_GOAL, PAINT_GOAL, SHARE_GOAL
 from benchmarks.bound import TRIADS
@@ -611,6 +612,20 @@ def _readers(content: Content) -> Iterator[Goal]:
         )
 
 
+def _c_library(content: Content) -> Iterator[Goal]:
+    for name, allowed in c_library.FLASH_GOALS.items():
+        taken = content["flash_bytes"][name]
+        what = f"library for C: flash: {name}"
+        yield Goal(what, f"{allowed // 1024} KiB", f"{taken / 1024:.1f} KiB", taken <= allowed)
+    for units, allowed in c_library.STATE_GOALS.items():
+        taken = content["state_bytes"]["watch"][units]
+        what = f"library for C: state of a set of {units} that watches"
+        yield Goal(what, f"{allowed:,} bytes", f"{taken:,} bytes", taken <= allowed)
+    most = max(content["stack_bound_bytes"].values())
+    what, allowed = "library for C: stack: most of any call", c_library.STACK_GOAL
+    yield Goal(what, f"{allowed:,} bytes", f"{most:,} bytes", most <= allowed)
+
+
 def _footprint(content: Content) -> Iterator[Goal]:
     for part, allowed in FLASH_GOALS.items():
         flash = content["flash_bytes"][part]
@@ -750,4 +765,5 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "fleet": _fleet,
     "fleet_sessions": _fleet_sessions,
     "fleet_kills": _fleet_kills,
+    "c_library": _c_library,
 }

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from benchmarks.accuracy import LARGEST_RATIO
 from benchmarks.bound import GROUPS, TRIADS
+from benchmarks.c_library import rows as c_library_rows
 from benchmarks.digits import three_digits, two_digits
 from benchmarks.fleet_figures import LARGEST_GROWTH as LARGEST_FLEET_GROWTH
 from benchmarks.fleet_figures import LARGEST_OVERHEAD, LEAST_GAIN
@@ -1071,6 +1072,17 @@ def footprint(content: Content) -> Iterator[str]:
     )
 
 
+def c_library(content: Content) -> Iterator[str]:
+    """Flash by parts, memory and stack of the library for C on a Cortex-M4F."""
+    yield from _device_table(c_library_rows(content))
+    yield ""
+    yield (
+        "A program in C that makes every call of these parts, minus one that makes those that any library has: readings "
+        "corrected, models taken apart. It is built for size, with link-time optimisation. The storage of a set holds "
+        "its units and settings too. The stack is painted in a flight, and bounded by the instructions of the image."
+    )
+
+
 def _device_table(rows: Iterable[tuple[str, str, str]]) -> Iterator[str]:
     yield "| on a Cortex-M4F, f32 | | goal |"
     yield "|---|---|---|"
@@ -1226,6 +1238,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "fleet": fleet,
     "fleet_sessions": fleet_sessions,
     "fleet_kills": fleet_kills,
+    "c_library": c_library,
 }
 
 

@@ -77,5 +77,10 @@ SUBJECTS = (
         "cost beside a plain loop, a million logs, sessions and random kills on two nodes",
         ("fleet", "fleet_sessions", "fleet_kills"),
     ),
-    Subject("device", "On a device", "flash, memory, stack and instructions of a Cortex-M4F", ("footprint",)),
+    Subject(
+        "device",
+        "On a device",
+        "flash, memory, stack and instructions of a Cortex-M4F",
+        ("footprint", "c_library"),
+    ),
 )

@@ -62,6 +62,8 @@ def tools() -> None:
 
 
 PARTS = ("spin", "redundancy", "records", "temperature")
+OF_A_SET = ("calibration", "aiding", "settings_check")
+"""Parts of a redundant set."""
 
 
 def library(
@@ -72,7 +74,7 @@ def library(
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
     # Given even where it is the default, as packages do: to cargo given and not given are two libraries.
     named = {"TUMBLE_UNITS": str(units)}
-    wanted = [part for part in PARTS if part not in left_out]
+    wanted = [part for part in (*PARTS, *OF_A_SET) if part not in left_out]
     # To cargo all parts named are another library than all by default, as the packages build it.
     parts = ["--no-default-features", "--features", ",".join(wanted)] if left_out else []
     done([*cargo, "rustc", *options, *parts, "--features", ",".join(["freestanding", *features])], **named)
@@ -333,19 +335,26 @@ def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -
 
 
 @pytest.mark.parametrize(
-    "wanted", [parts for n in range(4) for parts in combinations(PARTS, n)], ids="+".join
+    "wanted",
+    [
+        *(parts for n in range(4) for parts in combinations(PARTS, n)),
+        *(("redundancy", "records", *parts) for n in range(3) for parts in combinations(OF_A_SET, n)),
+    ],
+    ids="+".join,
 )
 def test_the_library_compiles_with_every_set_of_its_parts(wanted: Sequence[str]) -> None:
     options = ["--quiet", "--locked", "--package", "tumble-capi", "--lib", "--no-default-features"]
     done(["cargo", "clippy", *options, "--features", ",".join(wanted), "--", "--deny", "warnings"])
 
 
-SINGLE = [(part,) for part in PARTS if part != "redundancy"]
+SINGLE = [(part,) for part in (*PARTS, *OF_A_SET) if part != "redundancy"]
 """A part left out alone takes as long to build as all together."""
 
 
 @pytest.mark.parametrize(
-    "left_out", [("redundancy",), PARTS, *(pytest.param(parts, marks=SLOW) for parts in SINGLE)], ids="+".join
+    "left_out",
+    [("redundancy",), PARTS, OF_A_SET, *(pytest.param(parts, marks=SLOW) for parts in SINGLE)],
+    ids="+".join,
 )
 def test_an_image_without_some_parts_is_smaller(
     device_library: Path, tmp_path: Path, left_out: Sequence[str]

@@ -38,7 +38,20 @@
 #endif
 
 /* Parts that the library was built without are named by macros: TUMBLE_WITHOUT_SPIN, TUMBLE_WITHOUT_REDUNDANCY,
- * TUMBLE_WITHOUT_RECORDS, TUMBLE_WITHOUT_TEMPERATURE. Their calls are declared all the same; they do not link. */
+ * TUMBLE_WITHOUT_CALIBRATION, TUMBLE_WITHOUT_AIDING, TUMBLE_WITHOUT_SETTINGS_CHECK, TUMBLE_WITHOUT_RECORDS,
+ * TUMBLE_WITHOUT_TEMPERATURE. Their calls are declared all the same; they do not link. */
+
+/* Words in the storage of a monitor for a calibration under way, and for aiding measurements. */
+#ifdef TUMBLE_WITHOUT_CALIBRATION
+#define TUMBLE_CALIBRATION_WORDS 0
+#else
+#define TUMBLE_CALIBRATION_WORDS 309
+#endif
+#ifdef TUMBLE_WITHOUT_AIDING
+#define TUMBLE_AIDING_WORDS 0
+#else
+#define TUMBLE_AIDING_WORDS (60 + 17 * TUMBLE_UNITS)
+#endif
 
 #if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8
 #error "TUMBLE_UNITS is 2 to 8"
@@ -52,7 +65,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((505 + (195 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((((140 + (178 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS)) + TUMBLE_CALIBRATION_WORDS) + TUMBLE_AIDING_WORDS)
 
 /**
  * Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.

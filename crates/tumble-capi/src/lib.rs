@@ -13,6 +13,9 @@
     not(all(
         feature = "spin",
         feature = "redundancy",
+        feature = "calibration",
+        feature = "aiding",
+        feature = "settings_check",
         feature = "records",
         feature = "temperature"
     )),

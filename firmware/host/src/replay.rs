@@ -21,6 +21,7 @@ pub fn replay(vectors: &Path) -> Result<String, HostError> {
     let mut memory = [ERASED; BYTES];
     flight::first(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
     flight::second(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
+    flight::interrupted(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
     spin::spin(&spun, &mut Nobody, &mut said).map_err(of(&robot))?;
     temperature::temperature(&mut said).map_err(of(&robot))?;
     Ok(said)

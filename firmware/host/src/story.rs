@@ -12,7 +12,13 @@ pub fn shared(said: &str) -> impl Iterator<Item = &str> {
 const LEFT_OUT: [&str; 2] = ["  output", "      "];
 
 /// Lines with which a part of the mission begins.
-const PARTS: [&str; 4] = ["first start", "second start", "spin", "temperature"];
+const PARTS: [&str; 5] = [
+    "first start",
+    "second start",
+    "interrupted flight",
+    "spin",
+    "temperature",
+];
 
 /// Prints the report in decimals.
 pub fn tell(said: &str) {

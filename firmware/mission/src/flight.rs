@@ -30,6 +30,13 @@ const DEATHS: [u64; UNITS] = [7_000_000, 14_000_000, u64::MAX];
 /// Nobody dies.
 const NO_DEATHS: [u64; UNITS] = [u64::MAX; UNITS];
 
+/// Interruptions of the third flight: from a time on, microseconds, all clocks are ahead or behind by so much. First all units
+/// fall silent, then all clocks go back.
+const INTERRUPTIONS: [(u64, i64); 2] = [(5_000_000, 2_500_000), (9_000_000, -1_500_000)];
+
+/// End of the third flight, microseconds.
+const INTERRUPTED_UNTIL: u64 = 13_000_000;
+
 /// Temperature of the units, degC, which goes with their records.
 const TEMPERATURE: f32 = 31.5;
 
@@ -89,6 +96,36 @@ pub fn second<W: WorkMeter>(
     let mut flight = MissionFlight::begin(&cases, nor, DEATHS, watch, out)?;
     for instant in UnitReadings::new(&cases)? {
         flight.live_through(&instant?)?;
+    }
+    flight.end()
+}
+
+/// A flight with the records of flash, in which all units fall silent together and go on, and all clocks go back.
+///
+/// # Errors
+/// [`MissionError`].
+pub fn interrupted<W: WorkMeter>(
+    file: &[u8],
+    nor: Nor<'_>,
+    watch: &mut W,
+    out: &mut dyn Write,
+) -> Result<(), MissionError> {
+    writeln!(out, "interrupted flight")?;
+    let cases = Cases::of(file)?;
+    let mut flight = MissionFlight::begin(&cases, nor, NO_DEATHS, watch, out)?;
+    for instant in UnitReadings::new(&cases)? {
+        let mut instant = instant?;
+        let [primary, ..] = &instant;
+        let time = primary.time;
+        if time > INTERRUPTED_UNTIL {
+            break;
+        }
+        for (_, by) in INTERRUPTIONS.iter().filter(|(from, _)| time >= *from) {
+            for sample in &mut instant {
+                sample.time = sample.time.saturating_add_signed(*by);
+            }
+        }
+        flight.live_through(&instant)?;
     }
     flight.end()
 }

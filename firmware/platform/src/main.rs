@@ -115,6 +115,7 @@ fn fly(
         return Ok(Next::Reset);
     }
     flight::second(vectors, Nor::new(nor), stack, out)?;
+    flight::interrupted(vectors, Nor::new(nor), stack, out)?;
     Ok(Next::Leave)
 }
 
@@ -127,12 +128,14 @@ fn turn(vectors: &[u8], stack: &mut Stack, out: &mut Console) -> Result<(), Miss
     Ok(())
 }
 
-/// Memory that callers of each part set aside: a monitor of three units that calibrates one at a time, one of two, its settings
-/// (which may lie in flash), a spin, a store with its flash driver, the corrections of both triads of a unit.
+/// Memory that callers of each part set aside: a monitor of three units that calibrates one at a time, one of two, the same
+/// that only watch, its settings (which may lie in flash), a spin, a store with its flash driver, the corrections of both triads of a unit.
 fn states(out: &mut Console) -> core::fmt::Result {
     for (what, bytes) in [
         ("Monitor", size_of::<Monitor<f32, UNITS, 1>>()),
         ("MonitorOfTwo", size_of::<Monitor<f32, 2, 1>>()),
+        ("Watch", size_of::<Monitor<f32, UNITS, 0>>()),
+        ("WatchOfTwo", size_of::<Monitor<f32, 2, 0>>()),
         ("Platform", size_of::<Platform<f32, UNITS>>()),
         ("SpinMachine", size_of::<SpinMachine<f32>>()),
         ("RecordStore", size_of::<RecordStore<Nor<'_>>>()),

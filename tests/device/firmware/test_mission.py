@@ -162,6 +162,18 @@ def test_secondaries_take_over_in_turn_and_stay_close_to_the_primary(said):
             assert compensated < as_read / 5
 
 
+def test_a_stall_of_all_and_clocks_that_go_back_name_no_unit(said):
+    flown = after(said, "interrupted flight").split("\nspin")[0]
+    events = [line for line in flown.splitlines() if "time jumped" in line]
+    assert [line.split(" by ")[0].split(": ")[-1] for line in events] == [
+        "time jumped on",
+        "time jumped back",
+    ]
+    assert "unhealthy" not in flown
+    outputs = int(re.search(r"outputs: (\d+)", after(flown, "time jumped back"))[1])
+    assert outputs > 400
+
+
 def test_the_spin_shows_the_biases_of_the_vectors(said):
     spun = after(said, "spin found")
     for name, quantity in (

@@ -35,7 +35,9 @@ TARGETS = [
 ]
 
 # Parts of the library that may be left out, as options of CMake and of Kconfig end.
-PARTS = ("SPIN", "REDUNDANCY", "RECORDS", "TEMPERATURE")
+OF_A_SET = ("CALIBRATION", "AIDING", "SETTINGS_CHECK")
+"""Those of a redundant set, which are left out with it."""
+PARTS = ("SPIN", "REDUNDANCY", *OF_A_SET, "RECORDS", "TEMPERATURE")
 
 WITHOUT_SETS = "no redundant sets: it was done\n"
 """Output of the consumer where it is built without redundant sets."""

@@ -7,6 +7,7 @@ mod choice;
 mod contradiction;
 mod event;
 mod reason;
+mod seal;
 mod settings;
 #[cfg(feature = "records")]
 mod stored;
@@ -23,7 +24,7 @@ use tumble_core::redundancy::monitor::event::{
 };
 use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
 use tumble_core::redundancy::platform::{
-    MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration, check,
+    MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration, check_units,
 };
 use tumble_core::redundancy::record::Record as CoreRecord;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
@@ -36,6 +37,9 @@ pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, Thre
 pub use crate::redundancy::contradiction::tumble_redundancy_check;
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
+pub use crate::redundancy::seal::tumble_redundancy_init_sealed;
+#[cfg(feature = "settings_check")]
+pub use crate::redundancy::seal::tumble_redundancy_seal;
 pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults_of};
 #[cfg(feature = "records")]
 pub use crate::redundancy::stored::tumble_redundancy_restore_from;
@@ -46,13 +50,25 @@ use crate::model::{Calibration, Sample, rows};
 use crate::pointer::{Place, Storage, answer, begin_in_place, change, look, read, view};
 use crate::record::{Record, Sensor};
 use crate::redundancy::event::Listener;
+use crate::redundancy::seal::sealed;
 use crate::status::{Status, StatusResult, status};
 
 /// Units that the library was built for.
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 505 + 195 * UNITS + 4 * UNITS * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize =
+    140 + 178 * UNITS + 4 * UNITS * UNITS + TUMBLE_CALIBRATION_WORDS + TUMBLE_AIDING_WORDS;
+
+/// Words for a calibration under way; `cbindgen.toml` has them for C.
+pub const TUMBLE_CALIBRATION_WORDS: usize = if cfg!(feature = "calibration") { 309 } else { 0 };
+
+/// Words for aiding measurements; `cbindgen.toml` has them for C.
+pub const TUMBLE_AIDING_WORDS: usize = if cfg!(feature = "aiding") {
+    60 + 17 * UNITS
+} else {
+    0
+};
 
 /// Value of `output.source` and result of `tumble_redundancy_get_source()` where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
@@ -148,6 +164,7 @@ pub struct Knowledge {
 ///
 /// cbindgen:ptrs-as-arrays=[[units; ]]
 #[allow(rustdoc::broken_intra_doc_links)] // The line above is for cbindgen.
+#[cfg(feature = "settings_check")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_init(
     redundancy: *mut Redundancy,
@@ -157,32 +174,8 @@ pub unsafe extern "C" fn tumble_redundancy_init(
     units: *const Unit,
     count: usize,
 ) -> Status {
-    // Before all else, since the size of the storage goes with it.
-    if count != UNITS {
-        return Status::TumbleErrorUnits;
-    }
-    let given = (!calibration.is_null()).then_some(calibration);
     // SAFETY: the header requires it of all pointers.
-    let calibration = given.map(|calibration| unsafe { look(calibration) });
-    // SAFETY: the same.
-    let (settings, first) = unsafe { (look(settings), look(units)) };
-    let prepare = || {
-        let (settings, calibration) = (settings?, calibration.transpose()?);
-        first?;
-        // SAFETY: the same, and there are as many as the caller states.
-        let units = unsafe { slice::from_raw_parts(units, UNITS) };
-        Parts::of(settings, calibration, units)
-    };
-    let write = |parts: Parts, watched: *mut Watched| {
-        // SAFETY: the place is that of a state, of which zeros are a value, as a test holds.
-        let watched = unsafe {
-            watched.write_bytes(0, 1);
-            &mut *watched
-        };
-        watched.begin(&parts);
-    };
-    // SAFETY: the same.
-    status(unsafe { begin_in_place(redundancy, size, prepare, write) })
+    status(unsafe { init(redundancy, size, settings, None, calibration, units, count) })
 }
 
 /// Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
@@ -462,6 +455,47 @@ impl Knowledge {
     }
 }
 
+/// Makes storage a monitor, with settings that it checks, or that bear this seal of a check elsewhere.
+///
+/// # Safety
+/// As the header asks of tumble_redundancy_init().
+unsafe fn init(
+    redundancy: *mut Redundancy,
+    size: usize,
+    settings: *const RedundancySettings,
+    seal: Option<u32>,
+    calibration: *const Calibration,
+    units: *const Unit,
+    count: usize,
+) -> StatusResult {
+    // Before all else, since the size of the storage goes with it.
+    if count != UNITS {
+        return Err(Status::TumbleErrorUnits);
+    }
+    let given = (!calibration.is_null()).then_some(calibration);
+    // SAFETY: the same is asked of the caller.
+    let calibration = given.map(|calibration| unsafe { look(calibration) });
+    // SAFETY: the same.
+    let (settings, first) = unsafe { (look(settings), look(units)) };
+    let prepare = || {
+        let (settings, calibration) = (settings?, calibration.transpose()?);
+        first?;
+        // SAFETY: the same, and there are as many as the caller states.
+        let units = unsafe { slice::from_raw_parts(units, UNITS) };
+        Parts::of(settings, seal, calibration, units)
+    };
+    let write = |parts: Parts, watched: *mut Watched| {
+        // SAFETY: the place is that of a state, of which zeros are a value, as a test holds.
+        let watched = unsafe {
+            watched.write_bytes(0, 1);
+            &mut *watched
+        };
+        watched.begin(&parts);
+    };
+    // SAFETY: the same.
+    unsafe { begin_in_place(redundancy, size, prepare, write) }
+}
+
 /// Number of units that the environment asks for; three where it does not.
 const fn units(asked: Option<&str>) -> usize {
     let Some(text) = asked else { return 3 };
@@ -493,9 +527,13 @@ struct Parts {
 impl Parts {
     fn of(
         settings: &RedundancySettings,
+        seal: Option<u32>,
         calibration: Option<&Calibration>,
         units: &[Unit],
     ) -> StatusResult<Self> {
+        if seal.is_some_and(|seal| seal != sealed(settings)) {
+            return Err(Status::TumbleErrorContradiction);
+        }
         let mut parts = Self {
             settings: settings.in_core()?,
             calibration: own_calibration(calibration)?,
@@ -504,7 +542,10 @@ impl Parts {
         for (place, unit) in parts.units.iter_mut().zip(units) {
             *place = unit.in_core()?;
         }
-        check(&parts.settings, &parts.units).map_err(platform_error)?;
+        if seal.is_none() && parts.settings.validate().is_err() {
+            return Err(Status::TumbleErrorContradiction);
+        }
+        check_units(&parts.settings, &parts.units).map_err(platform_error)?;
         Ok(parts)
     }
 }

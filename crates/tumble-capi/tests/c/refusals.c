@@ -28,6 +28,7 @@ static void null_is_refused_everywhere(void)
     const tumble_flash driver = ram_flash_driver(&flash);
     tumble_spin_settings spin_settings;
     tumble_redundancy_settings settings;
+    uint32_t seal;
     ANSWERS(TUMBLE_OK, tumble_spin_defaults(&spin_settings));
     ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
     ANSWERS(TUMBLE_OK, tumble_spin_init(spin, sizeof *spin, &spin_settings));
@@ -88,6 +89,9 @@ static void null_is_refused_everywhere(void)
         tumble_record_from_spin(&record, 1, TUMBLE_SENSOR_GYROSCOPE, NULL),
         tumble_redundancy_defaults(NULL),
         tumble_redundancy_check(NULL, NULL, 0),
+        tumble_redundancy_seal(NULL, &seal),
+        tumble_redundancy_seal(&settings, NULL),
+        tumble_redundancy_init_sealed(monitor, sizeof *monitor, NULL, 0, NULL, &unit, TUMBLE_UNITS),
         tumble_unit_defaults(NULL, 1),
         tumble_redundancy_init(monitor, sizeof *monitor, &settings, NULL, NULL, TUMBLE_UNITS),
         tumble_redundancy_init(NULL, sizeof *monitor, &settings, NULL, &unit, TUMBLE_UNITS),
@@ -251,6 +255,33 @@ static void settings_that_cannot_be_are_refused(void)
     free(monitor);
 }
 
+static void sealed_settings_are_taken_by_their_seal_alone(void)
+{
+    tumble_redundancy *monitor = NEW(tumble_redundancy);
+    tumble_redundancy_settings settings;
+    tumble_unit units[TUMBLE_UNITS];
+    uint32_t seal;
+    for (int i = 0; i < TUMBLE_UNITS; ++i) {
+        ANSWERS(TUMBLE_OK, tumble_unit_defaults(&units[i], (uint64_t)i + 1));
+    }
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    settings.noise_ratio += 1.0F;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_seal(&settings, &seal));
+    for (int bit = 0; bit < 32; ++bit) {
+        ANSWERS(TUMBLE_ERROR_CONTRADICTION,
+                tumble_redundancy_init_sealed(monitor, sizeof *monitor, &settings, seal ^ (1U << bit), NULL, units,
+                                              TUMBLE_UNITS));
+    }
+    ANSWERS(TUMBLE_OK,
+            tumble_redundancy_init_sealed(monitor, sizeof *monitor, &settings, seal, NULL, units, TUMBLE_UNITS));
+    settings.calibrated_only = !settings.calibrated_only;
+    ANSWERS(TUMBLE_ERROR_CONTRADICTION,
+            tumble_redundancy_init_sealed(monitor, sizeof *monitor, &settings, seal, NULL, units, TUMBLE_UNITS));
+    settings.rest_duration = settings.window;
+    ANSWERS(TUMBLE_ERROR_CONTRADICTION, tumble_redundancy_seal(&settings, &seal));
+    free(monitor);
+}
+
 static void units_that_cannot_be_are_refused(void)
 {
     tumble_redundancy *monitor = NEW(tumble_redundancy);
@@ -393,6 +424,7 @@ const law refusal_laws[] = {
     {"storage of another size, and another number of units, are refused", storage_of_another_size_is_refused},
     {"storage that was not initialised, or is another's, is refused", storage_that_was_not_initialised_is_refused},
     {"settings that cannot be are refused, in words", settings_that_cannot_be_are_refused},
+    {"sealed settings are taken by their seal alone", sealed_settings_are_taken_by_their_seal_alone},
     {"units that cannot be are refused", units_that_cannot_be_are_refused},
     {"readings that are no numbers do no harm", readings_that_are_no_numbers_do_no_harm},
     {"a pointer that is not aligned is refused", a_pointer_that_is_not_aligned_is_refused},

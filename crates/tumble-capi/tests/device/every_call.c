@@ -119,7 +119,16 @@ static void watch(void)
     for (uint32_t i = 0; i < TUMBLE_UNITS; ++i) {
         answers += tumble_unit_defaults(&units[i], i);
     }
+#ifdef TUMBLE_WITHOUT_SETTINGS_CHECK
+    answers +=
+        tumble_redundancy_init_sealed(&monitor, sizeof monitor, &settings, answers, &calibration, units, TUMBLE_UNITS);
+#else
+    uint32_t seal;
+    answers += tumble_redundancy_seal(&settings, &seal);
+    answers +=
+        tumble_redundancy_init_sealed(&monitor, sizeof monitor, &settings, seal, &calibration, units, TUMBLE_UNITS);
     answers += tumble_redundancy_init(&monitor, sizeof monitor, &settings, &calibration, units, TUMBLE_UNITS);
+#endif
 #ifndef TUMBLE_WITHOUT_RECORDS
     answers += tumble_redundancy_restore_from(&monitor, &store, on_event, NULL);
 #endif

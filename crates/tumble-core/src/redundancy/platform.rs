@@ -228,7 +228,8 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         calibration: PrimaryCalibration<T>,
         units: [MountedUnit<T>; UNITS],
     ) -> Result<Self, PlatformError> {
-        check(&settings, &units)?;
+        settings.validate().map_err(PlatformError::Settings)?;
+        check_units(&settings, &units)?;
         let mut platform = Self {
             settings,
             calibration,
@@ -238,18 +239,18 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         Ok(platform)
     }
 
-    /// Replaces all by what [`Self::new`] takes, in place: a copy would take as much stack as a platform. Where that is
-    /// rejected, nothing changes.
+    /// Replaces all by what [`Self::new`] takes, in place: a copy would take as much stack as a platform. That the settings
+    /// are valid is for the caller to know. Where the units are rejected, nothing changes.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// Those of [`check_units`].
     pub fn set(
         &mut self,
         settings: &RedundancySettings<T>,
         calibration: &PrimaryCalibration<T>,
         units: &[MountedUnit<T>; UNITS],
     ) -> Result<(), PlatformError> {
-        check(settings, units)?;
+        check_units(settings, units)?;
         self.settings = *settings;
         self.units = *units;
         self.set_calibration(*calibration);
@@ -300,16 +301,15 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     }
 }
 
-/// Checks settings and units of a platform.
+/// Checks the units of a platform, beside settings that are valid.
 ///
 /// # Errors
 /// [`PlatformError`] of the first contradiction.
 #[inline(never)]
-pub fn check<T: Real, const UNITS: usize>(
+pub fn check_units<T: Real, const UNITS: usize>(
     settings: &RedundancySettings<T>,
     units: &[MountedUnit<T>; UNITS],
 ) -> Result<(), PlatformError> {
-    settings.validate().map_err(PlatformError::Settings)?;
     let primary = units
         .first()
         .filter(|_| UNITS > 1)

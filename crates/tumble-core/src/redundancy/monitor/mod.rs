@@ -61,12 +61,14 @@ const SHORTEST_PAUSE: u64 = 4;
 
 /// Monitor of `UNITS` units, of which number 0 is the primary; it calibrates up to `AT_ONCE` secondaries at a
 /// time. All state is inside; the platform is passed with every call, so that it may lie in read-only memory.
-/// `AIDED` is 1 where aiding measurements are received; 0 saves 800 bytes for a set of three.
+/// With `AT_ONCE` 0 it only watches: the code of calibrations and 2.4 kB are saved. `AIDED` is 1 where aiding measurements
+/// are received; 0 saves their code, and 800 bytes for a set of three.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize = 0> {
     clock: CommonClock<UNITS>,
     histories: [WindowHistory<T>; UNITS],
-    products: WindowHistory<T>,
+    /// Products of the primary for pairs, of which the first is used: without calibrations there is none.
+    products: [WindowHistory<T>; AT_ONCE],
     steps: [UnitSteps<T>; UNITS],
     health: [Health<T>; UNITS],
     isolator: FaultIsolator<T, UNITS>,
@@ -103,7 +105,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         Self {
             clock: CommonClock::new(),
             histories: [WindowHistory::new(); UNITS],
-            products: WindowHistory::new(),
+            products: [WindowHistory::new(); AT_ONCE],
             steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
             isolator: FaultIsolator::new(),
@@ -147,7 +149,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         } = self;
         *clock = CommonClock::new();
         histories.fill(WindowHistory::new());
-        *products = WindowHistory::new();
+        products.fill(WindowHistory::new());
         steps.fill(UnitSteps::none());
         health.fill(Health::new());
         isolator.reset();
@@ -369,9 +371,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     ) {
         let length = self.window_length(platform);
         // Only pairs need the products.
-        if number == 0 && self.calibrations.iter().any(Option::is_some) {
+        if number == 0
+            && self.calibrations.iter().any(Option::is_some)
+            && let Some(history) = self.products.first_mut()
+        {
             let products = products(platform.calibration(), &sample.angular_rate);
-            self.products.push(sample.time, &products, usable, length, None);
+            history.push(sample.time, &products, usable, length, None);
         }
         let Some(history) = self.histories.get_mut(number) else {
             return;
@@ -524,7 +529,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
     #[inline(never)]
     fn begin_windows(&mut self, time: u64, report: Report<'_, T>) {
         self.histories = [WindowHistory::new(); UNITS];
-        self.products = WindowHistory::new();
+        self.products = [WindowHistory::new(); AT_ONCE];
         self.rest_means = [RestMean::new(); UNITS];
         self.latest_window = None;
         self.lever_arm_correction = LeverArmCorrection::new();

@@ -141,7 +141,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         }
         let (settings, length) = (platform.settings(), self.window_length(platform));
         let readings = self.histories.first()?.pair(window)?;
-        let products = self.products.pair(window);
+        let products = self.products.first().and_then(|history| history.pair(window));
         let axes = platform.primary_axes();
         let primary = products
             .map(|products| PrimaryMeans::of(&axes, platform.calibration(), readings, products, length));
