@@ -1077,9 +1077,10 @@ def c_library(content: Content) -> Iterator[str]:
     yield from _device_table(c_library_rows(content))
     yield ""
     yield (
-        "A program in C that makes every call of these parts, minus one that makes those that any library has: readings "
-        "corrected, models taken apart. It is built for size, with link-time optimisation. The storage of a set holds "
-        "its units and settings too. The stack is painted in a flight, and bounded by the instructions of the image."
+        "A program in C that makes every call of these parts, minus one that makes those that any library "
+        "has: readings corrected, models taken apart. It is built for size, with link-time optimisation. The "
+        "storage of a set holds its units and settings too. The stack is painted in a flight, and bounded by "
+        "the instructions of the image."
     )
 
 

@@ -458,7 +458,7 @@ impl Knowledge {
 /// Makes storage a monitor, with settings that it checks, or that bear this seal of a check elsewhere.
 ///
 /// # Safety
-/// As the header asks of tumble_redundancy_init().
+/// The same as the header asks of tumble_redundancy_init().
 unsafe fn init(
     redundancy: *mut Redundancy,
     size: usize,
