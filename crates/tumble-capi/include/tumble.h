@@ -2485,6 +2485,31 @@ tumble_status tumble_redundancy_check(const struct tumble_redundancy_settings *s
                                       size_t size);
 
 /**
+ * Checks settings as tumble_redundancy_check() does, and returns the seal with which tumble_redundancy_init_sealed() accepts
+ * the same settings. Call it on a host, and give both to the device as constants.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
+ */
+tumble_status tumble_redundancy_seal(const struct tumble_redundancy_settings *settings,
+                                     uint32_t *seal);
+
+/**
+ * Makes storage a monitor as tumble_redundancy_init() does, with settings that tumble_redundancy_seal() has checked: they are
+ * refused as ::TUMBLE_ERROR_CONTRADICTION where `seal` is not theirs. A library without the check of settings has this
+ * call alone.
+ *
+ * Errors: those of tumble_redundancy_init().
+ *
+ */
+tumble_status tumble_redundancy_init_sealed(struct tumble_redundancy *redundancy,
+                                            size_t size,
+                                            const struct tumble_redundancy_settings *settings,
+                                            uint32_t seal,
+                                            const struct tumble_calibration *calibration,
+                                            const struct tumble_unit units[],
+                                            size_t count);
+
+/**
  * Fills settings of `size` bytes and a version of the layout with their defaults; see tumble_redundancy_defaults().
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE.

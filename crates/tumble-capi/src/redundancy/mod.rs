@@ -531,11 +531,13 @@ impl Parts {
         calibration: Option<&Calibration>,
         units: &[Unit],
     ) -> StatusResult<Self> {
+        // First, as settings of another layout may be shorter than what a seal covers.
+        let in_core = settings.in_core()?;
         if seal.is_some_and(|seal| seal != sealed(settings)) {
             return Err(Status::TumbleErrorContradiction);
         }
         let mut parts = Self {
-            settings: settings.in_core()?,
+            settings: in_core,
             calibration: own_calibration(calibration)?,
             units: [CoreUnit::new(0); UNITS],
         };
