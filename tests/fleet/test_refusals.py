@@ -133,7 +133,6 @@ def test_wrong_manifest_leaves_results_of_before(tmp_path, monkeypatch, logs, pl
 
 
 def test_unreachable_cluster_leaves_results_of_before(tmp_path, results):
-    pytest.importorskip("ray")
     before = content_of(results)
     job = function_job(results, seeds=(0, 9)).content()
     line = refused(job, tmp_path, "--resume", "--engine", "ray:someone:hunter2secret@127.0.0.1:9")
