@@ -13,12 +13,12 @@ build=$(sed -n 's/^requires = \["\(.*\)"\]$/\1/p' pyproject.toml)
 pin() {
     output=$1
     shift
-    # No word where there is no --upgrade.
+    # No word where there is no --upgrade. With extras: pip takes a newer version, without a hash, for one that is not pinned.
     # shellcheck disable=SC2086
     # Only what pyproject.toml and the public index say may go in, whatever this machine is set to.
     echo "$build" | env -u UV_INDEX_URL -u UV_EXTRA_INDEX_URL -u UV_FIND_LINKS \
         "$bin/uv" pip compile pyproject.toml - "$@" --quiet $upgrade --universal --python-version 3.10 \
-        --generate-hashes --no-emit-index-url --no-emit-find-links --no-annotate \
+        --generate-hashes --no-strip-extras --no-emit-index-url --no-emit-find-links --no-annotate \
         --custom-compile-command "make requirements" --output-file "$output"
 }
 
