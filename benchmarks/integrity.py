@@ -74,6 +74,8 @@ def _health(name: str, count: int, hours: float) -> str:
 
 
 def _share(count: int, trials: int) -> str:
+    if not trials:
+        return "none flown"
     low, high = share_interval(count, trials)
     return f"{count}: {100 * count / trials:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 

@@ -8,6 +8,7 @@ import time
 
 from bench_pages import LIMITS, QUICK, BenchProcess, chromium, gone_on, opened, waited, write_limits
 from repetitions import SOAK
+from tumble.bench.run_folder import runs_in
 from turntable_sessions import typed
 
 INTERRUPTIONS = 100 if SOAK else 1
@@ -94,6 +95,8 @@ class InterruptedSession:
         why.or_(self.page.locator(".verdict-word")).first.wait_for()
 
     def killed(self):
+        # Nothing to go on with is offered of a run before its recording begins.
+        waited(self.page, lambda: self.is_done() or runs_in(self.folder)[0].has_recording, 120.0)
         self.bench.kill()
         self.page.context.close()
         self.bench = self.served()

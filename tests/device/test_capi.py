@@ -400,7 +400,10 @@ def test_stack_painted_in_a_flight_is_close_below_its_bound(device_library: Path
     assert last == "2 adopted, 0 refused"
     assert {"tumble_redundancy_push", "tumble_redundancy_init", "tumble_spin_solve"} < set(painted)
     for call, used in painted.items():
-        assert used <= bounds[call] <= used + max(256, used / 20), call
+        assert used <= bounds[call] < 4096, call
+        # Only a flash with faults takes the branches of a save that repair entries and pass over dead words.
+        if call != "tumble_store_save":
+            assert bounds[call] <= used + max(256, used / 20), call
 
 
 def test_a_cortex_m_image_emulates_no_double_precision(device_library: Path) -> None:

@@ -39,7 +39,7 @@ def _write(folder: Path, name: str, status: JobStatus | None) -> None:
     path.write_text(f'procedure: spin\ninputs: "{name}/{{unit}}.csv"\nresults: {name}-results\n')
     if status is not None:
         results = FileStore(str(folder / f"{name}-results"))
-        ledger.begin(results, load_job(path), resume=False)
+        ledger.begin(results, load_job(path))
         ledger.write_status(results, status)
 
 

@@ -316,7 +316,7 @@ public:
     }
 
     result<tumble_spin_estimate> solve(const tumble_spin_true_angle *true_angle = nullptr,
-                                       tumble_spin_failure *failure = nullptr) const noexcept
+                                       tumble_spin_failure *failure = nullptr) noexcept
     {
         return detail::answered<tumble_spin_estimate>([&](tumble_spin_estimate *estimate) {
             return tumble_spin_solve(&state_, true_angle, estimate, failure);

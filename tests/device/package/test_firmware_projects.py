@@ -126,7 +126,9 @@ def test_unknown_processor_in_zephyr_is_refused_with_a_remedy(tmp_path, configur
 def test_platformio_takes_the_manifest_for_valid(python):
     run(python, "-c", READ_MANIFEST, CRATE / "library.json")
     manifest = json.loads((CRATE / "library.json").read_text())
-    assert (CRATE / manifest["build"]["includeDir"] / manifest["headers"]).is_file()
+    headers = manifest["headers"]
+    assert all((CRATE / manifest["build"]["includeDir"] / header).is_file() for header in headers)
+    assert "tumble.h" in headers
     workspace = (CRATE / ".." / ".." / "Cargo.toml").read_text()
     assert f'\nversion = "{manifest["version"]}"\n' in workspace
 

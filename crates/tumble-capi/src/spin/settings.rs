@@ -146,6 +146,7 @@ impl SpinSettings {
     }
 
     /// Converts them to the core's type, if they are within their bounds.
+    #[inline(never)]
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
         version::check::<Self>(self.size as usize, self.version)?;
         self.check()?;
