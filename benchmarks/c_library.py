@@ -124,7 +124,7 @@ def state(units: int, left_out: Sequence[str]) -> int:
         path = Path(folder) / "state.c"
         path.write_text(source)
         compiled = path.with_suffix(".o")
-        command = (*COMPILER, f"-DTUMBLE_UNITS={units}", *without, "-c", path, "-o", compiled)
+        command = (*COMPILER, f"-DTUMBLE_UNITS={units}", *without, "-c", str(path), "-o", str(compiled))
         subprocess.run(command, check=True)
         (line,) = _said("arm-none-eabi-nm", "--print-size", str(compiled)).splitlines()
     return int(line.split()[1], 16)
