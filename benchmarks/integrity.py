@@ -68,6 +68,8 @@ def _faults(name: str, figures: Content) -> str:
 
 
 def _health(name: str, count: int, hours: float) -> str:
+    if not hours:
+        return f"| {name} | {hours:.2f} | {count} | none flown |"
     low, high = rate_interval(count, hours)
     rate = f"{two_digits(count / hours)} ({two_digits(low)} to {two_digits(high)})"
     return f"| {name} | {hours:.2f} | {count} | {rate} |"
