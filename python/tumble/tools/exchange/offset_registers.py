@@ -99,6 +99,8 @@ class _Chip:
     """Offset registers of a chip."""
 
     name: str
+    source: str
+    """Source of its registers."""
     address: int
     """Its address on the bus, with the address pin low."""
     triads: Mapping[Triad, tuple[_Offsets, _Layout]]
@@ -151,21 +153,26 @@ _BMI_FORCES = _Offsets(STANDARD_GRAVITY / 256.0, 127)
 _LSM_FORCES = _Offsets(-STANDARD_GRAVITY / 1024.0, 127)
 _BMI_RATES = _Offsets(2000.0 * _DEGREE / 2**15, 511)
 
+_APPLICATION_NOTE = "https://github.com/kriswiner/MPU9250/tree/master/Documents"
+
 _CHIPS = {
     "registers-mpu6050": _Chip(
         "MPU-6050",
+        _APPLICATION_NOTE,
         0x68,
         {"accelerometer": (_MPU_FORCES, _Trims((0x06, 0x08, 0x0A))), "gyroscope": _MPU_RATES},
         _MPU_RESET,
     ),
     "registers-mpu9250": _Chip(
         "MPU-6500, MPU-9250",
+        _APPLICATION_NOTE,
         0x68,
         {"accelerometer": (_MPU_FORCES, _Trims((0x77, 0x7A, 0x7D))), "gyroscope": _MPU_RATES},
         _MPU_RESET,
     ),
     "registers-bmi160": _Chip(
         "BMI160",
+        "https://github.com/boschsensortec/BMI160_SensorAPI",
         0x68,
         {
             "accelerometer": (_BMI_FORCES, _Bytes(0x71, (Put(0x77, 0x40, 0x40),))),
@@ -174,6 +181,7 @@ _CHIPS = {
     ),
     "registers-bmi270": _Chip(
         "BMI270",
+        "https://github.com/boschsensortec/BMI270_SensorAPI",
         0x68,
         {
             "accelerometer": (_BMI_FORCES, _Bytes(0x71, (Put(0x70, 0x08, 0x08),))),
@@ -182,19 +190,12 @@ _CHIPS = {
     ),
     "registers-lsm6dso": _Chip(
         "LSM6DSO",
+        "https://github.com/STMicroelectronics/lsm6dso-pid",
         0x6A,
         # Steps of 2^-10 g, and the offsets on.
         {"accelerometer": (_LSM_FORCES, _Bytes(0x73, (Put(0x15, 0x00, 0x08), Put(0x16, 0x02, 0x02))))},
     ),
 }
-_SOURCES = {
-    "registers-mpu6050": "https://github.com/kriswiner/MPU9250/tree/master/Documents",
-    "registers-mpu9250": "https://github.com/kriswiner/MPU9250/tree/master/Documents",
-    "registers-bmi160": "https://github.com/boschsensortec/BMI160_SensorAPI",
-    "registers-bmi270": "https://github.com/boschsensortec/BMI270_SensorAPI",
-    "registers-lsm6dso": "https://github.com/STMicroelectronics/lsm6dso-pid",
-}
-
 REGISTERS = tuple(
     Target(
         word=word,
@@ -205,7 +206,7 @@ REGISTERS = tuple(
         ),
         holds=dict.fromkeys(chip.triads, BIAS),
         write=chip.write,
-        source=_SOURCES[word],
+        source=chip.source,
         axes="those of the chip itself, as it was read; nothing is turned",
         remarks=(
             "it corrects readings of a chip whose offset registers are as after power on, as those that were "
