@@ -35,6 +35,8 @@ def test_imus_hold_what_pymavlink_reads(tmp_path, name):
     while (message := theirs.recv_match(type="IMU")) is not None:
         if message.I == 1:
             expected.append([message.TimeUS / 1e6, message.AccX, message.AccY, message.AccZ, message.GyrZ])
+    # It leaves its file open, of which a later test would be warned.
+    theirs.filehandle.close()
     expected = np.array(expected)
     assert np.array_equal(found["time"], expected[:, 0])
     assert np.array_equal(found["accelerometer"], expected[:, 1:4])

@@ -51,6 +51,7 @@ def test_highres_imu_equals_pymavlink_and_comes_before_raw_messages(tmp_path):
     theirs, expected = mavutil.mavlink_connection(str(path)), []
     while (message := theirs.recv_match(type="HIGHRES_IMU")) is not None:
         expected.append([message.time_usec / 1e6, message.xacc, message.zgyro])
+    theirs.close()
     mine = np.column_stack([found["time"], found["accelerometer"][:, 0], found["gyroscope"][:, 2]])
     assert np.array_equal(mine, np.array(expected))
 

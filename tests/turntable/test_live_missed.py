@@ -54,13 +54,16 @@ def test_a_table_goes_once_more_where_a_unit_was_away(tmp_path, monkeypatch):
             *("--poses", "six-faces", "--no-turns", "--pose-seconds", "3s", "-o", tmp_path, "--json"),
         )
     events = events_of(done)
-    missed = [each["text"] for each in events if each["event"] == "warning" and "missed" in each["text"]]
+    # On a busy computer target_2 may be late for a pose of its own, to which the table goes again as well.
+    missed = [
+        each
+        for each in events
+        if each["event"] == "warning" and each["subject"] == "target_1" and "missed" in each["text"]
+    ]
     assert missed
-    assert {each["subject"] for each in events if each.get("text") in missed} == {"target_1"}
-    poses = {text.removeprefix("missed ").partition(":")[0] for text in missed}
-    first = next(each for each in events if each.get("text") in missed)
+    poses = {each["text"].removeprefix("missed ").partition(":")[0] for each in missed}
+    first = missed[0]
     assert poses.isdisjoint(ticks(first)["target_1"])
-    assert len(ticks(first)["target_2"]) > len(ticks(first)["target_1"])
     [last] = [each for each in events if each["event"] == "done"]
     assert all(len(ticked) == 6 for ticked in ticks(last).values())
     visits = [each["subject"] for each in events if each["event"] == "pose done"]
