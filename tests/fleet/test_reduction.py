@@ -2,34 +2,18 @@
 
 import numpy as np
 
+from made_up_fleets import NAME, U, outcomes_of
 from repetitions import repetitions
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore
 from tumble.fleet.reduction import FALSE_DISCOVERIES, summarize
 from tumble.fleet.report.page import FLEET_REPORT
 
-NAME = "accelerometer bias x"
-U = 1e-3
-
 
 def store_of(folder, values, years=(0, 1)):
-    """Writes results of units: `values` is (units, calibrations)."""
+    """Writes results of units: `values` is (units, calibrations), `years` are counted from 2020."""
     store = FileStore(str(folder))
-    outcomes = [
-        Outcome(
-            key=f"{unit:08d}{k:08d}".encode(),
-            place=f"{unit}/{k}",
-            unit=f"unit{unit}",
-            model="M1",
-            lot=f"lot{unit % 2}",
-            day=f"{2020 + years[k]}-01-01",
-            verdict="calibrated",
-            parameters=({"name": NAME, "unit": "m/s^2", "value": float(value), "u": U, "common": 0.0},),
-        )
-        for unit, own in enumerate(values)
-        for k, value in enumerate(own)
-    ]
-    write_parts(store, outcomes)
+    write_parts(store, outcomes_of(values, [2020 + year for year in years], "lot"))
     return store
 
 
@@ -81,7 +65,8 @@ def test_drift_of_a_model_is_found_and_explains_changes(tmp_path):
 
 def test_input_computed_twice_counts_once(tmp_path):
     store = store_of(tmp_path, np.zeros((4, 2)))
-    again = [Outcome(key=f"{0:08d}{0:08d}".encode(), place="0/0", unit="unit0", verdict="calibrated")]
+    [first] = outcomes_of(np.zeros((1, 1)), [2020])
+    again = [Outcome(key=first.key, place=first.place, unit=first.unit, verdict="calibrated")]
     write_parts(store, again)
     assert summarize(store).inputs == 8
 

@@ -60,7 +60,7 @@ int main() {{
         power_on[places[k] + 1] = (uint8_t)words[k];
     }}
     memcpy(registers, power_on, sizeof registers);
-    // As a sketch that starts twice while the chip keeps its power.
+    // The sketch starts twice while the chip keeps its power.
     tumble_write_offsets(Wire);
     tumble_write_offsets(Wire);
 #if RESETS

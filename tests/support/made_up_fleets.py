@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from tumble.fleet.job import load_job
 from tumble.fleet.ledger import JobStatus
 from tumble.fleet.parts import Outcome, write_parts
 from tumble.fleet.places import FileStore
+from tumble.foundation.recording import FloatArray
 
 NAME = "accelerometer bias x"
 U = 1e-3
@@ -26,7 +28,7 @@ def write_fleets(folder: Path) -> None:
     """Writes job files and results into a folder."""
     done = JobStatus("done", UNITS * len(YEARS) + 1, UNITS * len(YEARS) + 1, 1, 0, 0, 40.0, 2.4, "local")
     _write(folder, "spins", done)
-    write_parts(FileStore(str(folder / "spins-results")), [*_outcomes(), _failed()])
+    write_parts(FileStore(str(folder / "spins-results")), [*outcomes_of(_values(), YEARS), _failed()])
     running = JobStatus("running", 1000, 250, 0, 3, 1, 12.5, 20.0, "ray", written=time.time() + 3600.0)
     _write(folder, "drives", running)
     _write(folder, "killed", JobStatus("running", 50, 10, 0, 0, 0, 2.0, 5.0, "local", written=1.0))
@@ -43,24 +45,29 @@ def _write(folder: Path, name: str, status: JobStatus | None) -> None:
         ledger.write_status(results, status)
 
 
-def _outcomes() -> list[Outcome]:
+def _values() -> FloatArray:
     draws = np.random.default_rng(5)
     values = np.cumsum(draws.normal(0.0, 5e-3, (UNITS, len(YEARS))), axis=1)
     values += draws.normal(0.0, U, values.shape)
     values[int(MOVED.removeprefix("unit")), -1] += 0.2
+    return values
+
+
+def outcomes_of(values: FloatArray, years: Sequence[int], lot: str = "lot-") -> list[Outcome]:
+    """Results of units, one calibration in each year: `values` is (units, years) of the bias, m/s^2."""
     return [
         Outcome(
             key=f"{unit:08d}{year:08d}".encode(),
             place=f"spins/unit{unit}-{year}.csv",
             unit=f"unit{unit}",
             model="M1",
-            lot=f"lot-{unit % 2}",
+            lot=f"{lot}{unit % 2}",
             day=f"{year}-03-01",
             verdict="calibrated",
             parameters=({"name": NAME, "unit": "m/s^2", "value": float(value), "u": U, "common": 0.0},),
         )
         for unit, own in enumerate(values)
-        for year, value in zip(YEARS, own, strict=True)
+        for year, value in zip(years, own, strict=True)
     ]
 
 
