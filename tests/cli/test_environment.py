@@ -16,6 +16,8 @@ from log_fixtures import made_up, write
 from turntable_sessions import one_line, typed
 
 COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
+# The last is that of an interpreter which is already ending; shells show 130 for it, too.
+ENDS = (("", 130), ("", 0), ("", -signal.SIGINT))
 
 
 @pytest.fixture
@@ -111,7 +113,7 @@ def test_control_c_at_any_moment_of_the_start_leaves_no_trace(log):
         time.sleep(delay)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
-        assert (err, process.returncode) in (("", 130), ("", 0)), f"after {delay:.3f} s"
+        assert (err, process.returncode) in ENDS, f"after {delay:.3f} s"
 
 
 def test_control_c_between_import_and_call_leaves_no_traceback():
