@@ -62,7 +62,8 @@ class InterruptedSession:
     def wait_for_verdict(self):
         """Waits until the session is calibrated, and compares what is found with the truth."""
         waited(self.page, self.is_done, 300.0)
-        assert self.page.locator(".unit-tile.bad .unit-name").all_inner_texts() == [FAULTY]
+        bad = self.page.locator(".unit-tile.bad")
+        assert bad.locator(".unit-name").all_inner_texts() == [FAULTY], bad.all_inner_texts()
         assert self.page.locator(".unit-tile").count() == 5
 
     def repeat(self):

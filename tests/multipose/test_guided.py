@@ -20,7 +20,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hand")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
-        with waiting_bench(patch, LiveMultipose, motion="hand", grades=("tactical",)) as bench:
+        with waiting_bench(patch, LiveMultipose, motion="hand", told=True, grades=("tactical",)) as bench:
             order = RunOrder(
                 folder=folder,
                 sources=bench.addresses,
