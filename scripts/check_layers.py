@@ -96,6 +96,7 @@ DATA = {
         "folder_lock",
         "body_axes",
         "log_time",
+        "magnetic",
         "procedures",
         "services",
         "noise_terms",
@@ -134,7 +135,8 @@ LAYERS: dict[str, set[str]] = {
     "log_formats": {"body_axes", "file_names"},
     "project_file": {"errors", "files", "words"},
     "arrays": {"errors"},
-    "recording": {"errors", "arrays", "frames", "units", "words"},
+    "magnetic": {"arrays", "errors", "words"},
+    "recording": {"errors", "arrays", "frames", "magnetic", "units", "words"},
     "firmware": {"errors", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
@@ -157,7 +159,7 @@ LAYERS: dict[str, set[str]] = {
     "to_calibration": DATA | {"result", "calibration"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "bounded_yaml", "words", "clock_skew", "log_formats", "firmware"}
-    | {"body_axes", "log_time", "debugging"},
+    | {"body_axes", "log_time", "magnetic", "debugging"},
     "live": {
         "numbers",
         "units",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from tumble.foundation import arrays, frames
 from tumble.foundation.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
 from tumble.foundation.errors import ArrayError, LogError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.units import TRIADS, UNITS, Channel, Triad, channels_of
 from tumble.foundation.words import plain
 
@@ -44,6 +45,9 @@ class Chunk:
     """(n,) degC, where the log has it."""
     received: FloatArray | None = field(default=None, kw_only=True)
     """(n,) s by the clock of the recorder at which each came, where the log has that besides `time`."""
+    magnetic: MagneticTrack | None = field(default=None, kw_only=True)
+    """Readings of a magnetometer that came since the chunk before; of live sources alone, since a recording
+    has all of them at `Recording.magnetic`."""
 
     def __post_init__(self) -> None:
         if arrays.are_samples(self.time, self.accelerometer, self.gyroscope, self.temperature):
@@ -162,17 +166,33 @@ class Recording:
     """Starts a fresh pass over the samples."""
     parts: tuple[Recording, ...] = ()
     """One recording a pose, where the recording is a folder of such files."""
+    read_magnetic: Callable[[], MagneticTrack] | None = field(default=None, repr=False)
+    """Reads all of the magnetometer, in a pass of its own; None where the log has none."""
 
     @property
     def name(self) -> str:
         """Short name for tables and file names."""
         return self.metadata.name
 
+    @property
+    def has_magnetometer(self) -> bool:
+        """Returns whether the log names a magnetometer, without reading it."""
+        return self.read_magnetic is not None
+
+    @property
+    def magnetic(self) -> MagneticTrack | None:
+        """Reads the magnetometer, all of it and each time anew; None where the log has none.
+
+        Raises `LogError` where it cannot be read.
+        """
+        return None if self.read_magnetic is None else self.read_magnetic()
+
     def need_both_triads(self, purpose: str) -> None:
         """Raises `LogError`, in one line, where only one triad was recorded and `purpose` needs both."""
         if len(self.metadata.triads) < len(TRIADS):
+            held = next(iter(self.metadata.triads), "magnetometer")
             raise LogError(
-                f"{self.metadata.source}: holds {self.metadata.triads[0]} readings only; {purpose} needs "
+                f"{self.metadata.source}: holds {held} readings only; {purpose} needs "
                 "accelerometer and gyroscope of one unit"
             )
 
@@ -191,11 +211,12 @@ class Recording:
         *,
         serial: str = "",
         clock: str = "",
+        magnetic: MagneticTrack | None = None,
     ) -> Recording:
         """Wraps arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
 
         Lists, any kind of float, and columns of tables will do; dates become s since 1970. None is for a
-        triad that was not recorded.
+        triad that was not recorded. `magnetic` is a magnetometer on the same clock, with times of its own.
 
         Raises `ArrayError` where they have other shapes, or hold no numbers.
         """
@@ -216,7 +237,19 @@ class Recording:
         except ArrayError as error:
             raise ArrayError(error.why, about=name) from None
         metadata = Metadata.of_arrays(name, serial=serial, clock=clock, triads=triads)
-        return cls(metadata, lambda: iter((chunk,)))
+        read_magnetic = None if magnetic is None else lambda: magnetic
+        return cls(metadata, lambda: iter((chunk,)), read_magnetic=read_magnetic)
+
+    @classmethod
+    def from_magnetic(cls, name: str, magnetic: MagneticTrack, *, serial: str = "") -> Recording:
+        """Wraps readings of a magnetometer alone: a recording without triads, and without chunks.
+
+        A log that holds a magnetometer only is read as such by `open_recording(..., need_imu=False)`;
+        `metadata.triads` is empty there. Procedures for an IMU open with `need_imu=True`, the default, which
+        refuses such a log in one line.
+        """
+        metadata = Metadata.of_arrays(name, serial=serial, triads=())
+        return cls(metadata, lambda: iter(()), read_magnetic=lambda: magnetic)
 
     def to_pandas(self) -> DataFrame:
         """Returns all samples as a data frame, which a procedure reads as it does a recording.
