@@ -95,7 +95,7 @@ def test_prefix_of_a_known_name_is_the_imu(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["mag_x", "orientation.x", "gravity_x", "n_samples", "flag", "status", "x", "", "quality"]
+    "name", ["magnitude_x", "orientation.x", "gravity_x", "n_samples", "flag", "status", "x", "", "quality"]
 )
 def test_other_columns_are_not_taken_for_ours(name):
     assert recognise(name) is None

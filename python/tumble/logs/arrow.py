@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
@@ -12,6 +13,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
+from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
 
@@ -27,7 +29,7 @@ def imu_in(
     imu: str | None,
     options: ReadOptions,
     format_: str,
-    batches: Callable[[ImuColumns], Iterator[pa.RecordBatch]],
+    batches: Callable[[Sequence[str]], Iterator[pa.RecordBatch]],
 ) -> LoggedImu:
     """Finds one IMU of a table, which `batches` starts a fresh pass over, with those columns at least.
 
@@ -38,8 +40,12 @@ def imu_in(
     columns = imus[name]
 
     def read(transform: Transform) -> Iterator[RawSamples]:
-        for batch in batches(columns):
+        for batch in batches(columns.names):
             yield transform(samples_of(_leaves(path, batch, columns.names), columns))
+
+    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+        leaves = [_leaves(path, batch, names) for batch in batches(names)]
+        return {name: np.concatenate([np.empty(0), *(each[name] for each in leaves)]) for name in names}
 
     return LoggedImu(
         path=path,
@@ -54,6 +60,7 @@ def imu_in(
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         triads=columns.triads,
+        magnetometer=magnetometer_in(columns, whole),
         columns=tuple(_leaf_names(schema)),
         alone=len(imus) == 1,
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS, LoadUnit
 from tumble.foundation.units import CHANNELS, TRIADS, Channel, Triad, channels_of, triad_of
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import COLUMN_NAME, StatedUnit, choose
@@ -17,7 +18,7 @@ from tumble.logs.units import SPELLINGS, Quantity, find_unit
 
 UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
 """Columns, in lower case, that name the IMU of a row, the surest first."""
-COLUMN_KEYS = ("time", *CHANNELS, "temperature")
+COLUMN_KEYS = ("time", *CHANNELS, *MAGNETIC_CHANNELS, "temperature", "current", "throttle")
 """Columns that a user can name."""
 
 _ACCELEROMETER = (
@@ -48,6 +49,21 @@ _GYROSCOPE = (
     "gyr",
     "g",
     "w",
+)
+_MAGNETOMETER = (
+    "magnetometer_uncalibrated",
+    "magnetometeruncalibrated",
+    "magnetic_flux_density",
+    "uncalibrated_magnetometer",
+    "magnetic_field",
+    "magneticfield",
+    "magnetometer",
+    "mag_field",
+    "magfield",
+    "magneto",
+    "compass",
+    "magn",
+    "mag",
 )
 _TIME = (
     "time_since_start",
@@ -146,6 +162,23 @@ _SCALARS: Mapping[Quantity, tuple[_Spelling, ...]] = {
     "temperature": _scalar_spellings(_TEMPERATURE, "temperature"),
 }
 _FRACTIONS = tuple(spelling for spelling, unit in SPELLINGS["time"].items() if unit != "s")
+_MAGNETIC = (
+    *_spellings(_MAGNETOMETER, "magnetometer"),
+    _Spelling(
+        ("mx", "my", "mz", "m_", "m."),
+        f"{_PREFIX}m[_.]?(?P<axis>[xyz])(?:_(?P<unit>{_any(list(SPELLINGS['magnetometer']))}))?",
+    ),
+)
+_MAGNETIC_TIME = re.compile(
+    r"(?i)mag(?:n|netic(?:_?field)?|netometer)?[\s_./]*(?:time_?stamp|time|stamp)"
+    rf"(?:_(?P<unit>{_any(_UNITS_OF_TIME)}|s))?"
+)
+"""Time of a magnetometer that is no reading of the IMU."""
+_LOADS: Mapping[LoadUnit, re.Pattern[str]] = {
+    "A": re.compile(r"(?i)(?:motor_?|battery_?)?current(?:_?a| ?[\[(]a[\])])?"),
+    "1": re.compile(r"(?i)throttle"),
+}
+"""Names of what disturbs a magnetometer, by its unit."""
 _COUNTER = f"(?!(?:d|dt|delta|diff|latency|delay|age|period|exposure)_).+_(?P<unit>{_any(_FRACTIONS)})"
 """Any name with a unit of time behind it, but for those of a duration."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*[^\])0-9][^\])]*)[\])]\s*$")
@@ -164,6 +197,28 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
+class MagneticColumns:
+    """Columns of a magnetometer, by name."""
+
+    axes: tuple[str, str, str]
+    unit: StatedUnit | None = None
+    time: str | None = None
+    """Its own time; None where it stands in the rows of the IMU."""
+    time_unit: StatedUnit | None = None
+    current: str | None = None
+    current_unit: LoadUnit = "A"
+    name: str = ""
+    """Prefix by which it is distinguished from others; empty where there is none."""
+    notices: tuple[str, ...] = ()
+
+    def names(self, time: str | None) -> list[str]:
+        """All columns to read, each once; `time` is that of the IMU."""
+        own = self.time or time
+        optional = [name for name in (own, self.current) if name is not None]
+        return list(dict.fromkeys([*optional, *self.axes]))
+
+
+@dataclass(frozen=True, slots=True)
 class ImuColumns:
     """Columns of one IMU, by name."""
 
@@ -176,12 +231,19 @@ class ImuColumns:
     gyroscope_unit: StatedUnit | None = None
     time_unit: StatedUnit | None = None
     temperature_unit: StatedUnit | None = None
+    magnetometer: MagneticColumns | None = None
+    """Columns of the magnetometer, which are read in a pass of their own."""
 
     @property
     def names(self) -> list[str]:
-        """All columns to read, each once."""
+        """All columns to read for samples of the IMU, each once."""
         optional = [name for name in (self.time, self.temperature) if name is not None]
         return list(dict.fromkeys([*optional, *(self.accelerometer or ()), *(self.gyroscope or ())]))
+
+    @property
+    def magnetic_names(self) -> list[str]:
+        """All columns to read for the magnetometer, each once; none where there is none."""
+        return self.magnetometer.names(self.time) if self.magnetometer else []
 
     @property
     def as_option(self) -> str:
@@ -219,6 +281,10 @@ def recognise(name: str) -> Column | None:
             if match := spelling.match(stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
+    for spelling in _MAGNETIC:
+        if match := spelling.match(stem.lower()):
+            unit = find_unit(bracket or match["unit"] or "", "magnetometer")
+            return Column("magnetometer", _AXIS[match["axis"]], _prefix(stem, match) + raw, unit)
     for quantity, spellings in _SCALARS.items():
         for spelling in spellings:
             if match := spelling.match(stem.lower()):
@@ -254,12 +320,127 @@ def find_imus(
     if any(key in stated for key in CHANNELS):
         prefixes = {"": None}
     found = {prefix: _imu_columns(prefix, recognised, stated) for prefix in prefixes}
-    imus = {prefix: imu for prefix, imu in found.items() if imu is not None}
+    magnetometer = {
+        prefix: _magnetic_columns(prefix, path, recognised, stated, options)
+        for prefix in prefixes or {"": None}
+    }
+    imus = {
+        prefix: replace(imu, magnetometer=magnetometer[prefix])
+        for prefix, imu in found.items()
+        if imu is not None
+    }
     if not imus:
-        raise LogError(_without_gravity(names, path) or _incomplete(names, path, recognised, stated))
+        alone = next(iter(magnetometer.values()))
+        if alone is not None and not options.need_imu:
+            return {"": _magnetometer_alone(alone, recognised, stated)}
+        raise LogError(
+            _without_gravity(names, path)
+            or _incomplete(names, path, recognised, stated) + (_READ_MAGNETOMETER if alone else "")
+        )
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
     return whole or _with_shared_gyroscope(imus)
+
+
+_READ_MAGNETOMETER = "; a magnetometer is there: tumble magnetometer reads it"
+
+
+def _magnetic_columns(
+    prefix: str,
+    path: Path | str,
+    recognised: Mapping[str, Column | None],
+    stated: Mapping[str, str],
+    options: ReadOptions,
+) -> MagneticColumns | None:
+    """Finds the magnetometer of the IMU with a prefix: the one stated, that of its prefix, or the first.
+
+    Raises `LogError` where the one that is wanted is not there.
+    """
+    if all(key in stated for key in MAGNETIC_CHANNELS):
+        x, y, z = (stated[key] for key in MAGNETIC_CHANNELS)
+        found = {"": (x, y, z)}
+    else:
+        found = _magnetometers(recognised)
+    if options.magnetometer is not None and options.magnetometer not in found:
+        raise LogError(
+            f"{path}: no magnetometer {options.magnetometer!r}; "
+            f"found: {', '.join(filter(None, found)) or 'none with a name'}"
+        )
+    if not found:
+        return None
+    wanted = (options.magnetometer, prefix, "")
+    name = next((each for each in wanted if each in found), next(iter(found)))
+    others = [f"{each}" for each in found if each not in (name, "")]
+    time = next((each for each in recognised if _MAGNETIC_TIME.fullmatch(each)), None)
+    current, current_unit = _load(recognised, stated, path, options)
+    return MagneticColumns(
+        found[name],
+        _stated_in(recognised.get(found[name][0]), "magnetometer"),
+        time,
+        _time_stated_in(time),
+        current,
+        current_unit,
+        name,
+        (f"another magnetometer, {', '.join(others)}, is not read: name it with --magnetometer",)
+        if others and options.magnetometer is None and prefix not in found
+        else (),
+    )
+
+
+def _magnetometers(recognised: Mapping[str, Column | None]) -> dict[str, tuple[str, str, str]]:
+    """Returns the columns of whole magnetometers, by prefix."""
+    axes: dict[str, dict[int, str]] = {}
+    for name, column in recognised.items():
+        if column is not None and column.quantity == "magnetometer":
+            axes.setdefault(column.imu, {}).setdefault(column.axis, name)
+    return {prefix: (found[0], found[1], found[2]) for prefix, found in axes.items() if len(found) == 3}
+
+
+def _load(
+    recognised: Mapping[str, Column | None], stated: Mapping[str, str], path: Path | str, options: ReadOptions
+) -> tuple[str | None, LoadUnit]:
+    """Finds the column of current or throttle: the one stated, else one of that name."""
+    if options.current is not None:
+        if options.current not in recognised:
+            raise LogError(
+                f"{path}: --current {options.current}: no such column; found: {listed(list(recognised))}"
+            )
+        return options.current, "1" if _LOADS["1"].search(options.current) else "A"
+    for key, unit in (("current", "A"), ("throttle", "1")):
+        if key in stated:
+            return stated[key], unit  # type: ignore[return-value]
+    for unit, spelling in _LOADS.items():
+        for name in recognised:
+            if spelling.fullmatch(name.strip()):
+                return name, unit
+    return None, "A"
+
+
+def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
+    if column is None or column.unit is None or column.quantity != quantity:
+        return None
+    return StatedUnit(column.unit, COLUMN_NAME)
+
+
+def _time_stated_in(name: str | None) -> StatedUnit | None:
+    match = _MAGNETIC_TIME.fullmatch(name) if name else None
+    unit = find_unit(match["unit"] or "", "time") if match else None
+    return StatedUnit(unit, COLUMN_NAME) if unit else None
+
+
+def _magnetometer_alone(
+    columns: MagneticColumns, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
+) -> ImuColumns:
+    """Returns the columns of a table that holds no triad of an IMU: its time, and its magnetometer."""
+    plain = (name for name, column in recognised.items() if column and column.quantity == "time")
+    time = stated.get("time") or columns.time or next(plain, None)
+    return ImuColumns(
+        None,
+        None,
+        time,
+        time_unit=columns.time_unit or _stated_in(recognised.get(time or ""), "time"),
+        magnetometer=replace(columns, time=None, time_unit=None),
+    )
 
 
 def _single_axis(

@@ -15,6 +15,8 @@ from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.options import COUNTS, AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
+    IMU_STEPS,
+    MAGNETOMETER_STEPS,
     TEMPERATURE_ZERO,
     UNITS,
     Quantity,
@@ -163,9 +165,9 @@ def conversion_for(
         accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
     if "gyroscope" in triads:
         gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero)
-    temperature = _stated("temperature", track.temperature_unit, options.temperature_unit)
+    temperature = stated_unit("temperature", track.temperature_unit, options.temperature_unit)
     temperature_name = temperature.name if temperature else "degC"
-    time_unit = _time(track, options, head)
+    time_unit = _time(track, options, head, triads)
     return Conversion(
         _triad(rotation, accelerometer_zero, options.accelerometer_sign * accelerometer_scale),
         _triad(rotation, gyroscope_zero, gyroscope_scale),
@@ -238,15 +240,19 @@ def _per_axis(value: AxisValues, name: str) -> FloatArray:
     return np.array(numbers, dtype=np.float64)
 
 
-def _counts_per_unit(value: AxisValues, name: str) -> FloatArray:
+def counts_per_axis(value: AxisValues, name: str) -> FloatArray:
+    """Returns the counts per unit of (3,) axes; raises `LogError` where they are none."""
     scale = _per_axis(value, name)
     if (scale == 0.0).any():
         raise LogError(f"{name} {value}: counts per unit cannot be zero")
     return scale
 
 
-def _stated(quantity: Quantity, found: StatedUnit | None, option: str | None) -> StatedUnit | None:
-    """Returns the statement of the user, else that of the log."""
+def stated_unit(quantity: Quantity, found: StatedUnit | None, option: str | None) -> StatedUnit | None:
+    """Returns the statement of the user, else that of the log; None where neither states a unit.
+
+    Raises `LogError` where the user names no unit of that quantity.
+    """
     if option is None:
         return found
     name = find_unit(option, quantity)
@@ -268,14 +274,14 @@ def _with_counts(
 ) -> tuple[ResolvedUnit, FloatArray]:
     """Returns the unit and the (3,) SI value of one count."""
     unit_name = stated.name if stated else next(iter(UNITS[quantity]))
-    scale = UNITS[quantity][unit_name] / _counts_per_unit(counts, f"--{quantity}-scale")
+    scale = UNITS[quantity][unit_name] / counts_per_axis(counts, f"--{quantity}-scale")
     return ResolvedUnit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
 
 
 def _accelerometer(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = _stated("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
+    stated = stated_unit("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     if options.channel is not None:
         return _of_one_axis(track, "accelerometer", stated, options.accelerometer_scale)
     readings = head.accelerometer - zero
@@ -341,7 +347,7 @@ def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str
 def _gyroscope(
     track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
 ) -> tuple[ResolvedUnit, FloatArray]:
-    stated = _stated("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
+    stated = stated_unit("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
     if options.channel is not None:
         return _of_one_axis(track, "gyroscope", stated, options.gyroscope_scale)
     if options.gyroscope_scale is not None:
@@ -361,12 +367,14 @@ def _gyroscope(
     return _unit("gyroscope", stated)
 
 
-def _time(track: Stating, options: ReadOptions, head: RawSamples) -> ResolvedUnit:
-    stated = _stated("time", track.time_unit, options.time_unit)
+def _time(track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad]) -> ResolvedUnit:
+    stated = stated_unit("time", track.time_unit, options.time_unit)
+    rate = options.rate or track.rate
     if options.rate is not None or head.time is None:
-        return ResolvedUnit("s", 1.0, f"sample number over {options.rate or track.rate:g} Hz")
+        return ResolvedUnit("s", 1.0, f"sample number over {rate:g} Hz" if rate else "sample number")
     if stated is None:
-        stated = StatedUnit(*guess_time_unit(head.time))
+        # A magnetometer alone is slower than an IMU.
+        stated = StatedUnit(*guess_time_unit(head.time, IMU_STEPS if triads else MAGNETOMETER_STEPS))
     return ResolvedUnit(stated.name, UNITS["time"][stated.name], stated.reason)
 
 

@@ -22,6 +22,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of
 from tumble.logs.arrow_floats import as_floats
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, unread_accelerometers
+from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
@@ -84,6 +85,10 @@ def imu_of_table(
     table = table or TextTable(path, layout, columns.names, skip_bad_lines=options.skip_bad_lines)
     gather = samples or (lambda rows: table_samples(rows, columns))
     rate, notices = _stated_rate(layout, columns, options)
+
+    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+        return TextTable(path, layout, names, skip_bad_lines=options.skip_bad_lines).whole()
+
     return LoggedImu(
         path=path,
         imu="",
@@ -99,6 +104,7 @@ def imu_of_table(
         rate=rate,
         serial=layout.preamble.get("serial", ""),
         triads=columns.triads,
+        magnetometer=magnetometer_in(columns, whole),
         columns=layout.names,
         expected=expected_rows(path, layout),
         already_corrected=True if "corrected" in layout.preamble else None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,6 @@ import pyarrow.ipc  # type: ignore[import-untyped]
 
 from tumble.foundation.errors import LogError
 from tumble.logs.arrow import imu_in, imus_in
-from tumble.logs.columns import ImuColumns
 from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
@@ -56,10 +55,10 @@ def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.Recor
         yield reader
 
 
-def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
+def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
     """Returns the rows of all batches, in pieces of a chunk."""
-    roots = [name.split(".", 1)[0] for name in columns.names]
-    with _opened(path, [*roots, *columns.names]) as file:
+    roots = [name.split(".", 1)[0] for name in names]
+    with _opened(path, [*roots, *names]) as file:
         for number in range(file.num_record_batches):
             batch = file.get_batch(number)
             batch.validate(full=True)

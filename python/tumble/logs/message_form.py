@@ -99,7 +99,7 @@ def stamps_of(whole: FloatArray, rest: FloatArray) -> FloatArray:
 def is_triad(name: str) -> bool:
     """Returns whether three numbers of that name are readings of a triad."""
     column = recognise(f"{name}.x")
-    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+    return column is not None and column.quantity in ("accelerometer", "gyroscope", "magnetometer")
 
 
 class ObjectForm:

@@ -26,7 +26,8 @@ class ReadOptions:
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
-    """Column for each of `time ax ay az gx gy gz temperature`: its name, or its position from 1."""
+    """Column for each of `time ax ay az gx gy gz mx my mz temperature current throttle`: its name, or its
+    position from 1."""
     accelerometer_unit: str | None = None
     """Unit of the accelerometer: `m/s^2`, `g`, `mg`."""
     gyroscope_unit: str | None = None
@@ -35,6 +36,8 @@ class ReadOptions:
     """Unit of time: `s`, `ms`, `us`, `ns`."""
     temperature_unit: str | None = None
     """Unit of temperature: `degC`, `K`, `degF`."""
+    magnetometer_unit: str | None = None
+    """Unit of the magnetometer: `uT`, `nT`, `T`, `G`, `mG`."""
     accelerometer_scale: AxisValues | None = None
     """Counts per unit of the accelerometer: 16384 with `g`; m/s^2 where no unit is stated."""
     accelerometer_zero: AxisValues = 0.0
@@ -43,6 +46,8 @@ class ReadOptions:
     """Ranges, in g and deg/s, of a sensor that logs counts of 16 bits: unit and scale of both triads."""
     gyroscope_scale: AxisValues | None = None
     """Counts per unit of the gyroscope: 131 with `deg/s`; rad/s where no unit is stated."""
+    magnetometer_scale: AxisValues | None = None
+    """Counts per unit of the magnetometer: 1090 with `G`; uT where no unit is stated."""
     gyroscope_zero: AxisValues = 0.0
     """Reading of the gyroscope at zero, in the counts or unit of the log."""
     accelerometer_sign: int = 1
@@ -53,6 +58,10 @@ class ReadOptions:
     """Samples per second, Hz: for a log without time, or to be used in place of its time."""
     topic: str | None = None
     """Which IMU of the file: a topic of a bag, a column prefix of a table. The same as `LOG:NAME`."""
+    magnetometer: str | None = None
+    """Which magnetometer of the file, where it holds several: a topic, a column prefix, a message."""
+    current: str | None = None
+    """Column of the current of the motors, A, or of the throttle from 0 to 1: the same as in `columns`."""
     skip_lines: int = 0
     """Lines to skip before the column names, or before the numbers where there are no names."""
     skip_bad_lines: bool = False
@@ -65,6 +74,8 @@ class ReadOptions:
     """Serial number of the unit."""
     undo_correction: bool = False
     """Undo what the firmware of an autopilot did to the samples, by the parameters in its log."""
+    need_imu: bool = True
+    """False for who reads a magnetometer alone: then a log without any triad of an IMU is read as well."""
     live_times: bool = False
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 

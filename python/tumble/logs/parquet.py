@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -14,7 +14,6 @@ import pyarrow as pa  # type: ignore[import-untyped]
 from tumble.foundation.errors import LogError
 from tumble.logs.ahead import ahead
 from tumble.logs.arrow import imu_in, imus_in
-from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
 
@@ -72,7 +71,6 @@ def _problem(path: Path) -> str:
     return "Parquet file is cut short, its index at the end is missing; copy or write it again"
 
 
-def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
-    roots = list(dict.fromkeys(columns.names))
+def _batches(path: Path, names: Sequence[str]) -> Iterator[pa.RecordBatch]:
     with opened(path) as file:
-        yield from ahead(file.iter_batches(CHUNK_SAMPLES, columns=roots))
+        yield from ahead(file.iter_batches(CHUNK_SAMPLES, columns=list(names)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from tumble.foundation.body_axes import in_words, turned
 from tumble.foundation.debugging import debug
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import AXES_OF, BODY_OF, stem_of
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
@@ -22,6 +24,7 @@ from tumble.logs.conversion import (
     without_time,
 )
 from tumble.logs.folder import log_files, open_folder
+from tumble.logs.magnetometer import magnetic_track, without_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import parse_spec
 from tumble.logs.track import LoggedImu, RawSamples, one_name
@@ -45,6 +48,7 @@ def open_recording(
     *,
     name: str = table.NAME,
     keep_faults: bool = False,
+    need_imu: bool = True,
 ) -> Recording:
     """Opens a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
 
@@ -54,10 +58,14 @@ def open_recording(
     The head of the log is read to decide its units; samples are read when `Recording.chunks` is called.
     With `keep_faults`, readings that are no numbers and time that runs backwards are passed on to whoever
     judges them; where a table holds several IMUs, a row without any number of this one is no sample of it.
+    `Recording.magnetic` has the magnetometer beside the IMU. With `need_imu=False`, a log of a magnetometer
+    alone is read too: its metadata has no triads, it has no chunks, and `Recording.magnetic` is all it has.
 
     Raises `LogError`, in one line: what is wrong, where, and what to do.
     """
     options = options or ReadOptions()
+    if not need_imu:
+        options = replace(options, need_imu=False)
     if isinstance(source, Recording):
         return source
     if not isinstance(source, str | Path):
@@ -89,21 +97,33 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Rec
             f"{track.source}: --undo-correction: it does not state how it was corrected; logs of PX4 and "
             "ArduPilot do"
         )
+    if not track.triads:
+        track = without_imu(track)
     head = track.head()
     if options.rate is not None:
         if not options.rate > 0.0:
             raise LogError(f"--rate {options.rate:g}: needs to be above zero")
         head = without_time(head)
     rate = options.rate if options.rate is not None else track.rate
-    if head.time is None and rate is None:
+    if head.time is None and rate is None and track.triads:
         raise LogError(_no_time(track))
     conversion = conversion_for(track, options, head, track.triads)
     odd = () if head.time is None else _odd_step(head.time, conversion.time_unit)
     _say_how_it_is_read(track, conversion, rate)
     return Recording(
         _metadata(track, conversion, options, rate, odd),
-        lambda: _stream(track, conversion, options, rate, keep_faults),
+        lambda: _stream(track, conversion, options, rate, keep_faults) if track.triads else iter(()),
+        read_magnetic=_reader_of_magnetometer(track, options, rate, conversion.time_scale),
     )
+
+
+def _reader_of_magnetometer(
+    track: LoggedImu, options: ReadOptions, rate: float | None, time_scale: float
+) -> Callable[[], MagneticTrack] | None:
+    magnetometer = track.magnetometer
+    if magnetometer is None:
+        return None
+    return lambda: magnetic_track(track.source, magnetometer, options, rate, time_scale)
 
 
 def _say_how_it_is_read(track: LoggedImu, conversion: Conversion, rate: float | None) -> None:

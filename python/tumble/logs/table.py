@@ -6,7 +6,7 @@ Units stand in the names of columns, or in the attributes `units` of a data fram
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from tumble.foundation.errors import ArrayError, LogError
 from tumble.foundation.recording import FloatArray, Table, named_columns
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
+from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
 
@@ -35,7 +36,8 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
     imu = _wanted(name, imus, options.topic)
     chosen = imus[imu]
     dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])
-    numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in chosen.names}
+    names = chosen.names if chosen.triads else chosen.magnetic_names
+    numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in names}
     _refuse_uneven(name, numbers)
     rows = len(next(iter(numbers.values())))
     if rows == 0:
@@ -53,6 +55,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
         temperature_unit=chosen.temperature_unit,
         clock=f"table {id(table)}#{chosen.time or 'row'}",
         triads=chosen.triads,
+        magnetometer=magnetometer_in(chosen, lambda names: _whole(name, columns, chosen, names)),
         columns=tuple(columns),
         alone=len(imus) == 1,
         expected=rows,
@@ -120,6 +123,16 @@ def _numbers(name: str, column: str, values: Any, is_time: bool) -> FloatArray: 
         return arrays.times(values, column) if is_time else arrays.column(values, column)
     except ArrayError as error:
         raise ArrayError(error.why, about=name) from None
+
+
+def _whole(
+    name: str, columns: Mapping[str, Any], chosen: ImuColumns, names: Sequence[str]
+) -> Mapping[str, FloatArray]:
+    """Returns some columns, a row of each for every reading."""
+    own = chosen.magnetometer.time if chosen.magnetometer else None
+    numbers = {each: _numbers(name, each, columns[each], each in (chosen.time, own)) for each in names}
+    _refuse_uneven(name, numbers)
+    return numbers
 
 
 def _refuse_uneven(name: str, numbers: Mapping[str, FloatArray]) -> None:

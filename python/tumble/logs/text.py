@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import islice, pairwise
@@ -13,8 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS
 from tumble.foundation.numbers import number_of
 from tumble.foundation.schemas import schema_in
+from tumble.foundation.units import CHANNELS
 from tumble.foundation.words import count_of, quoted
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
@@ -31,10 +33,18 @@ _LINES_SEARCHED = 200
 _COMMENTS = (b"#", b"%", b"//")
 _ROWS_SEARCHED = 1000
 _DELIMITERS = (",", ";", "\t", "|", BLANKS)
-PLAIN_NAMES = {
-    6: ("ax", "ay", "az", "gx", "gy", "gz"),
-    7: ("time", "ax", "ay", "az", "gx", "gy", "gz"),
+PLAIN_NAMES: Mapping[int, tuple[str, ...]] = {
+    6: CHANNELS,
+    7: ("time", *CHANNELS),
+    9: (*CHANNELS, *MAGNETIC_CHANNELS),
+    10: ("time", *CHANNELS, *MAGNETIC_CHANNELS),
 }
+"""Names of columns that have none, by their number."""
+MAGNETIC_PLAIN_NAMES: Mapping[int, tuple[str, ...]] = {
+    3: MAGNETIC_CHANNELS,
+    4: ("time", *MAGNETIC_CHANNELS),
+}
+"""The same where a magnetometer alone is looked for."""
 _NOT_TEXT = bytes(set(range(32)) - set(b"\t\n\r\f"))
 _FEW_BYTES = 4
 """Bytes that a serial line garbles in a short log, which is text all the same."""
@@ -90,7 +100,7 @@ class SoughtTable:
 
 def _is_channel(name: str) -> bool:
     column = recognise(name)
-    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+    return column is not None and column.quantity in ("accelerometer", "gyroscope", "magnetometer")
 
 
 LOG = SoughtTable("log", "ax, ay, az, gx, gy, gz", _is_channel)
@@ -341,24 +351,29 @@ def names_for(
     path: Path | str, rows: Sequence[str], delimiter: str, count: int, options: ReadOptions
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names for columns that have none, and remarks: by position if the user maps them, else as usual."""
-    if options.columns or count not in PLAIN_NAMES:
+    known = PLAIN_NAMES if options.need_imu else {**PLAIN_NAMES, **MAGNETIC_PLAIN_NAMES}
+    if options.columns or count not in known:
         return tuple(str(position + 1) for position in range(count)), ()
-    if count == 7 and not _increases([split_line(row, delimiter)[0] for row in rows]):
+    names = known[count]
+    if "time" in names and not _increases([split_line(row, delimiter)[0] for row in rows]):
+        wanted = MAGNETIC_CHANNELS if count in MAGNETIC_PLAIN_NAMES else CHANNELS
+        example = ",".join(f"{channel}={number}" for number, channel in enumerate(wanted, start=1))
         raise LogError(
-            f"{path}: seven columns without names, and the first is not time; "
-            "say which is which, as --columns ax=1,ay=2,az=3,gx=4,gy=5,gz=6"
+            f"{path}: {'seven' if count == 7 else count} columns without names, and the first is not time; "
+            f"say which is which, as --columns {example}"
         )
-    names = PLAIN_NAMES[count]
     assumed = "no column names: assumed to be "
-    if _gyroscope_stands_first(rows, delimiter):
-        names = (*names[:-6], *names[-3:], *names[-6:-3])
-        return names, (f"{assumed}{', '.join(names)}, as only the last three read gravity",)
+    if count in PLAIN_NAMES and _gyroscope_stands_first(rows, delimiter, names.index("ax")):
+        swapped = dict(zip(CHANNELS, (*CHANNELS[3:], *CHANNELS[:3]), strict=True))
+        names = tuple(swapped.get(name, name) for name in names)
+        last = "the last three" if count in (6, 7) else "ax, ay, az"
+        return names, (f"{assumed}{', '.join(names)}, as only {last} read gravity",)
     return names, (f"{assumed}{', '.join(names)}",)
 
 
-def _gyroscope_stands_first(rows: Sequence[str], delimiter: str) -> bool:
-    """Returns whether the last three of six columns have the length of gravity."""
-    fields = [split_line(row, delimiter)[-6:] for row in rows]
+def _gyroscope_stands_first(rows: Sequence[str], delimiter: str, begin: int) -> bool:
+    """Returns whether the last three of six columns, from `begin` on, have the length of gravity."""
+    fields = [split_line(row, delimiter)[begin : begin + len(CHANNELS)] for row in rows]
     read = [
         [number_of(field, _decimal_point(row, delimiter)) for field in split]
         for row, split in zip(rows, fields, strict=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.errors import LogError
+from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
 
@@ -39,6 +40,18 @@ class RawSamples:
         return len(self.accelerometer)
 
 
+@dataclass(frozen=True, slots=True)
+class RawMagnetic:
+    """All readings of a magnetometer, in the units of the log."""
+
+    time: FloatArray | None
+    """(m,), None where the log holds no time and readings stand in the rows of the IMU."""
+    field: FloatArray
+    """(m, 3); NaN in rows that hold no reading."""
+    current: FloatArray | None = None
+    """(m,)."""
+
+
 DEFINED = "message definition"
 """Source of a unit: all messages of that name have it."""
 DOCUMENTED = "documentation of the format"
@@ -61,6 +74,23 @@ class StatedUnit:
 
 
 Transform = Callable[[RawSamples], RawSamples]
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedMagnetometer:
+    """The magnetometer beside an IMU, or alone in a log, as its reader found it."""
+
+    read: Callable[[], RawMagnetic]
+    """Reads all of it, in a pass of its own."""
+    unit: StatedUnit | None = None
+    time_unit: StatedUnit | None = None
+    """Unit of its own times; None where they are those of the IMU."""
+    name: str = ""
+    row_wise: bool = False
+    """Indicates whether rows of the IMU hold it, which then may repeat the readings of a slower one."""
+    current_unit: LoadUnit = "A"
+    already_corrected: bool | None = None
+    notices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +125,8 @@ class LoggedImu:
     """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""
     pace_sigma: float = 0.0
     """Sigma of the pace of the clock, as in `tumble.foundation.recording.Metadata.pace_sigma`."""
+    magnetometer: LoggedMagnetometer | None = None
+    """The magnetometer on the clock of the IMU; where `triads` is empty, it is all that the log holds."""
     columns: tuple[str, ...] = ()
     """Names of all columns of a table; empty for messages."""
     alone: bool = True

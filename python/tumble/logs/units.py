@@ -11,10 +11,11 @@ import numpy as np
 
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.log_time import DATES
+from tumble.foundation.magnetic import FIELD_UNITS
 from tumble.foundation.recording import ASSUMED, FloatArray
 from tumble.logs.options import COUNTS
 
-Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
+Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature", "magnetometer"]
 
 UNITS: Mapping[Quantity, Mapping[str, float]] = {
     "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
@@ -26,8 +27,9 @@ UNITS: Mapping[Quantity, Mapping[str, float]] = {
     },
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "temperature": {"degC": 1.0, "K": 1.0, "degF": 1.0 / 1.8},
+    "magnetometer": FIELD_UNITS,
 }
-"""SI value of one unit (of a difference, for temperature)."""
+"""SI value of one unit (of a difference, for temperature); microtesla for a magnetometer."""
 
 TEMPERATURE_ZERO: Mapping[str, float] = {"degC": 0.0, "K": 273.15, "degF": 32.0}
 """Reading of each unit at 0 degC."""
@@ -116,10 +118,32 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
         "°f": "degF",
         "fahrenheit": "degF",
     },
+    "magnetometer": {
+        "ut": "uT",
+        "microtesla": "uT",
+        "microt": "uT",
+        "nt": "nT",
+        "nanotesla": "nT",
+        "t": "T",
+        "tesla": "T",
+        "gauss": "G",
+        "gs": "G",
+        "ga": "G",
+        "g": "G",
+        "mgauss": "mG",
+        "milligauss": "mG",
+        "mga": "mG",
+        "mg": "mG",
+    },
 }
 
 SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time with another rate is in another unit, or no time."""
+
+IMU_STEPS = (1.0, 100.0, 1e5)
+"""Smallest steps that are ms, us and ns of an IMU: most sample at 10 Hz to 10 kHz."""
+MAGNETOMETER_STEPS = (2.0, 2e3, 2e6)
+"""Those of a magnetometer, which samples at 0.5 to 500 Hz."""
 
 _BURSTS_WITHIN = 128
 """Samples that hold several bursts, or a whole one."""
@@ -211,11 +235,11 @@ def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]
     return "rad/s", ASSUMED
 
 
-def guess_time_unit(time: FloatArray) -> tuple[str, str]:
+def guess_time_unit(time: FloatArray, steps: tuple[float, float, float] = IMU_STEPS) -> tuple[str, str]:
     """Returns the unit of time stamps and why: from their size if they count from 1970, else from their step.
 
-    A counter of microseconds may have the size of seconds since 1970, but not their step. Most IMUs sample at
-    10 Hz to 10 kHz, so steps of 0.1 ms to 100 ms are taken for granted.
+    A counter of microseconds may have the size of seconds since 1970, but not their step. `steps` are the
+    smallest numbers between samples that are ms, us and ns.
     """
     step = usual_step(time)
     if math.isnan(step):
@@ -224,9 +248,9 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
     for name, scale in UNITS["time"].items():
         if DATES[0] <= latest * scale <= DATES[1] and is_imu_step(step * scale):
             return name, "size of the stamps, counted from 1970"
-    if step < 1.0:
+    if step < steps[0]:
         return "s", ASSUMED
-    name = "ms" if step < 100.0 else "us" if step < 1e5 else "ns"
+    name = "ms" if step < steps[1] else "us" if step < steps[2] else "ns"
     return name, f"step of {step:.6g} between samples"
 
 

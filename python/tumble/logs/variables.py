@@ -18,12 +18,22 @@ from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
-from tumble.logs.columns import ImuColumns, find_imus, recognise
+from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
 from tumble.logs.damage import COPY_OR_SAVE, damage_said
+from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import PLAIN_NAMES
-from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import (
+    CHUNK_SAMPLES,
+    COLUMN_TYPE,
+    LoggedImu,
+    LoggedMagnetometer,
+    RawSamples,
+    StatedUnit,
+    Transform,
+    choose,
+)
 from tumble.logs.units import Quantity, find_unit
 
 MOST_VARIABLES = 10_000
@@ -121,7 +131,7 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
     imus = find_imus(list(places), path, options)
     name = choose(path, tuple(imus), imu, "variable prefix")
     columns = _with_stated_units(imus[name], places)
-    wanted = {each: places[each] for each in columns.names}
+    wanted = {each: places[each] for each in (columns.names if columns.triads else columns.magnetic_names)}
     rows = _equal_rows(path, wanted)
     rate, notices = _stated_rate(file, columns, options)
     return LoggedImu(
@@ -139,11 +149,32 @@ def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -
         rate=rate,
         serial=file.serial,
         triads=columns.triads,
+        magnetometer=_magnetometer(file, columns, places),
         columns=tuple(places),
         alone=len(imus) == 1,
         expected=rows,
         notices=notices,
     )
+
+
+def _magnetometer(
+    file: VariablesFile, columns: ImuColumns, places: Mapping[str, _Place]
+) -> LoggedMagnetometer | None:
+    """Finds the magnetometer; one with a number of readings of its own needs times of its own.
+
+    Reading it raises `LogError` where it has none.
+    """
+
+    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+        wanted = {each: places[each] for each in names}
+        _equal_rows(file.path, wanted)
+        pieces = list(_side_by_side(file, wanted))
+        return {
+            name: np.concatenate([np.empty(0), *(piece.column(place) for piece in pieces)])
+            for name, place in wanted.items()
+        }
+
+    return magnetometer_in(columns, whole)
 
 
 def _places(file: VariablesFile) -> dict[str, _Place]:
@@ -183,7 +214,7 @@ def _common_group(names: Sequence[str]) -> str:
 
 def _is_of_triad(label: str) -> bool:
     column = recognise(label)
-    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+    return column is not None and column.quantity in ("accelerometer", "gyroscope", "magnetometer")
 
 
 def _columns_of(variable: Variable, name: str) -> Iterator[tuple[str, _Place]]:
@@ -254,6 +285,20 @@ def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> Imu
         gyroscope_unit=stated(first(columns.gyroscope), "gyroscope", columns.gyroscope_unit),
         time_unit=stated(columns.time, "time", columns.time_unit),
         temperature_unit=stated(columns.temperature, "temperature", columns.temperature_unit),
+        magnetometer=_with_stated_unit(columns.magnetometer, stated),
+    )
+
+
+def _with_stated_unit(
+    columns: MagneticColumns | None,
+    stated: Callable[[str | None, Quantity, StatedUnit | None], StatedUnit | None],
+) -> MagneticColumns | None:
+    if columns is None:
+        return None
+    return replace(
+        columns,
+        unit=stated(columns.axes[0], "magnetometer", columns.unit),
+        time_unit=stated(columns.time, "time", columns.time_unit),
     )
 
 
