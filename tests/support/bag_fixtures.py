@@ -9,6 +9,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
+MAGNETIC = "sensor_msgs/msg/MagneticField"
 IMU, TEXT, TEMPERATURE = "sensor_msgs/msg/Imu", "std_msgs/msg/String", "sensor_msgs/msg/Temperature"
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
 
@@ -35,8 +36,24 @@ def imu_message(store, chunk, index, frame="imu_link", stamped=True):
     )
 
 
-def messages(store, topics, stamped=True, frames=("imu_link",)):
+def magnetic_message(store, time, field):
+    """MagneticField with (3,) T at a time, s."""
+    vector = store.types["geometry_msgs/msg/Vector3"](*field)
+    return store.types[MAGNETIC](header(store, time, "mag_link"), vector, np.zeros(9))
+
+
+def magnetic_messages(store, topic, track):
+    """Messages of the magnetometer of a track, in T."""
+    serialise = store.serialize_ros1 if store is ROS1 else store.serialize_cdr
+    for time, field in zip(track.time, track.field * 1e-6, strict=True):
+        message = magnetic_message(store, time, field)
+        yield topic, MAGNETIC, round(time * 1e9), bytes(serialise(message, MAGNETIC))
+
+
+def messages(store, topics, stamped=True, frames=("imu_link",), magnetic=None):
     """Messages of several IMUs in the order of time, with a text topic between."""
+    for topic, track in (magnetic or {}).items():
+        yield from magnetic_messages(store, topic, track)
     serialise = store.serialize_ros1 if store is ROS1 else store.serialize_cdr
     count = max(len(chunk.time) for chunk in topics.values())
     for index in range(count):

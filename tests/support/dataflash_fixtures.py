@@ -13,6 +13,8 @@ LAYOUTS = {
     "ISBH": (0x85, "QHBBHHQf", "TimeUS,N,type,instance,mul,smp_cnt,SampleUS,smp_rate"),
     "ISBD": (0x86, "QHHaaa", "TimeUS,N,seqno,x,y,z"),
     "IMU2": (0x87, "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    "MAG": (0x89, "QBhhhhhhhhhBI", "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ,MOX,MOY,MOZ,Health,S"),
+    "BAT": (0x8A, "QBff", "TimeUS,Inst,Volt,Curr"),
     "MODE": (0x88, "QMB", "TimeUS,Mode,ModeNum"),
 }
 CODES = {"n": "4s", "N": "16s", "Z": "64s", "a": "64s", "M": "b"}

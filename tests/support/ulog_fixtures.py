@@ -17,6 +17,10 @@ FORMATS = {
     "uint32_t delta_velocity_dt;",
     "sensor_accel_fifo": HEAD
     + "float dt;float scale;uint8_t samples;int16_t[20] x;int16_t[20] y;int16_t[20] z;",
+    "sensor_mag": HEAD + VECTOR,
+    "vehicle_magnetometer": "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;"
+    "float[3] magnetometer_ga;",
+    "battery_status": "uint64_t timestamp;float voltage_v;float current_a;",
     "other": "uint64_t timestamp;float value;",
 }
 FORMATS["sensor_gyro_fifo"] = FORMATS["sensor_accel_fifo"]

@@ -84,7 +84,7 @@ class MagneticTrack:
 
     @property
     def strength(self) -> float:
-        """Median length of the field as read, uT; NaN where there are no readings."""
+        """Median length of the raw field, uT; NaN where there are no readings."""
         return float(np.median(np.linalg.norm(self.field, axis=1))) if len(self) else float("nan")
 
     def chosen(self, rows: NDArray[np.bool_] | slice) -> MagneticTrack:

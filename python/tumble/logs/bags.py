@@ -17,7 +17,7 @@ class Topic:
 
     name: str
     kind: str
-    """`imu` or `temperature`."""
+    """`imu`, `temperature` or `magnetometer`."""
     encoding: Encoding
 
 
@@ -60,8 +60,12 @@ class Bag(Protocol):
 
 
 def kind_of(message_type: str) -> str | None:
-    """`imu`, `temperature`, or None for another type; ROS 1 and ROS 2 spell types differently."""
-    kinds = {"sensor_msgs/Imu": "imu", "sensor_msgs/Temperature": "temperature"}
+    """Kind of a type, or None for another type; ROS 1 and ROS 2 spell types differently."""
+    kinds = {
+        "sensor_msgs/Imu": "imu",
+        "sensor_msgs/Temperature": "temperature",
+        "sensor_msgs/MagneticField": "magnetometer",
+    }
     return kinds.get(message_type.replace("/msg/", "/"))
 
 

@@ -22,6 +22,7 @@ from tumble.foundation.firmware import ardupilot
 from tumble.foundation.firmware.correction import Corrections, over_time
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
+from tumble.logs import dataflash_magnetometer
 from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, DataflashRecords, TextLog
 from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
@@ -78,6 +79,8 @@ class _Scan:
     """First value of each parameter."""
     changes: list[tuple[float, str, float]] = field(default_factory=list)
     """Changes of correction parameters: time, s, name and value."""
+    compasses: dict[int, Times] = field(default_factory=dict)
+    """Magnetometers by their number."""
     remarks: tuple[str, ...] = ()
 
 
@@ -88,9 +91,12 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
-    imus = _imus(path)
-    list_of(path, imus, SOUGHT)
-    return open_flight_imu(path, imus, imu, options, "dataflash", f"{path.resolve()}#time since start")
+    imus, scan = _imus(path), _scanned(path)
+    compasses = dataflash_magnetometer.magnetometers_of(_opened(path), scan.compasses, scan.parameters, ())
+    if options.need_imu or not compasses:
+        list_of(path, imus, SOUGHT)
+    clock = f"{path.resolve()}#time since start"
+    return open_flight_imu(path, imus, imu, options, "dataflash", clock, compasses)
 
 
 def parameters_in(path: Path) -> dict[str, float]:
@@ -108,7 +114,8 @@ def _opened(path: Path) -> DataFlash:
 def _scanned(path: Path) -> _Scan:
     damage, scan = Damage(), _Scan()
     batches = _Batches()
-    for block in _opened(path).blocks([*_NAMES, BATCH, BATCH_DATA, PARAMETER], damage):
+    names = [*_NAMES, BATCH, BATCH_DATA, PARAMETER, *dataflash_magnetometer.NAMES]
+    for block in _opened(path).blocks(names, damage):
         for name, records in block.items():
             if name == PARAMETER:
                 _note_parameters(scan, records)
@@ -116,6 +123,9 @@ def _scanned(path: Path) -> _Scan:
             facts = scan.sources.setdefault(source, _SourceFacts())
             facts.note_each(_time(records))
             facts.has_temperature |= _temperature(records) is not None
+        for instance, compass in dataflash_magnetometer.by_instance(block).items():
+            time = dataflash_magnetometer.time_of(compass)
+            scan.compasses.setdefault(instance, Times()).note(float(time[0]), float(time[-1]), len(time))
         for samples, source in batches.samples(block):
             scan.sources.setdefault(source, _SourceFacts()).note_each(samples.time)
     scan.remarks = damage.notices()

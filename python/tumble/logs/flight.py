@@ -15,7 +15,16 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import USABLE_RATE
-from tumble.logs.track import DEFINED, LoggedImu, RawSamples, StatedUnit, none_such, several
+from tumble.logs.track import (
+    DEFINED,
+    LoggedImu,
+    LoggedMagnetometer,
+    RawMagnetic,
+    RawSamples,
+    StatedUnit,
+    none_such,
+    several,
+)
 
 
 @dataclass(slots=True)
@@ -62,6 +71,21 @@ class FlightImu:
     notices: tuple[str, ...] = field(default=())
 
 
+@dataclass(frozen=True, slots=True)
+class FlightMagnetometer:
+    """One magnetometer of a log, or a form in which a log holds it; the first of those listed is the best."""
+
+    name: str
+    """Name, as of the option `--magnetometer`."""
+    unit: str
+    read: Callable[[], RawMagnetic]
+    """Reads it, times in s."""
+    already_corrected: bool
+    notices: tuple[str, ...] = ()
+    row_wise: bool = False
+    """Indicates whether it stands in the samples of an IMU, and may repeat itself there."""
+
+
 def list_of(path: Path, imus: Sequence[FlightImu], sought: str) -> tuple[str, ...]:
     """Returns their names; raises `LogError` where there are none."""
     if not imus:
@@ -70,12 +94,23 @@ def list_of(path: Path, imus: Sequence[FlightImu], sought: str) -> tuple[str, ..
 
 
 def open_flight_imu(
-    path: Path, imus: Sequence[FlightImu], wanted: str | None, options: ReadOptions, format_: str, clock: str
+    path: Path,
+    imus: Sequence[FlightImu],
+    wanted: str | None,
+    options: ReadOptions,
+    format_: str,
+    clock: str,
+    magnetometers: Sequence[FlightMagnetometer] = (),
 ) -> LoggedImu:
     """Creates the track of the wanted IMU, or of that which was logged best where none is named.
 
+    The best magnetometer, or the one that an option names, stands beside it.
+
     Raises `LogError` where there is no such one, or several that are as good.
     """
+    magnetometer = _magnetometer(path, magnetometers, options)
+    if not imus and magnetometer is not None and not options.need_imu:
+        return _without_imu(path, format_, clock, magnetometer)
     found = _named(path, imus, wanted) if wanted else _best(path, imus)
     beside = [each.name for each in imus if each is not found]
     notices = list(found.notices)
@@ -117,9 +152,60 @@ def open_flight_imu(
         undone=undo,
         notices=tuple(notices),
         triads=found.triads,
+        magnetometer=magnetometer,
         alone=not beside,
         expected=found.count,
     )
+
+
+def _magnetometer(
+    path: Path, found: Sequence[FlightMagnetometer], options: ReadOptions
+) -> LoggedMagnetometer | None:
+    names = [each.name for each in found]
+    wanted = options.magnetometer
+    if wanted is not None and wanted not in names:
+        raise none_such(path, "magnetometer", wanted, names)
+    if not found:
+        return None
+    chosen = found[names.index(wanted)] if wanted is not None else found[0]
+    others = [name for name in names if name != chosen.name]
+    beside = (
+        (f"reads the magnetometer {chosen.name}; --magnetometer names another of {', '.join(others)}",)
+        if others and wanted is None
+        else ()
+    )
+    return LoggedMagnetometer(
+        chosen.read,
+        StatedUnit(chosen.unit, DEFINED),
+        StatedUnit("s", DEFINED),
+        chosen.name,
+        row_wise=chosen.row_wise,
+        already_corrected=chosen.already_corrected,
+        notices=(*beside, *chosen.notices),
+    )
+
+
+def _without_imu(path: Path, format_: str, clock: str, magnetometer: LoggedMagnetometer) -> LoggedImu:
+    """Returns a log that holds a magnetometer alone."""
+    return LoggedImu(
+        path=path,
+        imu="",
+        format=format_,
+        read=lambda transform: iter(()),
+        head=lambda: RawSamples(None, np.empty((0, 3)), np.empty((0, 3))),
+        locate=lambda sample: f"reading {sample + 1} of {magnetometer.name}",
+        time_unit=StatedUnit("s", DEFINED),
+        clock=clock,
+        triads=(),
+        magnetometer=magnetometer,
+    )
+
+
+def at_times(time: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray | None:
+    """Returns (m,) values between those that are known; NaN outside, None where none is known."""
+    if not len(known):
+        return None
+    return np.interp(time, known, values, left=np.nan, right=np.nan)
 
 
 def _named(path: Path, imus: Sequence[FlightImu], wanted: str) -> FlightImu:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.magnetic import FIELD_UNITS, MICROTESLA, LoadUnit, MagneticTrack
@@ -17,6 +19,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.repeated_readings import firsts_of_runs
 from tumble.logs.track import (
     CHUNK_SAMPLES,
+    DEFINED,
     DOCUMENTED,
     LoggedImu,
     LoggedMagnetometer,
@@ -27,6 +30,8 @@ from tumble.logs.track import (
     stack,
 )
 from tumble.logs.units import UNITS
+
+Rows: TypeAlias = NDArray[np.intp]
 
 EARTH = (15.0, 100.0)
 """uT: the field of the Earth is 22 to 67 uT, and iron beside a sensor adds to it or takes from it."""
@@ -115,7 +120,7 @@ def magnetic_track(
     track = MagneticTrack(
         time[kept],
         field[kept],
-        None if raw.current is None else raw.current[kept],
+        _known(raw.current, kept),
         magnetometer.current_unit,
         magnetometer.name,
         unit.name,
@@ -123,6 +128,11 @@ def magnetic_track(
         magnetometer.already_corrected,
     )
     return replace(track, remarks=(*remarks, *_unlikely(track, options)))
+
+
+def _known(current: FloatArray | None, kept: Rows) -> FloatArray | None:
+    """Returns the current at some rows; None where no row has one."""
+    return None if current is None or not np.isfinite(current).any() else current[kept]
 
 
 def _scale(magnetometer: LoggedMagnetometer, options: ReadOptions) -> tuple[StatedUnit, FloatArray]:
@@ -154,9 +164,7 @@ def _times(
     return raw.time / round(1.0 / scale) if scale != 1.0 else raw.time
 
 
-def _sound(
-    time: FloatArray, read: FloatArray, field: FloatArray, remarks: list[str]
-) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _sound(time: FloatArray, read: FloatArray, field: FloatArray, remarks: list[str]) -> Rows:
     """Returns the rows that hold a reading; rows without any number hold none, and are no omission."""
     there = np.isfinite(read).any(axis=1) & np.isfinite(time)
     whole = there & np.isfinite(read).all(axis=1)
@@ -176,9 +184,9 @@ def _sound(
 def _of_its_own(
     time: FloatArray,
     read: FloatArray,
-    kept: np.ndarray[tuple[int], np.dtype[np.intp]],
+    kept: Rows,
     remarks: list[str],
-) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+) -> Rows:
     """Keeps the first of each run of equal rows, where a slower magnetometer made them."""
     firsts = firsts_of_runs(read[kept])
     if firsts is None:
@@ -203,10 +211,13 @@ def _unlikely(track: MagneticTrack, options: ReadOptions) -> tuple[str, ...]:
         for name, scale in FIELD_UNITS.items()
         if EARTH[0] <= strength / FIELD_UNITS[track.unit] * scale <= EARTH[1]
     ]
+    doubtful = not track.unit_reason.startswith(DEFINED)
     remedy = (
         f"it would be in {' or '.join(fitting)}; state it with --magnetometer-unit"
-        if fitting and options.magnetometer_scale is None
+        if fitting and doubtful and options.magnetometer_scale is None
         else "for raw counts give --magnetometer-scale (counts per unit), else look for iron or a magnet"
+        if doubtful
+        else "look for iron or a magnet beside it"
     )
     return (
         f"magnetometer reads {strength:.4g} uT in the median, with its readings in {track.unit} "

@@ -9,13 +9,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tumble.logs.track import RawSamples
+from tumble.logs.track import RawMagnetic, RawSamples
 
 MavlinkMessage: TypeAlias = Any
 """A message as pymavlink, which has no types, gives it."""
 
 DIALECT = "pymavlink.dialects.v20.common"
 HIGHRES_TRIADS = 0b111111
+HIGHRES_MAGNETOMETER = 0b111000000
 HIGHRES_TEMPERATURE = 1 << 12
 
 
@@ -27,15 +28,16 @@ class Kind:
     time_unit: str
     accelerometer_unit: str | None
     gyroscope_unit: str | None
+    magnetometer_unit: str | None
 
 
-SCALED = Kind("time_boot_ms", "ms", "mg", "mrad/s")
+SCALED = Kind("time_boot_ms", "ms", "mg", "mrad/s", "mG")
 KINDS: Mapping[str, Kind] = {
-    "HIGHRES_IMU": Kind("time_usec", "us", "m/s^2", "rad/s"),
+    "HIGHRES_IMU": Kind("time_usec", "us", "m/s^2", "rad/s", "G"),
     "SCALED_IMU": SCALED,
     "SCALED_IMU2": SCALED,
     "SCALED_IMU3": SCALED,
-    "RAW_IMU": Kind("time_usec", "us", None, None),
+    "RAW_IMU": Kind("time_usec", "us", None, None, None),
 }
 """The best first. RAW_IMU is the raw output of the sensor; autopilots disagree on what that is."""
 
@@ -45,6 +47,21 @@ def holds_both_triads(message: MavlinkMessage, name: str) -> bool:
     if name != "HIGHRES_IMU" or message.fields_updated == 0:
         return True
     return bool(message.fields_updated & HIGHRES_TRIADS == HIGHRES_TRIADS)
+
+
+def holds_field(message: MavlinkMessage, name: str) -> bool:
+    """Returns whether the magnetometer was renewed, as `holds_both_triads` for both triads."""
+    if name != "HIGHRES_IMU" or message.fields_updated == 0:
+        return True
+    return bool(message.fields_updated & HIGHRES_MAGNETOMETER == HIGHRES_MAGNETOMETER)
+
+
+def magnetic_of(messages: Sequence[MavlinkMessage], kind: Kind) -> RawMagnetic:
+    """Returns the readings of the magnetometer in messages of one kind, in its units."""
+    return RawMagnetic(
+        np.array([getattr(each, kind.time) for each in messages], dtype=np.float64),
+        np.array([(each.xmag, each.ymag, each.zmag) for each in messages], dtype=np.float64).reshape(-1, 3),
+    )
 
 
 def samples_of(messages: Sequence[MavlinkMessage], kind: Kind) -> RawSamples:

@@ -38,7 +38,7 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Finds a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
-    return imu_of(McapFile(path), imu)
+    return imu_of(McapFile(path), imu, options)
 
 
 class McapFile:

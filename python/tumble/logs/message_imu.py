@@ -12,10 +12,10 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
-from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.columns import ImuColumns, MagneticColumns, find_imus
 from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
 from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
-from tumble.logs.track import DATE_AND_TIME, DEFINED, RawSamples, StatedUnit, stack
+from tumble.logs.track import DATE_AND_TIME, DEFINED, RawMagnetic, RawSamples, StatedUnit, stack
 
 _HEADER = "header"
 _COVARIANCES = {
@@ -111,6 +111,17 @@ class FieldImu:
             None if temperature is None else read[temperature],
         )
 
+    def magnetic(self, messages: Sequence[bytes]) -> RawMagnetic:
+        """Reads the fields of the magnetometer; raises `MalformedMessageError` as `decode` does."""
+        columns, time = self.columns.magnetometer, self.columns.time
+        assert columns is not None
+        stamp = () if time is None else self.stamps.get(time, (time,))
+        read = dict(self.form.read(messages, [*stamp, *columns.axes]))
+        if time is not None and time in self.stamps:
+            whole, rest = self.stamps[time]
+            read[time] = stamps_of(read[whole], read[rest])
+        return RawMagnetic(None if time is None else read[time], stack(read, columns.axes))
+
     def _triad(
         self, triad: str, read: Mapping[str, FloatArray], names: tuple[str, str, str] | None
     ) -> FloatArray:
@@ -176,13 +187,21 @@ def _renamed(imu: ImuColumns, names: Mapping[str, str]) -> ImuColumns:
     def triad(found: tuple[str, str, str] | None) -> tuple[str, str, str] | None:
         return None if found is None else (names[found[0]], names[found[1]], names[found[2]])
 
+    axes = triad(imu.magnetometer.axes if imu.magnetometer else None)
     return replace(
         imu,
         accelerometer=triad(imu.accelerometer),
         gyroscope=triad(imu.gyroscope),
         time=None if imu.time is None else names[imu.time],
         temperature=None if imu.temperature is None else names[imu.temperature],
+        magnetometer=_magnetometer_of(imu, axes),
     )
+
+
+def _magnetometer_of(imu: ImuColumns, axes: tuple[str, str, str] | None) -> MagneticColumns | None:
+    if imu.magnetometer is None or axes is None:
+        return None
+    return MagneticColumns(axes, imu.magnetometer.unit)
 
 
 def may_hold_imu(text: bytes) -> bool:

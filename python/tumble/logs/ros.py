@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.logs.bags import Bag, BagMessage, Topic
+from tumble.logs.magnetic_messages import batched, magnetometer_beside, magnetometers_of
 from tumble.logs.message_form import Definition, JsonForm
 from tumble.logs.message_imu import (
     ROS_UNITS,
+    FieldImu,
     ImuDecoder,
     PlainImu,
     embedded_imus,
@@ -21,8 +23,9 @@ from tumble.logs.message_imu import (
     may_hold_imu,
 )
 from tumble.logs.optional import not_installed
+from tumble.logs.options import ReadOptions
 from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, LoggedMagnetometer, RawMagnetic, RawSamples, choose
 
 _HEAD_SAMPLES = 1 << 14
 _IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")
@@ -43,12 +46,14 @@ def imus_of(bag: Bag) -> tuple[str, ...]:
     return tuple(_imus(bag))
 
 
-def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
-    """Finds an IMU in a bag.
+def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Finds an IMU in a bag, and the magnetometer beside it.
 
     Raises `LogError` where there is no such topic, or several and none is named.
     """
     path = bag.path
+    if not options.need_imu and not _may_hold_imus(bag):
+        return _magnetometer_alone(bag, imu, options)
     imus = _imus(bag)
     name = choose(path, tuple(imus), imu, "topic")
     found = imus[name]
@@ -78,9 +83,57 @@ def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
+        magnetometer=magnetometer_beside(bag, found.name, options, use_stamps=stamped)
+        or _magnetometer_within(bag, found, use_stamps=stamped),
         alone=len(imus) == 1,
         notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
+
+
+def _may_hold_imus(bag: Bag) -> bool:
+    """Returns whether an IMU is found; one that cannot be read is told apart from none by reading it."""
+    try:
+        return bool(_imus(bag))
+    except LogError:
+        return not magnetometers_of(bag)
+
+
+def _magnetometer_alone(bag: Bag, wanted: str | None, options: ReadOptions) -> LoggedImu:
+    """Returns the magnetometer of a bag without an IMU; `LOG:NAME` or an option names its topic."""
+    named = replace(options, magnetometer=options.magnetometer or wanted)
+    return LoggedImu(
+        path=bag.path,
+        imu="",
+        format=bag.format,
+        read=lambda transform: iter(()),
+        head=lambda: RawSamples(None, np.empty((0, 3)), np.empty((0, 3))),
+        locate=lambda sample: f"message {sample + 1}",
+        time_unit=ROS_UNITS.time,
+        triads=(),
+        magnetometer=magnetometer_beside(bag, "", named, use_stamps=True),
+        notices=bag.remarks,
+    )
+
+
+def _magnetometer_within(bag: Bag, imu: _Imu, *, use_stamps: bool) -> LoggedMagnetometer | None:
+    """Finds a magnetometer in the messages of the IMU themselves."""
+    decoder = imu.decoder
+    if not isinstance(decoder, FieldImu) or decoder.columns.magnetometer is None:
+        return None
+
+    def read() -> RawMagnetic:
+        pieces, recorded = [], []
+        for some in batched(bag.messages([imu.topic]), CHUNK_SAMPLES):
+            pieces.append(decoder.magnetic([message.data for message in some]))
+            recorded += [message.log_time for message in some]
+        times = [piece.time for piece in pieces if piece.time is not None]
+        stamped = use_stamps and len(times) == len(pieces)
+        return RawMagnetic(
+            np.concatenate(times) if stamped else seconds(np.array(recorded, dtype=np.int64)),
+            np.concatenate([np.empty((0, 3)), *(piece.field for piece in pieces)]),
+        )
+
+    return LoggedMagnetometer(read, decoder.columns.magnetometer.unit, name=imu.name, row_wise=True)
 
 
 def _imus(bag: Bag) -> dict[str, _Imu]:

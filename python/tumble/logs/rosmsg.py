@@ -1,6 +1,6 @@
-"""Bytes of sensor_msgs/Imu and sensor_msgs/Temperature, many messages at once.
+"""Bytes of sensor_msgs/Imu, sensor_msgs/Temperature and sensor_msgs/MagneticField, many at once.
 
-Both are fixed but for the name of the frame in their header, and every number after it has eight bytes,
+All are fixed but for the name of the frame in their header, and every number after it has eight bytes,
 so the numbers are the last bytes of a message: no generic deserialiser is needed.
 ROS 1: docs.ros.org, sensor_msgs/Imu.msg; ROS 2: OMG CDR (DDS-RTPS 10.2), plain, in either byte order.
 """
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tumble.foundation.recording import FloatArray
 
-_DOUBLES = {"imu": 37, "temperature": 2}
+_DOUBLES = {"imu": 37, "temperature": 2, "magnetometer": 12}
 _RATE, _FORCE = slice(13, 16), slice(25, 28)
 """Places of angular velocity and linear acceleration among the 37 numbers of an Imu message."""
 _RATE_COVARIANCE, _FORCE_COVARIANCE = 16, 28
@@ -52,12 +52,17 @@ class Decoded:
     stamp: NDArray[np.int64]
     """(n,) nanoseconds."""
     numbers: FloatArray
-    """(n, 37) for Imu, (n, 2) for Temperature."""
+    """(n, 37) for Imu, (n, 2) for Temperature, (n, 12) for MagneticField."""
 
     @property
     def angular_rate(self) -> FloatArray:
         """(n, 3) rad/s; NaN where the publisher states that it has none."""
         return _unless_absent(self.numbers[:, _RATE], self.numbers[:, _RATE_COVARIANCE])
+
+    @property
+    def magnetic_field(self) -> FloatArray:
+        """(n, 3) T, of MagneticField; NaN in axes that the publisher does not measure."""
+        return np.array(self.numbers[:, :3], order="C")
 
     @property
     def specific_force(self) -> FloatArray:
@@ -81,7 +86,7 @@ def frame_of(message: bytes, encoding: Encoding) -> str:
 
 
 def decode(messages: Sequence[bytes], kind: str, encoding: Encoding) -> Decoded:
-    """Decodes messages of one kind, `imu` or `temperature`.
+    """Decodes messages of one kind, `imu`, `temperature` or `magnetometer`.
 
     Raises `MalformedMessageError` where the bytes of one do not add up to such a message.
     """

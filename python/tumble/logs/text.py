@@ -364,7 +364,7 @@ def names_for(
         )
     assumed = "no column names: assumed to be "
     if count in PLAIN_NAMES and _gyroscope_stands_first(rows, delimiter, names.index("ax")):
-        swapped = dict(zip(CHANNELS, (*CHANNELS[3:], *CHANNELS[:3]), strict=True))
+        swapped: dict[str, str] = dict(zip(CHANNELS, (*CHANNELS[3:], *CHANNELS[:3]), strict=True))
         names = tuple(swapped.get(name, name) for name in names)
         last = "the last three" if count in (6, 7) else "ax, ay, az"
         return names, (f"{assumed}{', '.join(names)}, as only {last} read gravity",)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from tumble.foundation.errors import LogError
 from tumble.foundation.files import once_per_file
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import Triad
-from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
+from tumble.logs.flight import FlightImu, FlightMagnetometer, Times, list_of, open_flight_imu
 from tumble.logs.mavlink_messages import (
     DIALECT,
     KINDS,
@@ -27,11 +27,13 @@ from tumble.logs.mavlink_messages import (
     MavlinkMessage,
     coarseness,
     holds_both_triads,
+    holds_field,
+    magnetic_of,
     samples_of,
 )
 from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import LoggedImu, RawSamples
+from tumble.logs.track import LoggedImu, RawMagnetic, RawSamples
 from tumble.logs.units import UNITS
 from tumble.logs.walk import Damage, walk
 
@@ -107,7 +109,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
     imus = _imus(path)
     list_of(path, imus, SOUGHT)
-    return open_flight_imu(path, imus, imu, options, "tlog", f"{path.resolve()}#time of the autopilot")
+    clock = f"{path.resolve()}#time of the autopilot"
+    return open_flight_imu(path, imus, imu, options, "tlog", clock, _magnetometers(path, imus, imu))
 
 
 def _imus(path: Path) -> list[FlightImu]:
@@ -132,6 +135,40 @@ def _imus(path: Path) -> list[FlightImu]:
     ]
 
 
+def _magnetometers(path: Path, imus: Sequence[FlightImu], wanted: str | None) -> list[FlightMagnetometer]:
+    """Returns the magnetometers, which have the names of their IMUs; the first is that of the wanted one."""
+    scan = _scanned(path)
+    several = len({sender.system for sender in scan.senders}) > 1
+    found = {_name(sender, several): sender for sender in scan.senders}
+    names = sorted(
+        (each.name for each in imus), key=lambda name: name.casefold() != (wanted or "").casefold()
+    )
+    return [
+        FlightMagnetometer(
+            name,
+            unit,
+            partial(_read_magnetic, path, found[name], _kind(found[name], scan)),
+            already_corrected=True,
+            notices=("the magnetometer of telemetry was corrected by the autopilot",),
+            row_wise=True,
+        )
+        for name in names
+        if (unit := _kind(found[name], scan).magnetometer_unit)
+    ]
+
+
+def _read_magnetic(path: Path, sender: _Sender, kind: Kind) -> RawMagnetic:
+    mine = [
+        each
+        for messages in _messages(path, Damage(), (sender.message,))
+        for each in messages
+        if _sender(each) == sender and holds_field(each, sender.message)
+    ]
+    raw = magnetic_of(mine, kind)
+    assert raw.time is not None
+    return RawMagnetic(raw.time / round(1.0 / UNITS["time"][kind.time_unit]), raw.field)
+
+
 def _name(sender: _Sender, several: bool) -> str:
     name = f"{sender.message}.{sender.sensor}" if sender.sensor else sender.message
     return f"{name}.system{sender.system}" if several else name
@@ -141,7 +178,7 @@ def _kind(sender: _Sender, scan: _Scan) -> Kind:
     """Returns units; those of RAW_IMU are known of ArduPilot."""
     kind = KINDS[sender.message]
     if kind.accelerometer_unit is None and sender.system in scan.ardupilots:
-        return Kind(kind.time, kind.time_unit, SCALED.accelerometer_unit, SCALED.gyroscope_unit)
+        return replace(SCALED, time=kind.time, time_unit=kind.time_unit)
     return kind
 
 

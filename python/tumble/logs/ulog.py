@@ -23,7 +23,8 @@ from tumble.foundation.firmware.rotations import rotation
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
-from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
+from tumble.logs import ulog_magnetometer
+from tumble.logs.flight import FlightImu, FlightMagnetometer, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, USABLE_RATE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
@@ -34,7 +35,7 @@ SENSOR: Mapping[Triad, str] = {"accelerometer": "sensor_accel", "gyroscope": "se
 FIFO: Mapping[Triad, str] = {"accelerometer": "sensor_accel_fifo", "gyroscope": "sensor_gyro_fifo"}
 COMBINED, DELTAS, STATUS = "sensor_combined", "vehicle_imu", "vehicle_imu_status"
 SELECTION = "sensor_selection"
-TOPICS = (*SENSOR.values(), *FIFO.values(), COMBINED, DELTAS, STATUS, SELECTION)
+TOPICS = (*SENSOR.values(), *FIFO.values(), COMBINED, DELTAS, STATUS, SELECTION, *ulog_magnetometer.TOPICS)
 SOUGHT = f"one of {COMBINED}, {DELTAS}, or {' and '.join(SENSOR.values())}"
 FIRST_RELEASE = (1, 11)
 """First release of PX4 whose drivers no longer correct."""
@@ -76,9 +77,10 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Finds an IMU; raises `LogError` where there is no such one, or several and none is named."""
-    imus = _imus(path)
-    list_of(path, imus, SOUGHT)
-    return open_flight_imu(path, imus, imu, options, "ulog", opened(path).clock)
+    imus, magnetometers = _imus(path), _magnetometers(path)
+    if options.need_imu or not magnetometers:
+        list_of(path, imus, SOUGHT)
+    return open_flight_imu(path, imus, imu, options, "ulog", opened(path).clock, magnetometers)
 
 
 def parameters_in(path: Path) -> dict[str, float]:
@@ -138,6 +140,18 @@ def _imus(path: Path) -> list[FlightImu]:
         *_together(log, scan, DELTAS, _deltas),
         *_together(log, scan, STATUS, _means),
     ]
+
+
+def _magnetometers(path: Path) -> list[FlightMagnetometer]:
+    log, scan = opened(path), _scanned(path)
+    topics = {
+        topic: ulog_magnetometer.LoggedTopic(
+            facts.rate, facts.names, _only(facts.devices.get("device_id", set()))
+        )
+        for topic, facts in scan.topics.items()
+        if topic.name in (*ulog_magnetometer.TOPICS, COMBINED)
+    }
+    return ulog_magnetometer.magnetometers_of(log, topics, ())
 
 
 def _apart(
