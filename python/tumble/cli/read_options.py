@@ -34,13 +34,15 @@ class ReadingOptions(Options):
     columns: Annotated[
         str | None,
         _option(
-            "ax=NAME,...", "Column for any of time ax ay az gx gy gz temperature: name, or position from 1."
+            "ax=NAME,...",
+            "Column for any of time ax ay az gx gy gz mx my mz temperature: name, or position from 1.",
         ),
     ] = None
     accelerometer_unit: Annotated[str | None, _option("m/s^2|g|mg", "Unit of the accelerometer.")] = None
     gyroscope_unit: Annotated[str | None, _option("rad/s|deg/s", "Unit of the gyroscope.")] = None
     time_unit: Annotated[str | None, _option("s|ms|us|ns", "Unit of time.")] = None
     temperature_unit: Annotated[str | None, _option("degC|K|degF", "Unit of temperature.")] = None
+    magnetometer_unit: Annotated[str | None, _option("uT|nT|T|G|mG", "Unit of the magnetometer.")] = None
     accelerometer_scale: Annotated[
         str | None, _option("N[,N,N]", "Counts per unit of the accelerometer: 16384, with unit g.")
     ] = None
@@ -49,6 +51,9 @@ class ReadingOptions(Options):
     ] = None
     gyroscope_scale: Annotated[
         str | None, _option("N[,N,N]", "Counts per unit of the gyroscope: 131, with unit deg/s.")
+    ] = None
+    magnetometer_scale: Annotated[
+        str | None, _option("N[,N,N]", "Counts per unit of the magnetometer: 1090, with unit G.")
     ] = None
     counts: Annotated[
         str | None,
@@ -68,6 +73,12 @@ class ReadingOptions(Options):
     ] = "x,y,z"
     rate: Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")] = None
     topic: Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")] = None
+    magnetometer: Annotated[
+        str | None, _option("NAME", "Which magnetometer of the file: a topic, or a column prefix.")
+    ] = None
+    current: Annotated[
+        str | None, _option("COLUMN", "Current of the motors, A, or throttle, beside a magnetometer.")
+    ] = None
     skip_lines: Annotated[int, _option("N", "Lines to skip before the column names.")] = 0
     skip_bad_lines: Annotated[
         bool,

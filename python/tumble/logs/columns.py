@@ -56,6 +56,7 @@ _MAGNETOMETER = (
     "magnetic_flux_density",
     "uncalibrated_magnetometer",
     "magnetic_field",
+    "magnetic field",
     "magneticfield",
     "magnetometer",
     "mag_field",

@@ -77,16 +77,18 @@ def imu_of_table(
     options: ReadOptions,
     samples: Callable[[CsvRows], RawSamples] | None = None,
     table: TextTable | None = None,
+    whole: Callable[[Sequence[str]], Mapping[str, FloatArray]] | None = None,
 ) -> LoggedImu:
     """Reads the only IMU of a text table from columns that are known.
 
-    `samples` makes samples of rows where that is more than to gather columns; `table` is not the usual one.
+    `samples` makes samples of rows where that is more than to gather columns; `table` is not the usual one,
+    and `whole` reads some of its columns, all at once.
     """
     table = table or TextTable(path, layout, columns.names, skip_bad_lines=options.skip_bad_lines)
     gather = samples or (lambda rows: table_samples(rows, columns))
     rate, notices = _stated_rate(layout, columns, options)
 
-    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+    def columns_of(names: Sequence[str]) -> Mapping[str, FloatArray]:
         return TextTable(path, layout, names, skip_bad_lines=options.skip_bad_lines).whole()
 
     return LoggedImu(
@@ -104,7 +106,7 @@ def imu_of_table(
         rate=rate,
         serial=layout.preamble.get("serial", ""),
         triads=columns.triads,
-        magnetometer=magnetometer_in(columns, whole),
+        magnetometer=magnetometer_in(columns, whole or columns_of),
         columns=layout.names,
         expected=expected_rows(path, layout),
         already_corrected=True if "corrected" in layout.preamble else None,

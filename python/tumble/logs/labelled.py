@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -21,6 +21,7 @@ from tumble.foundation.recording import FloatArray
 from tumble.foundation.words import count_of, quoted
 from tumble.logs.columns import ImuColumns, choose_imu, find_imus, recognise
 from tumble.logs.csv import samples_of
+from tumble.logs.magnetometer import magnetometer_in
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import LOG, PLAIN_NAMES, names_delimiter, names_for
 from tumble.logs.text_file import open_text, text_size
@@ -90,6 +91,10 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         columns = replace(columns, time=_TIME, time_unit=StatedUnit("s", "time of the monitor"))
     size = text_size(path)
 
+    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+        tables = [table.columns for table in _tables(path, layout)]
+        return {each: np.concatenate([np.empty(0), *(table[each] for table in tables)]) for each in names}
+
     def read(transform: Transform) -> Iterator[RawSamples]:
         for samples, _ in _samples(path, layout, columns):
             yield transform(samples)
@@ -113,6 +118,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         triads=columns.triads,
+        magnetometer=magnetometer_in(columns, whole),
         columns=layout.names,
         alone=len(imus) == 1,
         expected=None if size is None else int(size / layout.line_bytes / len(layout.kinds)),
@@ -238,7 +244,8 @@ def _labels(text: str) -> list[str]:
 
 def _unit(text: str) -> bool:
     return any(
-        find_unit(text, quantity) for quantity in ("accelerometer", "gyroscope", "temperature", "time")
+        find_unit(text, quantity)
+        for quantity in ("accelerometer", "gyroscope", "temperature", "time", "magnetometer")
     )
 
 
@@ -268,19 +275,34 @@ def _lines(path: Path, layout: _Layout) -> Iterator[tuple[int, float, str, str]]
                 yield number, time + days, line, kind
 
 
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """Numbers of successive samples."""
+
+    columns: Mapping[str, FloatArray]
+    lines: list[int]
+    """Line at which each sample begins."""
+    bad: tuple[str, ...]
+
+
 def _samples(path: Path, layout: _Layout, columns: ImuColumns) -> Iterator[tuple[RawSamples, list[int]]]:
-    """Returns samples by the chunk, each with the line at which it begins; whole samples only."""
+    """Returns samples by the chunk, each with the line at which it begins."""
+    for table in _tables(path, layout):
+        yield replace(samples_of(table.columns, columns), bad_lines=table.bad), table.lines
+
+
+def _tables(path: Path, layout: _Layout) -> Iterator[_Table]:
+    """Returns the numbers of whole samples by the chunk."""
     rows: list[list[float]] = []
     numbers: list[int] = []
     bad: list[str] = []
     began, stamp = 0, np.nan
     part: list[float] = []
 
-    def chunk() -> tuple[RawSamples, list[int]]:
+    def chunk() -> _Table:
         table: FloatArray = np.array(rows, dtype=np.float64).reshape(len(rows), len(layout.names) + 1)
         named = dict(zip((*layout.names, _TIME), table.T, strict=True))
-        samples = replace(samples_of(named, columns), bad_lines=tuple(bad))
-        return samples, list(numbers)
+        return _Table(named, list(numbers), tuple(bad))
 
     expected = 0
     for number, time, text, kind in _lines(path, layout):

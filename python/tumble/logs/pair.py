@@ -16,10 +16,29 @@ from tumble.logs.csv import CsvRows, TextTable, expected_rows
 from tumble.logs.interpolation import TimedReadings
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout
-from tumble.logs.track import LoggedImu, RawSamples, Transform, stack
+from tumble.logs.track import (
+    LoggedImu,
+    LoggedMagnetometer,
+    RawMagnetic,
+    RawSamples,
+    StatedUnit,
+    Transform,
+    stack,
+)
 
 _WIDTH = 4
 """Time and three axes."""
+
+
+def magnetometer_of_file(file: TriadFile, unit: StatedUnit) -> LoggedMagnetometer:
+    """Creates the magnetometer of a file of its own, whose times are those of the files beside it."""
+
+    def read() -> RawMagnetic:
+        rows = np.concatenate([np.empty((0, _WIDTH)), *file.rows()])
+        return RawMagnetic(rows[:, 0], rows[:, 1:])
+
+    notice = f"magnetometer from {file.path.name}"
+    return LoggedMagnetometer(read, unit, name=file.path.name, notices=(notice,))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,9 @@ from pathlib import Path
 from tumble.foundation.errors import LogError
 from tumble.foundation.files import note_input
 from tumble.logs.options import ReadOptions
-from tumble.logs.pair import TriadFile, imu_of_pair
+from tumble.logs.pair import TriadFile, imu_of_pair, magnetometer_of_file
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
-from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, StatedUnit, choose
+from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, LoggedMagnetometer, StatedUnit, choose
 from tumble.logs.units import Quantity, find_unit
 
 _PAIRS = (
@@ -24,8 +24,11 @@ _PAIRS = (
     ("Accelerometer.csv", "Gyroscope.csv"),
 )
 """The surest first: Accelerometer.csv of Sensor Logger is without gravity, that of phyphox is not."""
+_MAGNETOMETERS = ("MagnetometerUncalibrated.csv", "Magnetometer.csv")
+"""Raw before corrected by the phone."""
 _AXIS = re.compile(
-    r"(?i)(?:(?:accel(?:eration|erometer)?|gyro(?:scope)?)[\s_]*)?(?P<axis>[xyz])(?:\s*\((?P<unit>.*)\))?"
+    r"(?i)(?:(?:magnetic[ _]field|magnetometer|accel(?:eration|erometer)?|gyro(?:scope)?)[\s_]*)?"
+    r"(?P<axis>[xyz])(?:\s*\((?P<unit>.*)\))?"
 )
 _TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
 _WITHOUT_GRAVITY = "seconds_elapsed"
@@ -70,7 +73,19 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         accelerometer_unit=_stated(accelerometer, "accelerometer"),
         gyroscope_unit=_stated(gyroscope, "gyroscope") or StatedUnit("rad/s", DOCUMENTED),
         time_unit=_stated(gyroscope, "time"),
+        magnetometer=_magnetometer(pair[1].parent, options),
     )
+
+
+def _magnetometer(folder: Path, options: ReadOptions) -> LoggedMagnetometer | None:
+    """Finds the file of the magnetometer beside those of the IMU; phones state microtesla."""
+    file = next((folder / name for name in _MAGNETOMETERS if (folder / name).is_file()), None)
+    if file is None:
+        return None
+    note_input(file)
+    triad = _triad(file, options)
+    unit = _stated(triad, "magnetometer") or StatedUnit("uT", DOCUMENTED)
+    return replace(magnetometer_of_file(triad, unit), already_corrected=file.name == _MAGNETOMETERS[1])
 
 
 def _stated(file: TriadFile, quantity: Quantity) -> StatedUnit | None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
-from tumble.logs.columns import ImuColumns, listed
+from tumble.logs.columns import ImuColumns, MagneticColumns, listed
 from tumble.logs.csv import CsvRows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
@@ -31,6 +31,7 @@ class _Program:
     time: tuple[str, ...]
     units: Mapping[Quantity, str]
     """Units where the name states none."""
+    magnetometer: tuple[tuple[str, str, str], ...] = ()
     factor: Callable[[Path, TextLayout, ReadOptions, ImuColumns], float] = lambda *_: 1.0
     """Function that gives the factor of the accelerometer."""
     corrected: bool | None = None
@@ -76,7 +77,8 @@ PROGRAMS = (
         (_xyz("accelerometerAcceleration"),),
         (_xyz("gyroRotation"), _xyz("motionRotationRate")),
         ("accelerometerTimestamp_sinceReboot", "motionTimestamp_sinceReboot", "loggingTime"),
-        {"accelerometer": "g", "gyroscope": "rad/s", "time": "s"},
+        {"accelerometer": "g", "gyroscope": "rad/s", "time": "s", "magnetometer": "uT"},
+        magnetometer=(_xyz("magnetometer"), _xyz("motionMagneticField")),
         factor=lambda *_: -1.0,
         notices=("sign of the accelerometer changed, as iOS reads -g upwards",),
     ),
@@ -85,7 +87,8 @@ PROGRAMS = (
         (("gFx", "gFy", "gFz"),),
         (("wx", "wy", "wz"),),
         ("time",),
-        {"accelerometer": "g", "gyroscope": "rad/s"},
+        {"accelerometer": "g", "gyroscope": "rad/s", "magnetometer": "uT"},
+        magnetometer=(("Bx", "By", "Bz"),),
     ),
     _Program(
         # github.com/betaflight/blackbox-tools: raw rates are deg/s, raw accelerations counts, acc_1G a g.
@@ -94,6 +97,7 @@ PROGRAMS = (
         (_indexed("gyroUnfilt"), _indexed("gyroADC")),
         ("time",),
         {"accelerometer": "g", "gyroscope": "deg/s", "time": "us"},
+        magnetometer=(_indexed("magADC"),),
         factor=_betaflight_factor,
         corrected=True,
         notices=("the firmware took off the bias of the gyroscope when it was armed, and filtered the rest",),
@@ -193,6 +197,7 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
             f"{path}: lacks an axis of {program.accelerometer[0][0]}; columns found: {listed(layout.names)}; "
             "record all three"
         )
+    field = triad(program.magnetometer)
     time = next((names[name] for name in program.time if name in names), None)
     return ImuColumns(
         accelerometer,
@@ -201,4 +206,5 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
         accelerometer_unit=unit(accelerometer[0], "accelerometer"),
         gyroscope_unit=unit(gyroscope[0] if gyroscope else None, "gyroscope"),
         time_unit=unit(time, "time"),
+        magnetometer=None if field is None else MagneticColumns(field, unit(field[0], "magnetometer")),
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import binascii
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tumble.foundation.errors import LogError
 from tumble.foundation.numbers import number_of
 from tumble.foundation.recording import FloatArray
-from tumble.logs.columns import ImuColumns
+from tumble.logs.columns import ImuColumns, MagneticColumns
 from tumble.logs.csv import CsvBlock, CsvRows, TextTable, imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, is_time_stamp
@@ -84,16 +84,26 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         StatedUnit("m/s^2", DOCUMENTED),
         StatedUnit("rad/s", DOCUMENTED),
         temperature_unit=StatedUnit("degC", DOCUMENTED),
+        magnetometer=MagneticColumns(_MAGNETOMETER, StatedUnit("G", DOCUMENTED)),
     )
     table.use(columns.names)
-    found = imu_of_table(path, table.layout, columns, options, table=table)
+
+    def whole(names: Sequence[str]) -> Mapping[str, FloatArray]:
+        sentences = SentenceTable(path, kinds[name])
+        sentences.use(list(names))
+        return sentences.whole()
+
+    found = imu_of_table(path, table.layout, columns, options, table=table, whole=whole)
+    compensated = _message_of(name).compensated
+    assert found.magnetometer is not None
     return replace(
         found,
         imu=name if len(kinds) > 1 else "",
         format="vectornav",
         alone=len(kinds) == 1,
         columns=(),
-        already_corrected=_message_of(name).compensated,
+        already_corrected=compensated,
+        magnetometer=replace(found.magnetometer, already_corrected=compensated),
     )
 
 

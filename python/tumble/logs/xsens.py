@@ -20,7 +20,16 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, find_layout
-from tumble.logs.track import DOCUMENTED, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import (
+    DOCUMENTED,
+    LoggedImu,
+    LoggedMagnetometer,
+    RawMagnetic,
+    RawSamples,
+    StatedUnit,
+    Transform,
+    choose,
+)
 from tumble.logs.units import usual_step
 
 _COUNTER, _FINE, _OLD_COUNTER = "PacketCounter", "SampleTimeFine", "Counter"
@@ -119,7 +128,25 @@ def _unwrapped(found: LoggedImu, clock: _Clock) -> LoggedImu:
         found,
         read=read,
         head=lambda: _Counter(clock).timed(found.head()),
+        magnetometer=_timed(found.magnetometer, clock),
         time_unit=StatedUnit("s", f"{clock.column} at {clock.ticks:g} a second"),
+    )
+
+
+def _timed(magnetometer: LoggedMagnetometer | None, clock: _Clock) -> LoggedMagnetometer | None:
+    """Returns the magnetometer with time in place of the counter."""
+    if magnetometer is None:
+        return None
+
+    def read() -> RawMagnetic:
+        raw = magnetometer.read()
+        time = _Counter(clock).timed(RawSamples(raw.time, raw.field, raw.field)).time
+        return replace(raw, time=time)
+
+    return replace(
+        magnetometer,
+        read=read,
+        notices=("Xsens states the magnetic field in units of that at the place of its calibration",),
     )
 
 
