@@ -14,6 +14,7 @@ import tumble
 from bag_fixtures import ROS2, messages, write_ros1
 from log_fixtures import made_up, read, same, write
 from tumble.foundation.errors import LogError, OutputError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.logs import list_imus
 from turntable_sessions import one_line, typed
 
@@ -172,3 +173,22 @@ def test_assumed_unit_is_reported(tmp_path):
     log = tmp_path / "log.csv"
     write(log, CHUNK)
     assert "assumed to be in rad/s" in typed("convert", log, "-o", tmp_path / "new.mcap").err
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
+def test_magnetometer_keeps_its_readings_and_times(tmp_path, ending):
+    time = BARE.time[0] + 0.003 + np.arange(250) / 37.0
+    track = MagneticTrack(time, np.random.default_rng(5).normal(0.0, 30.0, (250, 3)))
+    topics = {"/imu/data": BARE, "/second": BARE}
+    path = write_ros1(tmp_path / "log.bag", topics, magnetic={"/imu/mag": track, "/second/mag": track})
+    output = tmp_path / f"out.{ending}"
+    done = tumble.convert(f"{path}:/imu/data", output)
+    assert not any("magnetometer" in remark for each in done.imus for remark in each.remarks)
+    found = tumble.open_recording(output).magnetic
+    assert np.allclose(found.field, track.field, atol=1e-9)
+    assert np.allclose(found.time, time, atol=2e-9, rtol=0.0)
+    theirs = tumble.convert(path, tmp_path / "both.mcap")
+    for imu in theirs.imus:
+        both = tumble.open_recording(f"{tmp_path / 'both.mcap'}:{imu.name}").magnetic
+        assert both.name == f"/{imu.name}/mag"
+        assert np.allclose(both.field, track.field, atol=1e-9)

@@ -45,9 +45,6 @@ class Chunk:
     """(n,) degC, where the log has it."""
     received: FloatArray | None = field(default=None, kw_only=True)
     """(n,) s by the clock of the recorder at which each came, where the log has that besides `time`."""
-    magnetic: MagneticTrack | None = field(default=None, kw_only=True)
-    """Readings of a magnetometer that came since the chunk before; of live sources alone, since a recording
-    has all of them at `Recording.magnetic`."""
 
     def __post_init__(self) -> None:
         if arrays.are_samples(self.time, self.accelerometer, self.gyroscope, self.temperature):

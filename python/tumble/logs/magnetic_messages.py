@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import islice
+from itertools import islice, takewhile
 from typing import TypeVar
 
 import numpy as np
@@ -59,7 +59,7 @@ def magnetometer_beside(
 def _shared(one: str, other: str) -> int:
     """Counts the names of folders with which both topics begin."""
     pairs = zip(one.strip("/").split("/"), other.strip("/").split("/"), strict=False)
-    return next((number for number, (left, right) in enumerate(pairs) if left != right), 0)
+    return len(list(takewhile(lambda pair: pair[0] == pair[1], pairs)))
 
 
 def _read(bag: Bag, topic: Topic, *, use_stamps: bool) -> RawMagnetic:

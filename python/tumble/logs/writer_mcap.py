@@ -1,4 +1,4 @@
-"""MCAP out: sensor_msgs/Imu and sensor_msgs/Temperature in ROS 2 CDR."""
+"""MCAP out: sensor_msgs/Imu, sensor_msgs/Temperature and sensor_msgs/MagneticField in ROS 2 CDR."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from tumble.foundation.errors import OutputError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.logs.mcap import FACTS
 
@@ -19,10 +20,13 @@ if TYPE_CHECKING:
 
 IMU_TOPIC = "/imu/data"
 TEMPERATURE_TOPIC = "/imu/temperature"
+MAGNETIC_TOPIC = "/imu/mag"
 
 _CDR_LITTLE_ENDIAN = np.frombuffer(b"\x00\x01\x00\x00", np.uint8)
 _ORIENTATION_COVARIANCE, _RATE, _FORCE = 4, slice(13, 16), slice(25, 28)
-_IMU_NUMBERS = 37
+_IMU_NUMBERS, _MAGNETIC_NUMBERS = 37, 12
+_TESLA = 1e-6
+"""T in a microtesla."""
 _STAMPS = (0.0, 2.0**31)
 """Seconds that a ROS 2 stamp and an MCAP time can both hold."""
 
@@ -61,6 +65,19 @@ class McapWriter:
         for time, stamp, *sample in zip(logged, stamps.tolist(), *messages, strict=True):
             for channel, data in zip(channels, sample, strict=True):
                 self._writer.add_message(channel, time, data, stamp, self._sequence)
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF
+
+    def write_magnetic(self, track: MagneticTrack, imu: str = "", frame: str | None = None) -> None:
+        """Appends a message a reading of the magnetometer of an IMU, on `/imu/mag` or `/IMU/mag`."""
+        if not len(track):
+            return
+        channel = self._channel(f"/{imu}/mag" if imu else MAGNETIC_TOPIC, "sensor_msgs/msg/MagneticField")
+        stamps = nanoseconds_of(track.time, self._path)
+        numbers = np.zeros((len(track), _MAGNETIC_NUMBERS))
+        numbers[:, :3] = track.field * _TESLA
+        messages = _bytes(stamps, self._facts.frame if frame is None else frame, numbers)
+        for stamp, data in zip(stamps.tolist(), messages, strict=True):
+            self._writer.add_message(channel, stamp, data, stamp, self._sequence)
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF
 
     def close(self) -> None:

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.file_names import file_stem
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording, SampleProgress
 from tumble.foundation.timing import TimeWatch
 from tumble.foundation.units import TRIADS
-from tumble.foundation.words import join
+from tumble.foundation.words import count_of, join
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_mcap_writer, open_recording, open_writer
 from tumble.logs.formats import FOLDER, find_format
+from tumble.logs.magnetic_rows import MagneticRows
 from tumble.logs.reading import list_imus
 from tumble.logs.spec import files_of, parse_spec
 from tumble.tools.convert.arrival import ArrivalWatch
 from tumble.tools.convert.result import Converted, ConvertedImu
 
 if TYPE_CHECKING:
+    from tumble.logs.writer import Writer
     from tumble.logs.writer_mcap import McapWriter
 
 EUROC = "euroc"
@@ -33,7 +38,7 @@ _LACKS = {
     "csv": ("frame",),
     "parquet": ("frame",),
     "mcap": (),
-    EUROC: ("temperature", "serial number", "frame", "time of recording", "correction"),
+    EUROC: ("magnetometer", "temperature", "serial number", "frame", "time of recording", "correction"),
 }
 """Quantities that a target cannot hold."""
 
@@ -48,6 +53,8 @@ class _Place:
     """Name after `LOG:` in the new file; empty where it needs no name."""
     lacks: tuple[str, ...] = ()
     """Quantities that it cannot hold, besides those that no file of the target can."""
+    magnetic: MagneticRows | None = None
+    """Rows that the readings of a magnetometer are put in."""
 
 
 OpenPlace: TypeAlias = Callable[[str, Chunk], _Place]
@@ -180,7 +187,14 @@ def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _t
 
     def place_in(writer: McapWriter, imu: str, topic: str, lacks: tuple[str, ...] = ()) -> _Place:
         frame = recordings[imu].metadata.frame
-        return _Place(output, lambda chunk: writer.write(chunk, topic, chunk.received, frame), topic, lacks)
+        magnetic = _MagneticTopic(writer, recordings[imu].magnetic, topic, frame)
+        stack.callback(magnetic.finish)
+
+        def write(chunk: Chunk) -> None:
+            writer.write(chunk, topic, chunk.received, frame)
+            magnetic.follow(chunk)
+
+        return _Place(output, write, topic, lacks)
 
     if len(recordings) == 1:
         return lambda name, first: place_in(opened(_facts(recordings[name], first)), name, "")
@@ -189,14 +203,49 @@ def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _t
     return lambda name, _first: place_in(together, name, name.strip("/"), lacks)
 
 
+def _in_rows(writer: Writer, magnetic: MagneticRows | None) -> Callable[[Chunk], None]:
+    """Returns the function that writes samples, with the readings of the magnetometer in their rows."""
+    return writer.write if magnetic is None else lambda chunk: writer.write(magnetic.beside(chunk))
+
+
+class _MagneticTopic:
+    """Writes the readings of a magnetometer just after the samples in whose time they came."""
+
+    def __init__(self, writer: McapWriter, track: MagneticTrack | None, topic: str, frame: str) -> None:
+        self._writer, self._track, self._topic, self._frame = writer, track, topic, frame
+        self._given = 0
+
+    def follow(self, chunk: Chunk) -> None:
+        """Writes the readings until the last of these samples."""
+        if self._track is None:
+            return
+        end = int(np.searchsorted(self._track.time, chunk.time[-1], side="right"))
+        self._write(max(end, self._given))
+
+    def finish(self) -> None:
+        """Writes the readings after the last sample."""
+        if self._track is not None:
+            self._write(len(self._track))
+
+    def _write(self, end: int) -> None:
+        assert self._track is not None
+        self._writer.write_magnetic(self._track.chosen(slice(self._given, end)), self._topic, self._frame)
+        self._given = end
+
+
 def _tables(stack: ExitStack, recordings: dict[str, Recording], output: Path, target: str) -> OpenPlace:
     """Returns each IMU a table, a file of its own."""
     inputs = _inputs(recordings)
 
     def open_place(name: str, first: Chunk) -> _Place:
         path = _one_of_several(output, name) if len(recordings) > 1 else output
+        track = recordings[name].magnetic
+        magnetic = None if track is None else MagneticRows(track)
         facts = _facts(recordings[name], first, further=True)
-        return _Place(path, stack.enter_context(open_writer(path, target, facts, inputs=inputs)).write)
+        if magnetic is not None:
+            facts = replace(facts, further=(*magnetic.columns, *facts.further))
+        writer = stack.enter_context(open_writer(path, target, facts, inputs=inputs))
+        return _Place(path, _in_rows(writer, magnetic), magnetic=magnetic)
 
     return open_place
 
@@ -248,6 +297,7 @@ def _held(recording: Recording, first: Chunk) -> set[str]:
         "frame": metadata.frame != "case",
         "time of recording": first.received is not None,
         "correction": bool(metadata.already_corrected),
+        "magnetometer": recording.has_magnetometer,
     }
     return {what for what, held in holds.items() if held}
 
@@ -295,6 +345,11 @@ def _remarks(imu: _Imu, target: str) -> Iterator[str]:
         yield f"the gyroscope was assumed to be in {metadata.gyroscope_unit.name}, and is written as such"
     if imu.lost:
         yield f"{target} has no place for its {join(imu.lost)}: kept in the log alone"
+    if imu.place.magnetic is not None and (left := imu.place.magnetic.left):
+        yield (
+            f"{count_of('reading', left)} of the magnetometer found no row: they came after the last sample, "
+            "or faster than samples"
+        )
     if target in ("mcap", EUROC):
         yield "stamps are whole nanoseconds"
 
