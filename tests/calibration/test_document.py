@@ -94,7 +94,7 @@ def test_a_target_that_was_not_calibrated_has_no_file():
 
 def test_the_file_says_where_the_numbers_come_from(saved):
     content = yaml.safe_load(saved.read_text())
-    assert content["schema"] == "tumble-calibration/2"
+    assert content["schema"] == "tumble-calibration/3"
     assert content["serial"] == "SN-1"
     assert content["reference"]["name"] == "reference"
     assert content["reference"]["serial"] == "REF-7"
@@ -158,7 +158,7 @@ def test_the_published_schemas_are_those_of_the_code():
         ("unit: m/s^2", "unit: g", ["accelerometer.unit", "needs to be 'm/s^2', found 'g'"]),
         ("value: 9.80665", "value: -9.80665", ["gravity.value", "greater than 0"]),
         ("serial: SN-1", "serial: 12", ["serial", "string", "found 12"]),
-        ("schema: tumble-calibration/2", "schema: tumble-calibration/9", ["line 4", "tumble-calibration/2"]),
+        ("schema: tumble-calibration/3", "schema: tumble-calibration/9", ["line 4", "tumble-calibration/3"]),
         ("serial: SN-1", "serial: SN-1\nserial: SN-2", ["line 7", "'serial' is given twice"]),
         ("  b: [", "  b: [7.0, ", ["accelerometer.b", "needs 3 numbers"]),
         ("name: target_1", "name: [", ["line "]),
@@ -222,7 +222,7 @@ def test_a_matrix_that_cannot_be_inverted_is_refused():
 def test_a_file_without_either_sensor_is_refused(tmp_path):
     path = tmp_path / "c.yaml"
     path.write_text("schema: tumble-calibration/1\nname: nothing\n")
-    with pytest.raises(CalibrationFileError, match="neither an accelerometer nor a gyroscope"):
+    with pytest.raises(CalibrationFileError, match="no accelerometer, gyroscope or magnetometer"):
         Calibration.load(path)
 
 

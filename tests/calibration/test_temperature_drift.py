@@ -9,48 +9,14 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.support.calibration_files import VERSION_1, VERSION_2, load
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.errors import CalibrationFileError
 
-VERSION_1 = """\
-schema: tumble-calibration/1
-name: reference
-accelerometer:
-  unit: m/s^2
-  M:
-  - [1, 0, 0]
-  - [0, 1, 0]
-  - [0, 0, 1]
-  b: [1e-3, 0, -2]
-  noise_density: [null, 1e-3, 1e-3]
-"""
-VERSION_2 = (
-    VERSION_1.replace("/1", "/2")
-    + """\
-  temperature_drift:
-    reference: 25.0
-    range: [-20.0, 70.0]
-    bias:
-    - [1.0e-3, 0.0, -2.0e-3]
-    - [0.0, 1.0e-5, 0.0]
-    scale:
-    - [1.0e-5, -2.0e-5, 0.0]
-    bias_sigma:
-    - [1.0e-5, 1.0e-5, 1.0e-5]
-    - [1.0e-6, 1.0e-6, null]
-    hysteresis: [1.0e-3, null, 2.0e-3]
-"""
-)
 COEFFICIENT = st.floats(-1e-4, 1e-4) | st.sampled_from([5e-324, 1e-310])
 POWERS = st.lists(st.tuples(COEFFICIENT, COEFFICIENT, COEFFICIENT), max_size=3)
-
-
-def load(folder, text):
-    path = folder / "unit.yaml"
-    path.write_text(text)
-    return Calibration.load(path)
 
 
 def test_version_1_file_reads_and_saves_unchanged(tmp_path):

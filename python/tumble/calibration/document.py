@@ -2,14 +2,15 @@
 
 Forward model, for each triad: `y = M u + b`, `y` the reading, `u` the truth in the case frame of the
 IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case). The
-effect of temperature is in `temperature_drift.py`.
+effect of temperature is in `temperature_drift.py`. A magnetometer has a further term, `c I`, in proportion to
+a measured current `I`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias, overload
@@ -44,12 +45,14 @@ from tumble.foundation.schemas import CALIBRATION
 from tumble.foundation.units import TRIADS
 from tumble.foundation.words import join
 
-SCHEMA: Literal["tumble-calibration/2"] = "tumble-calibration/2"
+SCHEMA: Literal["tumble-calibration/3"] = "tumble-calibration/3"
+_WITHOUT_MAGNETOMETER = "tumble-calibration/2"
+"""Version whose files differ from those of the current one in that they hold no magnetometer."""
 KIND = document_kind(SCHEMA)
 
 _HEADER = f"""\
 Calibration of one IMU by Tumble. y = M u + b, M = K L Q; to correct a measurement: u = M^-1 (y - b).
-SI units, angles in degrees, case frame of the IMU; null marks what the data did not show.
+SI units, magnetic field in uT, angles in degrees, case frame of the IMU; null: the data did not show it.
 Schema: tumble schema {CALIBRATION.name}"""
 
 Covariance: TypeAlias = Annotated[FloatArray, ArrayField((12, 12), gaps=True)]
@@ -58,7 +61,7 @@ Group: TypeAlias = Literal["bias", "matrix", "g-sensitivity"]
 _MATRIX_TOLERANCE = 1e-9
 """Largest difference between M and K L Q: that of floats typed with ten digits."""
 _LARGEST_BIAS = 1e6
-"""m/s^2 or rad/s."""
+"""m/s^2, rad/s or uT."""
 _LARGEST_SCALE = 1e6
 _SINGULAR = 1e-6
 """Smallest singular value of M over its largest for which a correction still means something."""
@@ -119,7 +122,7 @@ class Residual(Document):
 class TriadCalibration(Document):
     """Three sensing axes. `M` and `b` suffice to correct; the rest are their uncertainty and origin."""
 
-    unit: Literal["m/s^2", "rad/s"]
+    unit: Literal["m/s^2", "rad/s", "uT"]
     """Unit of the readings."""
     M: Matrix
     """sensor from case: y = M u + b."""
@@ -178,13 +181,13 @@ class TriadCalibration(Document):
         if np.abs(self.b).max() > _LARGEST_BIAS or np.abs(self.M).max() > _LARGEST_SCALE:
             raise ValueError(
                 f"no sensor is that far off: b is up to {np.abs(self.b).max():.3g} {self.unit}, M up to "
-                f"{np.abs(self.M).max():.3g}; give SI units"
+                f"{np.abs(self.M).max():.3g}; give readings in {self.unit}"
             )
         drift = self.temperature_drift.largest_bias if self.temperature_drift is not None else 0.0
         if drift > _LARGEST_BIAS:
             raise ValueError(
                 f"no sensor drifts that far: temperature_drift.bias adds up to {drift:.3g} {self.unit}; "
-                "give SI units"
+                f"give it in {self.unit}"
             )
         singular_values = np.linalg.svd(self.M, compute_uv=False)
         if singular_values[-1] <= _SINGULAR * singular_values[0]:
@@ -263,6 +266,50 @@ class GyroscopeCalibration(TriadCalibration):
     g_sensitivity_sigma: Annotated[FloatArray, ArrayField((3, 3), gaps=True)] | None = None
     constant_rates: tuple[AxisResponse, ...] | None = Field(default=None, strict=False)
     """Each axis that turned at constant rates."""
+
+
+class FieldQuantity(Document):
+    """A quantity of the Earth's magnetic field at the place of the calibration."""
+
+    value: float
+    sigma: float | None = Field(default=None, ge=0.0)
+    """1-sigma; null where nobody states it."""
+    source: str
+    """`found` where the calibration estimated it, otherwise where its value was taken from."""
+
+
+class MagnetometerCalibration(TriadCalibration):
+    """Three magnetometers, uT: y = M u + b + c I, `u` the field of the Earth in the case frame.
+
+    `b` is hard iron. `M` holds scale, non-orthogonality, mounting and soft iron, which no magnetometer can
+    tell apart. `I` is the current through the conductors nearby.
+    """
+
+    unit: Literal["uT"] = "uT"
+    field: FieldQuantity | None = None
+    """Strength of the field, uT; absent where scale is relative to an arbitrary one."""
+    dip: FieldQuantity | None = None
+    """Inclination of the field, deg: positive where it points below the horizon."""
+    current: Vector | None = None
+    """c, uT per A of the current that the log states; absent where none was calibrated."""
+    current_sigma: VectorWithGaps | None = None
+    """1-sigma of c, uT per A."""
+
+    @model_validator(mode="after")
+    def _current_is_known(self) -> MagnetometerCalibration:
+        if self.current is None and self.current_sigma is not None:
+            raise ValueError("current_sigma is the uncertainty of current, which is missing; give both")
+        return self
+
+    def freed_of_current(self, readings: FloatArray, current: FloatArray | None) -> FloatArray:
+        """Returns readings (n, 3), uT, without the field of the current (n,), A.
+
+        Without a current, where it is NaN, or where its effect is not known, they stay as they are.
+        """
+        if self.current is None or current is None:
+            return readings
+        arrays.refuse_other_lengths([("current", current), ("readings", readings)])
+        return readings - np.nan_to_num(current)[:, np.newaxis] * self.current
 
 
 class Gravity(Document):
@@ -361,11 +408,14 @@ class Contribution(Document):
 class Calibration(Document):
     """One IMU's calibration, as it stands in the file.
 
-    `accelerometer` or `gyroscope` is None where that triad was not calibrated; it is then left as measured.
+    `accelerometer`, `gyroscope` or `magnetometer` is None where that triad was not calibrated; it is then
+    left as measured.
     """
 
-    schema_: Literal["tumble-calibration/1", "tumble-calibration/2"] = Field(default=SCHEMA, alias="schema")
-    """Files of version 1 are read, and saved, as they are."""
+    schema_: Literal["tumble-calibration/1", "tumble-calibration/2", "tumble-calibration/3"] = Field(
+        default=SCHEMA, alias="schema"
+    )
+    """Files of version 1 are read, and saved, as they are; those of version 2 are read, and saved as 3."""
     name: str
     serial: str = ""
     software: str = ""
@@ -392,11 +442,26 @@ class Calibration(Document):
     temperature: Temperature | None = None
     accelerometer: AccelerometerCalibration | None = None
     gyroscope: GyroscopeCalibration | None = None
+    magnetometer: MagnetometerCalibration | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renew_version(cls, data: object) -> object:
+        if not isinstance(data, Mapping):
+            return data
+        key = "schema" if "schema" in data else "schema_"
+        if data.get(key) != _WITHOUT_MAGNETOMETER:
+            return data
+        if data.get("magnetometer") is not None:
+            raise ValueError(_no_key_of("magnetometer", _WITHOUT_MAGNETOMETER))
+        return {**data, key: SCHEMA}
 
     @model_validator(mode="after")
     def _has_a_triad(self) -> Calibration:
-        if self.accelerometer is None and self.gyroscope is None:
-            raise ValueError("has neither an accelerometer nor a gyroscope section; give at least one")
+        if not self._triads():
+            raise ValueError(
+                "has no accelerometer, gyroscope or magnetometer section; give at least one of them"
+            )
         return self
 
     @model_validator(mode="after")
@@ -410,10 +475,14 @@ class Calibration(Document):
 
     @model_validator(mode="after")
     def _is_of_its_version(self) -> Calibration:
-        newer = {"temperature_drift": self.temperature_drifts(), "contributions": self.contributions}
+        newer = {
+            "temperature_drift": self.temperature_drifts(),
+            "contributions": self.contributions,
+            "magnetometer": self.magnetometer,
+        }
         for key, value in newer.items():
             if value and self.schema_ != SCHEMA:
-                raise ValueError(f"{key} is none of the keys of {self.schema_}; say schema: {SCHEMA}")
+                raise ValueError(_no_key_of(key, self.schema_))
         return self
 
     @classmethod
@@ -479,6 +548,27 @@ class Calibration(Document):
             rate = _core.correct(at_reference, self.gyroscope.M, self.gyroscope.b)
         return _like(accelerometer, true_force), _like(gyroscope, rate)
 
+    def correct_magnetic(
+        self, field: ArrayLike, current: ArrayLike | None = None, temperature: ArrayLike | None = None
+    ) -> FloatArray:
+        """Magnetic field (n, 3), uT, in the case frame of the IMU, freed of the calibrated errors.
+
+        A single sample, (3,), comes back as one. `current`, A, and `temperature`, degC, are one for all or
+        (n,), one for each; where they are NaN or not given, their effect is not corrected. Without a
+        calibrated magnetometer the field comes back as it was given.
+
+        Raises `ArrayError` for other shapes.
+        """
+        from tumble import _core  # reading and writing files works without the native module
+
+        readings = arrays.triad(field, "field")
+        if self.magnetometer is not None:
+            freed = self.magnetometer.freed_of_current(readings, _for_each(readings, current, "current"))
+            at_reference = self.magnetometer.at_reference(freed, _for_each(freed, temperature))
+            readings = _core.correct(at_reference, self.magnetometer.M, self.magnetometer.b)
+        single: FloatArray = readings[0] if len(readings) == 1 and np.ndim(field) == 1 else readings
+        return single
+
     def at_reference(self, chunk: Chunk) -> Chunk:
         """Returns samples as they would have been measured at the temperature at which M and b hold."""
         accelerometer, gyroscope = chunk.accelerometer, chunk.gyroscope
@@ -500,9 +590,17 @@ class Calibration(Document):
         """Returns what is known of the drift of these triads with temperature."""
         return {
             name: triad.temperature_drift
-            for name, triad in self._triads()
+            for name, triad in self.inertial_triads()
             if name in triads and triad.temperature_drift is not None
         }
+
+    def inertial_triads(self) -> list[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration]]:
+        """Returns accelerometer and gyroscope, as far as they were calibrated."""
+        pairs: tuple[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration | None], ...] = (
+            ("accelerometer", self.accelerometer),
+            ("gyroscope", self.gyroscope),
+        )
+        return [(kind, triad) for kind, triad in pairs if triad is not None]
 
     @property
     def bias_instability(self) -> tuple[float, float] | None:
@@ -510,13 +608,20 @@ class Calibration(Document):
 
         None unless the file states both.
         """
-        stated = [triad.bias_instability for _, triad in self._triads()]
+        stated = [triad.bias_instability for _, triad in self.inertial_triads()]
         known = [float(np.sqrt(np.mean(values**2))) for values in stated if values is not None]
         return (known[0], known[1]) if len(known) == 2 and np.isfinite(known).all() else None
 
     def hash(self) -> str:
-        """sha256, in hexadecimal, of the content: the same however the file is laid out."""
-        canonical = json.dumps(self.content(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        """sha256, in hexadecimal, of the content: the same however the file is laid out.
+
+        Files of versions 2 and 3 with the same content have the same one, so that results and registries
+        made with version 2 still find their calibrations.
+        """
+        content = self.content()
+        if self.magnetometer is None and self.schema_ == SCHEMA:
+            content["schema"] = _WITHOUT_MAGNETOMETER
+        canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(canonical.encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:
@@ -541,19 +646,20 @@ class Calibration(Document):
         head = "".join(f"<th>{cell}</th>" for cell in ("", "M", "b", "angles"))
         return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
 
-    def _triads(self) -> list[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration]]:
-        pairs: tuple[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration | None], ...] = (
-            ("accelerometer", self.accelerometer),
-            ("gyroscope", self.gyroscope),
-        )
-        return [(kind, triad) for kind, triad in pairs if triad is not None]
+    def _triads(self) -> list[tuple[str, TriadCalibration]]:
+        inertial: list[tuple[str, TriadCalibration]] = [*self.inertial_triads()]
+        return inertial + ([("magnetometer", self.magnetometer)] if self.magnetometer is not None else [])
 
 
-def _for_each(readings: FloatArray, temperature: ArrayLike | None) -> FloatArray | None:
-    """Returns the temperature of each reading, degC, where it is one for all or one for each."""
-    if temperature is None or np.ndim(temperature):
-        return None if temperature is None else arrays.column(temperature, "temperature")
-    return np.repeat(arrays.column(temperature, "temperature"), len(readings))
+def _no_key_of(key: str, version: str) -> str:
+    return f"{key} is none of the keys of {version}; say schema: {SCHEMA}"
+
+
+def _for_each(readings: FloatArray, values: ArrayLike | None, name: str = "temperature") -> FloatArray | None:
+    """Returns temperature, degC, or current, A, of each reading, where it is one for all or one for each."""
+    if values is None or np.ndim(values):
+        return None if values is None else arrays.column(values, name)
+    return np.repeat(arrays.column(values, name), len(readings))
 
 
 def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray | None:
