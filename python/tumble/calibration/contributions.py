@@ -7,14 +7,14 @@ it; what it leaves keeps its origin.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from tumble.foundation.plain import plain
 from tumble.foundation.provenance import LogFacts
 from tumble.foundation.results import Addition, Verdict
-from tumble.foundation.units import TRIADS, UNITS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad, Triad
 
 NOISE = ("noise_density", "bias_instability", "random_walk")
 """Terms of noise, as keys of a triad."""
@@ -26,23 +26,23 @@ _KEYS: Mapping[str, Sequence[str]] = {
     "bias": (),
     "matrix": (),
     "g-sensitivity": ("g_sensitivity",),
+    "current": ("current",),
     "noise": (*NOISE, *NOISE_FOR_FILTERS),
     "temperature drift": (TEMPERATURE_DRIFT,),
 }
 """Parts of a triad by the keys that hold them; bias and matrix are named where they were estimated."""
-_OF_THE_MODEL = ("bias", "matrix", "g-sensitivity")
+_OF_THE_MODEL = ("bias", "matrix", "g-sensitivity", "current")
+_Sections: TypeAlias = Mapping[Triad, Mapping[str, Any]] | Mapping[CalibratedTriad, Mapping[str, Any]]
 _OF_A_CONTRIBUTION = ("method", "software", "date", "operator", "station", "verdict")
 
 
-def part(triad: Triad, name: str) -> str:
+def part(triad: CalibratedTriad, name: str) -> str:
     """Names a part of a calibration: `gyroscope noise`."""
     assert name in _KEYS, name
     return f"{triad} {name}"
 
 
-def added(
-    result: Addition, verdict: Verdict, procedure: str, group: str, found: Mapping[Triad, Mapping[str, Any]]
-) -> dict[str, Any]:
+def added(result: Addition, verdict: Verdict, procedure: str, group: str, found: _Sections) -> dict[str, Any]:
     """Content of the calibration file that a result adds to, with the `group` of parts found of each triad.
 
     `verdict` is that of the result.
@@ -69,7 +69,7 @@ def added(
     }
     content = _contributed(before, run)
     for triad, new in found.items():
-        nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
+        nothing = {"unit": CALIBRATED_UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
         content[triad] = {**content.get(triad, nothing), **new}
     return content
 
@@ -102,8 +102,8 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
     A triad that it did not find stays as `before` has it.
     """
     content = dict(found)
-    replaced = [part(triad, name) for triad in TRIADS if triad in found for name in _OF_THE_MODEL]
-    for triad in TRIADS:
+    replaced = [part(triad, name) for triad in CALIBRATED_TRIADS if triad in found for name in _OF_THE_MODEL]
+    for triad in CALIBRATED_TRIADS:
         kept = before.get(triad, {})
         if triad not in found and kept:
             content[triad] = kept
@@ -116,7 +116,7 @@ def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, A
 def _gave(content: Mapping[str, Any]) -> Iterator[str]:
     """Lists the parts that `method` gave."""
     by_others = {name for each in content.get("contributions", ()) for name in each["gave"]}
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         section = content.get(triad, {})
         for name, keys in _KEYS.items():
             found = name in section.get("estimated", ()) or any(key in section for key in keys)

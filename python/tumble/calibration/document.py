@@ -38,11 +38,11 @@ from tumble.foundation.documents import (
 )
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import note_document
+from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.plain import finite_or_none, short
 from tumble.foundation.recording import Chunk, FloatArray
-from tumble.foundation.results import TriadName
 from tumble.foundation.schemas import CALIBRATION
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 
 SCHEMA: Literal["tumble-calibration/3"] = "tumble-calibration/3"
@@ -282,7 +282,7 @@ class MagnetometerCalibration(TriadCalibration):
     """Three magnetometers, uT: y = M u + b + c I, `u` the field of the Earth in the case frame.
 
     `b` is hard iron. `M` holds scale, non-orthogonality, mounting and soft iron, which no magnetometer can
-    tell apart. `I` is the current through the conductors nearby.
+    tell apart. `I` is the current through the conductors nearby, or the throttle that it follows.
     """
 
     unit: Literal["uT"] = "uT"
@@ -291,9 +291,11 @@ class MagnetometerCalibration(TriadCalibration):
     dip: FieldQuantity | None = None
     """Inclination of the field, deg: positive where it points below the horizon."""
     current: Vector | None = None
-    """c, uT per A of the current that the log states; absent where none was calibrated."""
+    """c, uT per `current_unit` of what the log states of the motors; absent where none was calibrated."""
     current_sigma: VectorWithGaps | None = None
-    """1-sigma of c, uT per A."""
+    """1-sigma of c."""
+    current_unit: LoadUnit = "A"
+    """Unit of the current: ampere, or 1, the share 0 to 1 of a throttle."""
 
     @model_validator(mode="after")
     def _current_is_known(self) -> MagnetometerCalibration:
@@ -301,8 +303,13 @@ class MagnetometerCalibration(TriadCalibration):
             raise ValueError("current_sigma is the uncertainty of current, which is missing; give both")
         return self
 
+    @property
+    def unit_of_current(self) -> str:
+        """Unit of c."""
+        return f"{self.unit} per A" if self.current_unit == "A" else self.unit
+
     def freed_of_current(self, readings: FloatArray, current: FloatArray | None) -> FloatArray:
-        """Returns readings (n, 3), uT, without the field of the current (n,), A.
+        """Returns readings (n, 3), uT, without the field of the current (n,).
 
         Without a current, where it is NaN, or where its effect is not known, they stay as they are.
         """
@@ -458,7 +465,7 @@ class Calibration(Document):
 
     @model_validator(mode="after")
     def _has_a_triad(self) -> Calibration:
-        if not self._triads():
+        if not self.triads():
             raise ValueError(
                 "has no accelerometer, gyroscope or magnetometer section; give at least one of them"
             )
@@ -476,7 +483,7 @@ class Calibration(Document):
     @model_validator(mode="after")
     def _is_of_its_version(self) -> Calibration:
         newer = {
-            "temperature_drift": self.temperature_drifts(),
+            "temperature_drift": self.temperature_drifts(CALIBRATED_TRIADS),
             "contributions": self.contributions,
             "magnetometer": self.magnetometer,
         }
@@ -553,9 +560,9 @@ class Calibration(Document):
     ) -> FloatArray:
         """Magnetic field (n, 3), uT, in the case frame of the IMU, freed of the calibrated errors.
 
-        A single sample, (3,), comes back as one. `current`, A, and `temperature`, degC, are one for all or
-        (n,), one for each; where they are NaN or not given, their effect is not corrected. Without a
-        calibrated magnetometer the field comes back as it was given.
+        A single sample, (3,), comes back as one. `current`, in the unit of the calibration, and
+        `temperature`, degC, are one for all or (n,), one for each. Where one is NaN or not given, its effect
+        is not corrected. Without a calibrated magnetometer the field comes back as it was given.
 
         Raises `ArrayError` for other shapes.
         """
@@ -586,19 +593,22 @@ class Calibration(Document):
             )
         return force
 
-    def temperature_drifts(self, triads: Sequence[TriadName] = TRIADS) -> dict[TriadName, TemperatureDrift]:
+    def temperature_drifts(
+        self, triads: Sequence[CalibratedTriad] = TRIADS
+    ) -> dict[CalibratedTriad, TemperatureDrift]:
         """Returns what is known of the drift of these triads with temperature."""
         return {
             name: triad.temperature_drift
-            for name, triad in self.inertial_triads()
+            for name, triad in self.triads()
             if name in triads and triad.temperature_drift is not None
         }
 
-    def inertial_triads(self) -> list[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration]]:
-        """Returns accelerometer and gyroscope, as far as they were calibrated."""
-        pairs: tuple[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration | None], ...] = (
+    def triads(self) -> list[tuple[CalibratedTriad, TriadCalibration]]:
+        """Returns the triads that were calibrated, by name."""
+        pairs: tuple[tuple[CalibratedTriad, TriadCalibration | None], ...] = (
             ("accelerometer", self.accelerometer),
             ("gyroscope", self.gyroscope),
+            ("magnetometer", self.magnetometer),
         )
         return [(kind, triad) for kind, triad in pairs if triad is not None]
 
@@ -608,7 +618,8 @@ class Calibration(Document):
 
         None unless the file states both.
         """
-        stated = [triad.bias_instability for _, triad in self.inertial_triads()]
+        inertial = (self.accelerometer, self.gyroscope)
+        stated = [triad.bias_instability for triad in inertial if triad is not None]
         known = [float(np.sqrt(np.mean(values**2))) for values in stated if values is not None]
         return (known[0], known[1]) if len(known) == 2 and np.isfinite(known).all() else None
 
@@ -632,7 +643,7 @@ class Calibration(Document):
 
     def __repr__(self) -> str:
         serial = f", serial {self.serial!r}" if self.serial else ""
-        lines = [f"  {kind}: {_summary(triad)}" for kind, triad in self._triads()]
+        lines = [f"  {kind}: {_summary(triad)}" for kind, triad in self.triads()]
         lines += [f"  {join(each.gave)} by {each.method.procedure}" for each in self.contributions or ()]
         return "\n".join([f"Calibration({self.name!r}{serial})", *lines])
 
@@ -642,13 +653,9 @@ class Calibration(Document):
         from html import escape
 
         title = escape(self.name + (f" ({self.serial})" if self.serial else ""))
-        rows = "".join(_html_row(kind, triad) for kind, triad in self._triads())
+        rows = "".join(_html_row(kind, triad) for kind, triad in self.triads())
         head = "".join(f"<th>{cell}</th>" for cell in ("", "M", "b", "angles"))
         return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
-
-    def _triads(self) -> list[tuple[str, TriadCalibration]]:
-        inertial: list[tuple[str, TriadCalibration]] = [*self.inertial_triads()]
-        return inertial + ([("magnetometer", self.magnetometer)] if self.magnetometer is not None else [])
 
 
 def _no_key_of(key: str, version: str) -> str:
@@ -656,7 +663,7 @@ def _no_key_of(key: str, version: str) -> str:
 
 
 def _for_each(readings: FloatArray, values: ArrayLike | None, name: str = "temperature") -> FloatArray | None:
-    """Returns temperature, degC, or current, A, of each reading, where it is one for all or one for each."""
+    """Returns temperature, degC, or current of each reading, where it is one for all or one for each."""
     if values is None or np.ndim(values):
         return None if values is None else arrays.column(values, name)
     return np.repeat(arrays.column(values, name), len(readings))

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.results import LARGEST_WIDENING, Verdict
-from tumble.foundation.units import TRIADS
 
 _MEANINGS: dict[Verdict, str] = {
     "fail": "it is not within its limits",
@@ -31,6 +30,5 @@ def doubts(calibration: Calibration) -> Iterator[str]:
 
 def _by_sigmas(calibration: Calibration) -> Verdict | None:
     """Returns the verdict that follows from how far sigmas were widened, for files that state none."""
-    sections = [getattr(calibration, triad) for triad in TRIADS]
-    widest = max((section.widening or 1.0 for section in sections if section is not None), default=1.0)
+    widest = max(section.widening or 1.0 for _, section in calibration.triads())
     return "model not met" if widest > LARGEST_WIDENING else None

@@ -14,27 +14,23 @@ from pydantic_core import CoreSchema
 from tumble.calibration.budget import Budget
 from tumble.calibration.decision import Decision, DecisionRule, Uncertainty, decide
 from tumble.foundation.documents import Document, read_document
-from tumble.foundation.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
+from tumble.foundation.results import NOT_SHOWN, LimitCheck, TriadResult
 from tumble.foundation.schemas import LIMITS
-from tumble.foundation.units import UNITS
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad, Triad
 
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 
 
 class Limited(Protocol):
-    """A unit to be checked against limits: its calibrated triads, or the reason why there are none."""
+    """A unit to be checked against limits: its calibrated triads, or the reason why there are none.
+
+    `accelerometer`, `gyroscope` and `magnetometer` are those that its procedure calibrates, each a
+    `TriadResult`, or None where it could not.
+    """
 
     @property
     def failure(self) -> str:
         """Reason why the unit has no calibration; empty if it has one."""
-
-    @property
-    def accelerometer(self) -> TriadResult | None:
-        """None where it was not calibrated."""
-
-    @property
-    def gyroscope(self) -> TriadResult | None:
-        """None where it was not calibrated."""
 
 
 class _PerAxis(Document):
@@ -80,7 +76,7 @@ class PerPair(_PerAxis):
 
 
 class TriadLimits(Document):
-    """Largest magnitudes for three axes; `unit` is m/s^2 for the accelerometer, rad/s for the gyroscope."""
+    """Largest magnitudes for three axes; `unit` is m/s^2, rad/s, or uT for the magnetometer."""
 
     bias: PerAxis | None = None
     """unit"""
@@ -111,13 +107,14 @@ class Limits(Document):
     schema_: Literal["tumble-limits/1"] = Field(default=SCHEMA, alias="schema")
     accelerometer: TriadLimits | None = None
     gyroscope: TriadLimits | None = None
+    magnetometer: TriadLimits | None = None
+    """Checked by procedures that calibrate magnetometers."""
     decision: DecisionRule | None = None
     """Rule by which uncertainty counts; without one a value within its limit passes."""
 
     @model_validator(mode="after")
     def _limits_something(self) -> Limits:
-        sections = [section for section in (self.accelerometer, self.gyroscope) if section is not None]
-        if not any(section.groups() for section in sections):
+        if not any(section.groups() for section in self._sections().values()):
             raise ValueError("limits nothing; give at least one limit, such as accelerometer: {bias: 0.5}")
         return self
 
@@ -125,6 +122,15 @@ class Limits(Document):
     def load(cls, path: Path | str) -> Limits:
         """Reads a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
         return read_document(path, cls, LIMITS)
+
+    def _sections(self) -> dict[CalibratedTriad, TriadLimits]:
+        """Returns the triads that something of is limited."""
+        sections: dict[CalibratedTriad, TriadLimits | None] = {
+            "accelerometer": self.accelerometer,
+            "gyroscope": self.gyroscope,
+            "magnetometer": self.magnetometer,
+        }
+        return {name: section for name, section in sections.items() if section is not None}
 
     def with_rule(self, rule: DecisionRule) -> Limits:
         """Returns the same limits with a decision rule, where they state none of their own."""
@@ -137,18 +143,18 @@ class Limits(Document):
         """
         if target.failure:
             return ()
-        checks: list[LimitCheck] = []
-        if self.accelerometer is not None:
-            checks += _check_triad("accelerometer", self.accelerometer, target.accelerometer)
-        if self.gyroscope is not None:
-            checks += _check_triad("gyroscope", self.gyroscope, target.gyroscope)
-        return tuple(checks)
+        return tuple(
+            check
+            for name, section in self._sections().items()
+            if hasattr(target, name)
+            for check in _check_triad(name, section, getattr(target, name))
+        )
 
     def decide(
         self,
         target: Limited,
         checks: Sequence[LimitCheck],
-        budgets: Mapping[TriadName, Sequence[Budget]] | None = None,
+        budgets: Mapping[Triad, Sequence[Budget]] | None = None,
     ) -> Decision | None:
         """Returns the verdicts on a checked target by the decision rule; None where the file states none.
 
@@ -157,21 +163,22 @@ class Limits(Document):
         if self.decision is None:
             return None
         known: dict[str, Uncertainty] = {}
-        for triad in (target.accelerometer, target.gyroscope):
+        for name in CALIBRATED_TRIADS:
+            triad: TriadResult | None = getattr(target, name, None)
             if triad is not None:
                 seen = (each for each in triad.parameters if each.observable)
                 known |= {
                     f"{triad.triad} {each.name}": Uncertainty(each.sigma, 0.5 * (each.high - each.low))
                     for each in seen
                 }
-        for name, found in (budgets or {}).items():
+        for stated_of, found in (budgets or {}).items():
             for budget in found:
                 stated = Uncertainty(budget.combined_uncertainty, budget.expanded_uncertainty)
-                known[f"{name} {budget.parameter}"] = stated
+                known[f"{stated_of} {budget.parameter}"] = stated
         return decide(self.decision, checks, known)
 
 
-def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
+def _check_triad(name: CalibratedTriad, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
     figures = {} if triad is None else _figures(triad)
     missing = f"the {name} was not calibrated" if triad is None else NOT_SHOWN
     checks = []
@@ -183,7 +190,7 @@ def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | Non
                     parameter=f"{name} {group} {axis}",
                     value=value,
                     limit=limit,
-                    unit=_unit(group, UNITS[name]),
+                    unit=_unit(group, CALIBRATED_UNITS[name]),
                     passed=not remark and abs(value) <= limit,
                     remark=remark and f"not shown to be within its limit: {remark}",
                 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import TRIADS, CalibratedTriad
 from tumble.foundation.words import count_of, join
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ SCATTER = 0.01
 class TemperatureCounts:
     """Counts samples, chunk by chunk, at whose temperature a calibration does not cover its triads."""
 
-    def __init__(self, calibration: Calibration | None, triads: Sequence[Triad] = TRIADS) -> None:
+    def __init__(self, calibration: Calibration | None, triads: Sequence[CalibratedTriad] = TRIADS) -> None:
         drifts = {} if calibration is None else calibration.temperature_drifts(triads)
         self._ranges = [_RangeCounts(drift, names) for drift, names in _alike(drifts)]
 
@@ -42,9 +42,11 @@ class TemperatureCounts:
         )
 
 
-def _alike(drifts: dict[Triad, TemperatureDrift]) -> Iterator[tuple[TemperatureDrift, list[Triad]]]:
+def _alike(
+    drifts: dict[CalibratedTriad, TemperatureDrift],
+) -> Iterator[tuple[TemperatureDrift, list[CalibratedTriad]]]:
     """Joins triads of one reference and one range."""
-    groups: dict[tuple[float, ...], list[Triad]] = {}
+    groups: dict[tuple[float, ...], list[CalibratedTriad]] = {}
     for triad, drift in drifts.items():
         groups.setdefault((drift.reference, *drift.range), []).append(triad)
     for names in groups.values():
@@ -54,7 +56,7 @@ def _alike(drifts: dict[Triad, TemperatureDrift]) -> Iterator[tuple[TemperatureD
 class _RangeCounts:
     """Samples by where they are of one range."""
 
-    def __init__(self, drift: TemperatureDrift, triads: list[Triad]) -> None:
+    def __init__(self, drift: TemperatureDrift, triads: list[CalibratedTriad]) -> None:
         self.triads = triads
         self._drift = drift
         self._samples = self._unknown = self._beyond = 0

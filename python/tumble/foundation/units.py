@@ -16,6 +16,18 @@ UNITS: Final[Mapping[Triad, Literal["m/s^2", "rad/s"]]] = {
 TRIADS: Final[tuple[Triad, ...]] = tuple(UNITS)
 """Both triads of an IMU."""
 
+CalibratedTriad: TypeAlias = Literal["accelerometer", "gyroscope", "magnetometer"]
+"""A triad that a calibration file has a section for."""
+
+CALIBRATED_UNITS: Final[Mapping[CalibratedTriad, Literal["m/s^2", "rad/s", "uT"]]] = {
+    "accelerometer": "m/s^2",
+    "gyroscope": "rad/s",
+    "magnetometer": "uT",
+}
+"""Unit of the readings and biases of each."""
+
+CALIBRATED_TRIADS: Final[tuple[CalibratedTriad, ...]] = tuple(CALIBRATED_UNITS)
+
 Channel: TypeAlias = Literal["ax", "ay", "az", "gx", "gy", "gz"]
 """One axis of one triad."""
 
