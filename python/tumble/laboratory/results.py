@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 
 from tumble.calibration.contributions import NOISE, part
-from tumble.calibration.document import KIND, Calibration, TriadCalibration
+from tumble.calibration.document import KIND, Calibration, MagnetometerCalibration, TriadCalibration
 from tumble.calibration.limits import Limits
 from tumble.foundation.error_decomposition import PAIRS
 from tumble.foundation.errors import TumbleError
 from tumble.foundation.files import PAGE, note_input
 from tumble.foundation.plain import finite, finite_or_none
 from tumble.foundation.procedures import PROCEDURES
-from tumble.foundation.units import TRIADS, UNITS
-from tumble.foundation.units import Triad as TriadName
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
 from tumble.laboratory.chain import sha256_of_json
 
 AXES = ("x", "y", "z")
@@ -103,7 +102,7 @@ class Result:
         reference = content.get("reference", {})
         figures = {
             triad: [_rounded(content[triad]["M"]), _rounded(content[triad]["b"])]
-            for triad in TRIADS
+            for triad in CALIBRATED_TRIADS
             if triad in content
         }
         return sha256_of_json(
@@ -237,7 +236,7 @@ def _contributed(content: Mapping[str, Any]) -> Run:
 def _parameters(calibration: Calibration, content: Mapping[str, Any]) -> Iterator[RegisteredParameter]:
     own = _own_run(content)
     given = {name: _contributed(each) for each in content.get("contributions", ()) for name in each["gave"]}
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         section: TriadCalibration | None = getattr(calibration, triad)
         if section is None:
             continue
@@ -253,9 +252,9 @@ Number = tuple[str, str, float | None, float | None, float | None]
 """Name, unit, value, combined standard uncertainty, and the common part of it."""
 
 
-def _groups(triad: TriadName, section: TriadCalibration) -> Iterator[tuple[str, Sequence[Number]]]:
+def _groups(triad: CalibratedTriad, section: TriadCalibration) -> Iterator[tuple[str, Sequence[Number]]]:
     """Yield the numbers of each part of a triad that was found."""
-    unit = UNITS[triad]
+    unit = CALIBRATED_UNITS[triad]
     sigma = section.sigma
     inherited = section.inherited.sigma if section.inherited is not None else None
     if sigma is not None and "bias" in section.estimated:
@@ -287,6 +286,10 @@ def _groups(triad: TriadName, section: TriadCalibration) -> Iterator[tuple[str, 
             "g-sensitivity",
             _numbers("g-sensitivity", pairs_of, "rad/s per m/s^2", response.ravel(), spreads, [None] * 9),
         )
+    if isinstance(section, MagnetometerCalibration) and section.current is not None:
+        spreads_of = [None] * 3 if section.current_sigma is None else section.current_sigma
+        unit_of = section.unit_of_current
+        yield "current", _numbers("current", AXES, unit_of, section.current, spreads_of, [None] * 3)
     noise = [
         number
         for key in NOISE

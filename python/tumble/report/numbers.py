@@ -35,6 +35,9 @@ _SIGNS = {
     "m/s^2/K^3": "m/s²/K³",
     "rad/s/K^2": "rad/s/K²",
     "rad/s/K^3": "rad/s/K³",
+    "uT": "µT",
+    "uT per A": "µT/A",
+    "uT/sqrt(Hz)": "µT/√Hz",
     "degC": "°C",
     "1": "",
 }
@@ -92,7 +95,9 @@ def readable_scale(unit: str, magnitude: float) -> Scale:
         return Scale("ppm", 1e6) if 0 < size < 1e-4 else Scale("%", 1e2)
     if unit == "1/K":
         return Scale("ppm/K", 1e6)
-    if unit.startswith("deg") or size == 0:
+    if unit.startswith("uT") and 0 < size < _SMALLEST_READABLE:
+        return Scale("n" + readable_unit(unit)[1:], 1e3)
+    if unit.startswith(("deg", "uT")) or size == 0:
         return Scale(readable_unit(unit), 1.0)
     factor, prefix = next((each for each in _PREFIXES if size * each[0] >= _SMALLEST_READABLE), _PREFIXES[-1])
     printed = readable_unit(unit)

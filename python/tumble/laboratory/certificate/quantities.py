@@ -34,6 +34,8 @@ def quantities_of(result: Result) -> Iterator[CertifiedQuantity]:
     }
     for each in result.parameters:
         name, _, _ = each.name.partition(" ")
+        if name not in triads:
+            continue  # a certificate states accelerometer and gyroscope only
         if each.value == 0.0 and each.u is None:
             continue  # a term of noise that the recording is too short to show
         yield _quantity(each, budgets, coverage_factor(triads[name]))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tumble.foundation.provenance import provenance_now
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.foundation.words import count_of
 from tumble.laboratory.history import UnitHistory
 from tumble.laboratory.report.figures import drawn, unit_figure
@@ -65,7 +65,7 @@ def history_page(history: UnitHistory) -> HistoryPage:
 
 
 def _pictures(history: UnitHistory) -> Iterator[Picture]:
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         if found := drawn(history.parameters, triad):
             yield Picture(unit_figure(found, f"history-{triad}", triad), f"{triad.capitalize()}. {_CAPTION}")
 

@@ -11,27 +11,28 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.error_decomposition import factors, propagated
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.tools.compare.unit import PLACES, UnitModel, jacobian
 
-ACCELEROMETER, GYROSCOPE = TRIADS
+ACCELEROMETER, GYROSCOPE, MAGNETOMETER = CALIBRATED_TRIADS
 _SKEW = 1e-12
 """Elements of M above its diagonal that are rounding, where the frame is that of the accelerometer's axes."""
 
 
-def common_temperature(calibrations: Sequence[Calibration], triad: Triad) -> float | None:
+def common_temperature(calibrations: Sequence[Calibration], triad: CalibratedTriad) -> float | None:
     """Chooses the temperature, degC, to compare a triad at; None where no calibration knows its drift.
 
     It is that at which those were made that know no drift, as far as they state it, or else the reference of
     the first that does, and lies within the ranges of all if these have any temperature in common.
     """
-    drifts = [each.temperature_drifts()[triad] for each in calibrations if triad in each.temperature_drifts()]
+    known = [each.temperature_drifts((triad,)) for each in calibrations]
+    drifts = [each[triad] for each in known if triad in each]
     if not drifts:
         return None
     fixed = [
         each.temperature.mean
-        for each in calibrations
-        if triad not in each.temperature_drifts() and each.temperature is not None
+        for each, drift in zip(calibrations, known, strict=True)
+        if triad not in drift and each.temperature is not None
     ]
     wanted = float(np.mean(fixed)) if fixed else drifts[0].reference
     low, high = common_range(drifts)
@@ -43,7 +44,9 @@ def common_range(drifts: Sequence[TemperatureDrift]) -> tuple[float, float]:
     return max(drift.range[0] for drift in drifts), min(drift.range[1] for drift in drifts)
 
 
-def brought_to(unit: UnitModel, triad: Triad, drift: TemperatureDrift, temperature: float) -> UnitModel:
+def brought_to(
+    unit: UnitModel, triad: CalibratedTriad, drift: TemperatureDrift, temperature: float
+) -> UnitModel:
     """Returns a unit as it is at another temperature, degC, eq. 2 and 3."""
     bias, bias_variance = change(drift.bias, drift.bias_sigma, drift, temperature)
     scale, scale_variance = change(drift.scale, drift.scale_sigma, drift, temperature)
@@ -94,11 +97,11 @@ def turned_to_own_axes(unit: UnitModel) -> UnitModel:
     """Returns a unit in the frame of its accelerometer's axes, eq. 4."""
 
     def turned(values: FloatArray) -> FloatArray:
-        matrices = [values[PLACES[triad]][:9].reshape(3, 3) for triad in TRIADS]
+        matrices = [values[PLACES[triad]][:9].reshape(3, 3) for triad in CALIBRATED_TRIADS]
         case_from_frame = factors(matrices[0])[2].T
         parts = [
             part
-            for triad, matrix in zip(TRIADS, matrices, strict=True)
+            for triad, matrix in zip(CALIBRATED_TRIADS, matrices, strict=True)
             for part in ((matrix @ case_from_frame).ravel(), values[PLACES[triad]][9:])
         ]
         return np.concatenate(parts)

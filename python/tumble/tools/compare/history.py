@@ -10,7 +10,7 @@ import numpy as np
 from tumble import _core
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import INTERVAL
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.tools.compare.common import ACCELEROMETER
 from tumble.tools.compare.parameters import parameter_names, parameter_variance, parameters_of
 from tumble.tools.compare.result import History
@@ -40,7 +40,7 @@ def _seconds(date: str) -> float:
 def histories(units: Sequence[UnitModel], years: FloatArray, own_axes: bool) -> Iterator[History]:
     """Arranges each parameter of three or more calibrations over time; all in one frame."""
     variances = [parameter_variance(unit) for unit in units]
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         for k, (name, unit) in enumerate(parameter_names(triad)):
             if own_axes and triad == ACCELEROMETER and "mounting" in name:
                 continue

@@ -6,19 +6,19 @@ Method: docs/theory/compare.md, "Inherited errors".
 from __future__ import annotations
 
 from tumble.calibration.document import Calibration, Reference
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.tools.compare.common import ACCELEROMETER
 
 BY_TABLE = "table"
 """Truth of a gyroscope that was held against the rates of a table."""
 
 
-def inherited_apart(first: Calibration, second: Calibration) -> frozenset[Triad]:
+def inherited_apart(first: Calibration, second: Calibration) -> frozenset[CalibratedTriad]:
     """Returns the triads whose inherited errors differ, and so are part of a difference."""
-    return frozenset(triad for triad in TRIADS if not _share(first, second, triad))
+    return frozenset(triad for triad in CALIBRATED_TRIADS if not _share(first, second, triad))
 
 
-def _share(first: Calibration, second: Calibration, triad: Triad) -> bool:
+def _share(first: Calibration, second: Calibration, triad: CalibratedTriad) -> bool:
     """Returns whether both inherit of a triad from one reference, one gravity and one table."""
     sections = getattr(first, triad), getattr(second, triad)
     inherits = [section is not None and section.inherited is not None for section in sections]

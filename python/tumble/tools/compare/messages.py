@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 
 from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.tools.compare.inheritance import inherited_apart
 from tumble.tools.compare.unit import UnitModel
 
 INDEPENDENT = (
     "errors of different calibrations are taken as independent of each other, and so are those of "
-    "accelerometer and gyroscope of one"
+    "the triads of one"
 )
 _NEAR = 2.0
 """K between two calibrations that are not worth a word."""
@@ -44,17 +44,23 @@ def warnings_on(calibration: Calibration, label: str) -> Iterator[str]:
 
 
 def _missing(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         lacking = [model.label for model in models if model.says_nothing_of(triad)]
         if len(lacking) == 1:
             yield f"{lacking[0]} has no calibration of the {triad}, which is not compared"
     silent = [model.label for model in models if model.response is None]
     if len(silent) == 1:
         yield f"{silent[0]} says nothing of g-sensitivity, which is not compared"
+    units = [model.current_unit for model in models if model.current is not None]
+    if len(set(units)) == len(models):
+        yield f"the effect of current is in {join(units)}, and not compared"
+    elif len(units) == 1:
+        silent = [model.label for model in models if model.current is None]
+        yield f"{silent[0]} says nothing of the effect of current, which is not compared"
 
 
 def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
-    if apart := [triad for triad in TRIADS if triad in inherited_apart(first, second)]:
+    if apart := [triad for triad in CALIBRATED_TRIADS if triad in inherited_apart(first, second)]:
         yield (
             f"{join(apart)}: errors inherited from reference or gravity are within the sigmas, "
             "as these are not the same for both"
@@ -76,7 +82,9 @@ def _shared(first: Calibration, second: Calibration) -> Iterator[str]:
 
 def _stated(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
     for model, other in (models, models[::-1]):
-        if alone := [triad for triad in TRIADS if triad in model.stated and triad not in other.stated]:
+        if alone := [
+            triad for triad in CALIBRATED_TRIADS if triad in model.stated and triad not in other.stated
+        ]:
             yield (
                 f"{model.label} states no uncertainty of {join(alone)}: its numbers are taken as they are, "
                 f"and the question is whether {other.label} bears them out"
@@ -84,14 +92,14 @@ def _stated(models: tuple[UnitModel, UnitModel]) -> Iterator[str]:
 
 
 def temperature_notes(
-    calibrations: Sequence[Calibration], labels: Sequence[str], temperatures: dict[Triad, float]
+    calibrations: Sequence[Calibration], labels: Sequence[str], temperatures: dict[CalibratedTriad, float]
 ) -> Iterator[str]:
     """Describes the temperature of the comparison, and unknown temperature drift."""
     for triad, temperature in temperatures.items():
         knowing = [
             label
             for each, label in zip(calibrations, labels, strict=True)
-            if triad in each.temperature_drifts()
+            if each.temperature_drifts((triad,))
         ]
         only = "" if len(knowing) == len(labels) else f", as {join(knowing)} knows how to"
         yield f"{triad}: compared at {temperature:.1f} degC{only}"

@@ -8,10 +8,11 @@ import numpy as np
 
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, UNITS, Triad
-from tumble.tools.compare.common import ACCELEROMETER, GYROSCOPE
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
+from tumble.tools.compare.common import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
 from tumble.tools.compare.result import MotionError
 from tumble.tools.compare.unit import PLACES, UnitModel
+from tumble.tools.exchange.calibration_parts import TYPICAL
 
 
 def motion_errors(first: UnitModel, second: UnitModel, largest_rate: float) -> Iterator[MotionError]:
@@ -19,24 +20,28 @@ def motion_errors(first: UnitModel, second: UnitModel, largest_rate: float) -> I
 
     `largest_rate`, rad/s, is that of the turns. Both units are in one frame and at one temperature.
     """
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         if first.says_nothing_of(triad) or second.says_nothing_of(triad):
             continue
         rms, expected = _rms(first, second, triad, largest_rate)
-        yield MotionError(triad, UNITS[triad], motion_of(triad, largest_rate), rms, expected)
+        yield MotionError(triad, CALIBRATED_UNITS[triad], motion_of(triad, largest_rate), rms, expected)
 
 
-def motion_of(triad: Triad, largest_rate: float) -> str:
+def motion_of(triad: CalibratedTriad, largest_rate: float) -> str:
     """Names the motion."""
     if triad == ACCELEROMETER:
         return "rests in all orientations"
+    if triad == MAGNETOMETER:
+        return f"all orientations in a field of {TYPICAL[triad]:g} uT"
     return f"turns about all axes at up to {largest_rate:g} rad/s"
 
 
-def _rms(first: UnitModel, second: UnitModel, triad: Triad, largest_rate: float) -> tuple[float, float]:
+def _rms(
+    first: UnitModel, second: UnitModel, triad: CalibratedTriad, largest_rate: float
+) -> tuple[float, float]:
     """Root mean square of the error, and what the uncertainties would make of it; NaN if one is not known."""
     # Directions are even over the sphere, rates even from zero to the largest.
-    square = STANDARD_GRAVITY**2 / 3.0 if triad == ACCELEROMETER else largest_rate**2 / 9.0
+    square = largest_rate**2 / 9.0 if triad == GYROSCOPE else TYPICAL[triad] ** 2 / 3.0
     correction = np.linalg.inv(first.matrix(triad))
     matrix = correction @ (second.matrix(triad) - first.matrix(triad))
     bias = correction @ (second.bias(triad) - first.bias(triad))

@@ -17,8 +17,8 @@ from tumble.foundation.error_decomposition import (
 )
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.results import GROUPS
-from tumble.foundation.units import TRIADS, UNITS, Triad
-from tumble.tools.compare.common import ACCELEROMETER, GYROSCOPE
+from tumble.foundation.units import CALIBRATED_TRIADS, CALIBRATED_UNITS, CalibratedTriad
+from tumble.tools.compare.common import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
 from tumble.tools.compare.result import Difference
 from tumble.tools.compare.unit import OF_A_TRIAD, PLACES, UnitModel
 
@@ -38,7 +38,7 @@ class Differences:
     """(n, n) of the differences, in the units of the rows."""
 
 
-def parameters_of(unit: UnitModel, triad: Triad) -> FloatArray:
+def parameters_of(unit: UnitModel, triad: CalibratedTriad) -> FloatArray:
     """(12,) bias, scale, non-orthogonality and mounting; angles in deg."""
     matrix = unit.matrix(triad)
     Q = factors(matrix)[2]
@@ -47,7 +47,7 @@ def parameters_of(unit: UnitModel, triad: Triad) -> FloatArray:
 
 
 def parameter_covariance(unit: UnitModel) -> FloatArray:
-    """(24, 24) covariance of the parameters of both triads, eq. 5; the mounting's is that of a small turn."""
+    """(36, 36) covariance of the parameters of all triads, eq. 5; the mounting's is that of a small turn."""
     jacobian = np.zeros(unit.covariance.shape)
     for triad, place in PLACES.items():
         block = np.zeros((OF_A_TRIAD, OF_A_TRIAD))
@@ -57,9 +57,9 @@ def parameter_covariance(unit: UnitModel) -> FloatArray:
     return propagated(jacobian, unit.covariance)
 
 
-def parameter_names(triad: Triad) -> list[tuple[str, str]]:
+def parameter_names(triad: CalibratedTriad) -> list[tuple[str, str]]:
     """Names and unit of the twelve parameters of a triad."""
-    units = (UNITS[triad], "1", "deg", "deg")
+    units = (CALIBRATED_UNITS[triad], "1", "deg", "deg")
     return [
         (f"{triad} {group} {axis}", unit)
         for group, unit in zip(GROUPS, units, strict=True)
@@ -74,7 +74,7 @@ def differences(first: UnitModel, second: UnitModel, own_axes: bool) -> Differen
     seen = [np.isfinite(np.diag(each)) for each in covariances]
     rows: list[Difference] = []
     places: list[int] = []
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         if first.says_nothing_of(triad) or second.says_nothing_of(triad):
             continue
         found, reasons = _differences(first, second, triad), _reasons(first, second, triad)
@@ -91,14 +91,14 @@ def differences(first: UnitModel, second: UnitModel, own_axes: bool) -> Differen
             rows.append(Difference(name, unit, *values, sigma=float(sigmas[k]), reason=reason))
             places.append(start + k)
     joint = covariance[np.ix_(places, places)]
-    responses = tuple(_responses(first, second))
+    responses = (*_responses(first, second), *_currents(first, second))
     whole = np.zeros((len(rows) + len(responses),) * 2)
     whole[: len(rows), : len(rows)] = joint
     whole[len(rows) :, len(rows) :] = np.diag([each.sigma**2 for each in responses])
     return Differences((*rows, *responses), whole)
 
 
-def _differences(first: UnitModel, second: UnitModel, triad: Triad) -> FloatArray:
+def _differences(first: UnitModel, second: UnitModel, triad: CalibratedTriad) -> FloatArray:
     """(12,) second less first; of the mounting the turn from one to the other."""
     found = parameters_of(second, triad) - parameters_of(first, triad)
     turn = factors(second.matrix(triad))[2] @ factors(first.matrix(triad))[2].T
@@ -106,7 +106,7 @@ def _differences(first: UnitModel, second: UnitModel, triad: Triad) -> FloatArra
     return found
 
 
-def _reasons(first: UnitModel, second: UnitModel, triad: Triad) -> list[str]:
+def _reasons(first: UnitModel, second: UnitModel, triad: CalibratedTriad) -> list[str]:
     """Describes why each of twelve parameters is unknown; empty where it is known."""
     if {triad} <= first.stated & second.stated:
         return ["neither states an uncertainty"] * OF_A_TRIAD
@@ -121,7 +121,7 @@ def _reasons(first: UnitModel, second: UnitModel, triad: Triad) -> list[str]:
 
 
 def parameter_variance(unit: UnitModel) -> FloatArray:
-    """(24,) variances of the parameters; NaN where one is not observable."""
+    """(36,) variances of the parameters; NaN where one is not observable."""
     return np.diag(parameter_covariance(unit))
 
 
@@ -131,9 +131,24 @@ def _responses(first: UnitModel, second: UnitModel) -> Iterator[Difference]:
         return
     sigma = np.hypot(first.response_sigma, second.response_sigma)
     for i, j in np.ndindex(3, 3):
-        values = float(first.response[i, j]), float(second.response[i, j])
-        reason = "" if np.isfinite(sigma[i, j]) else "not observable in one of them"
-        if sigma[i, j] == 0.0:
-            reason = "neither states an uncertainty"
         name = f"{GYROSCOPE} g-sensitivity {_AXES[i]}{_AXES[j]}"
-        yield Difference(name, "rad/s per m/s^2", *values, values[1] - values[0], float(sigma[i, j]), reason)
+        pair = float(first.response[i, j]), float(second.response[i, j])
+        yield _alone(name, "rad/s per m/s^2", pair, float(sigma[i, j]))
+
+
+def _currents(first: UnitModel, second: UnitModel) -> Iterator[Difference]:
+    """Compares the effect of current, where both hold one of the same unit."""
+    if first.current is None or second.current is None or first.current_unit != second.current_unit:
+        return
+    sigma = np.hypot(first.current_sigma, second.current_sigma)
+    for k, axis in enumerate(_AXES):
+        pair = float(first.current[k]), float(second.current[k])
+        yield _alone(f"{MAGNETOMETER} current {axis}", first.current_unit, pair, float(sigma[k]))
+
+
+def _alone(name: str, unit: str, values: tuple[float, float], sigma: float) -> Difference:
+    """Compares a parameter whose errors are independent of those of all others."""
+    reason = "" if np.isfinite(sigma) else "not observable in one of them"
+    if sigma == 0.0:
+        reason = "neither states an uncertainty"
+    return Difference(name, unit, *values, values[1] - values[0], sigma, reason)

@@ -12,7 +12,7 @@ import numpy as np
 from tumble import _core
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 from tumble.logs.spec import parse_spec
 from tumble.tools.compare.chi_square import group_tests, joint_test, largest_of
 from tumble.tools.compare.common import (
@@ -61,7 +61,7 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
     units = [unit_model(*each) for each in zip(calibrations, labels, strict=True)]
     temperatures = {
         triad: temperature
-        for triad in TRIADS
+        for triad in CALIBRATED_TRIADS
         if (temperature := common_temperature(calibrations, triad)) is not None
     }
     units = [
@@ -106,10 +106,12 @@ def compare(sources: Sequence[CalibrationSource], *, largest_rate: float = LARGE
     )
 
 
-def _at(temperatures: Mapping[Triad, float], unit: UnitModel, calibration: Calibration) -> UnitModel:
+def _at(
+    temperatures: Mapping[CalibratedTriad, float], unit: UnitModel, calibration: Calibration
+) -> UnitModel:
     """Returns a unit at the temperatures of the comparison."""
     for triad, temperature in temperatures.items():
-        if (drift := calibration.temperature_drifts().get(triad)) is not None:
+        if (drift := calibration.temperature_drifts((triad,)).get(triad)) is not None:
             unit = brought_to(unit, triad, drift, temperature)
     return unit
 
@@ -117,7 +119,7 @@ def _at(temperatures: Mapping[Triad, float], unit: UnitModel, calibration: Calib
 def _pair(
     calibrations: tuple[Calibration, Calibration],
     units: tuple[UnitModel, UnitModel],
-    temperatures: dict[Triad, float],
+    temperatures: dict[CalibratedTriad, float],
     largest_rate: float,
     turned: bool,
 ) -> Pair:

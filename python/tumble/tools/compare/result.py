@@ -12,7 +12,8 @@ import numpy as np
 
 from tumble.foundation.provenance import Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import Collection, Row, Tabular, TriadName, Verdict
+from tumble.foundation.results import Collection, Row, Tabular, Verdict
+from tumble.foundation.units import CalibratedTriad
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +29,7 @@ class Difference:
     name: str
     """`accelerometer bias x`."""
     unit: str
-    """`m/s^2`, `rad/s`, `1`, `deg`, `rad/s per m/s^2`."""
+    """`m/s^2`, `rad/s`, `uT`, `1`, `deg`, `rad/s per m/s^2`, `uT per A`."""
     first: float
     """NaN where that calibration does not contain it."""
     second: float
@@ -86,7 +87,7 @@ class JointTest:
 class MotionError:
     """Error of one calibration if the other is the truth, over all of a stated motion."""
 
-    triad: TriadName
+    triad: CalibratedTriad
     unit: str
     motion: str
     """Motion in words: `rests in all orientations at 9.807 m/s^2`."""

@@ -9,7 +9,7 @@ import numpy as np
 from tumble.calibration.document import Calibration
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import UNITS, Triad
+from tumble.foundation.units import CALIBRATED_UNITS, CalibratedTriad
 from tumble.tools.compare.common import change, common_range
 from tumble.tools.compare.result import Difference
 
@@ -18,10 +18,10 @@ _NEAR = 1.0
 
 
 def drift_differences(
-    first: Calibration, second: Calibration, triad: Triad, temperature: float
+    first: Calibration, second: Calibration, triad: CalibratedTriad, temperature: float
 ) -> Iterator[Difference]:
     """Compares the change from the common temperature to both ends of the range that both know."""
-    drifts = [each.temperature_drifts().get(triad) for each in (first, second)]
+    drifts = [each.temperature_drifts((triad,)).get(triad) for each in (first, second)]
     if drifts[0] is None or drifts[1] is None:
         return
     low, high = common_range([drifts[0], drifts[1]])
@@ -31,9 +31,9 @@ def drift_differences(
 
 
 def _at(
-    first: TemperatureDrift, second: TemperatureDrift, triad: Triad, start: float, end: float
+    first: TemperatureDrift, second: TemperatureDrift, triad: CalibratedTriad, start: float, end: float
 ) -> Iterator[Difference]:
-    for part, unit in (("bias", UNITS[triad]), ("scale", "1")):
+    for part, unit in (("bias", CALIBRATED_UNITS[triad]), ("scale", "1")):
         values, variances = zip(*(_swing(drift, part, start, end) for drift in (first, second)), strict=True)
         if not values[0].any() and not values[1].any():
             continue

@@ -1,4 +1,4 @@
-"""Parameters of a calibration: M and b of both triads as one vector, with its covariance."""
+"""Parameters of a calibration: M and b of its triads as one vector, with its covariance."""
 
 from __future__ import annotations
 
@@ -10,61 +10,69 @@ import numpy as np
 from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.error_decomposition import PAIRS, factor_jacobian, propagated
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS
-from tumble.foundation.units import Triad as TriadName
+from tumble.foundation.units import CALIBRATED_TRIADS, CalibratedTriad
 
 OF_A_TRIAD = 12
 """Elements of [M row by row, b]."""
-PLACES: Mapping[TriadName, slice] = {
-    triad: slice(OF_A_TRIAD * k, OF_A_TRIAD * (k + 1)) for k, triad in enumerate(TRIADS)
+PLACES: Mapping[CalibratedTriad, slice] = {
+    triad: slice(OF_A_TRIAD * k, OF_A_TRIAD * (k + 1)) for k, triad in enumerate(CALIBRATED_TRIADS)
 }
-"""Places of a triad's parameters among the 24 of a unit."""
+"""Places of a triad's parameters among the 36 of a unit."""
 _STEP = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class UnitModel:
-    """`y = M u + b` of both triads, and how well each number is known."""
+    """`y = M u + b` of all triads, and how well each number is known."""
 
     label: str
-    triads: tuple[TriadName, ...]
+    triads: tuple[CalibratedTriad, ...]
     """Those that were calibrated."""
-    stated: frozenset[TriadName]
+    stated: frozenset[CalibratedTriad]
     """Those without any uncertainty: their numbers are taken as they are."""
     values: FloatArray
-    """(24,) [M row by row, b] of accelerometer and gyroscope; ideal where a triad was not calibrated."""
+    """(36,) [M row by row, b] of accelerometer, gyroscope and magnetometer; ideal where one was not
+    calibrated."""
     covariance: FloatArray
-    """(24, 24); NaN for what is not observable, zero for what is stated."""
+    """(36, 36); NaN for what is not observable, zero for what is stated."""
     response: FloatArray | None
     """(3, 3) g-sensitivity, rad/s per m/s^2; None where the calibration does not contain it."""
     response_sigma: FloatArray
     """(3, 3) 1-sigma of it."""
+    current: FloatArray | None
+    """(3,) effect of current on the magnetometer; None where the calibration does not contain it."""
+    current_sigma: FloatArray
+    """(3,) 1-sigma of it."""
+    current_unit: str
+    """Unit of both."""
 
-    def matrix(self, triad: TriadName) -> FloatArray:
+    def matrix(self, triad: CalibratedTriad) -> FloatArray:
         """(3, 3) M."""
         return self.values[PLACES[triad]][:9].reshape(3, 3)
 
-    def bias(self, triad: TriadName) -> FloatArray:
+    def bias(self, triad: CalibratedTriad) -> FloatArray:
         """(3,) b."""
         return self.values[PLACES[triad]][9:]
 
-    def says_nothing_of(self, triad: TriadName) -> bool:
+    def says_nothing_of(self, triad: CalibratedTriad) -> bool:
         """Returns whether a triad has neither values nor statements."""
         return triad not in self.triads
 
 
-def unit_model(calibration: Calibration, label: str, inherited: Collection[TriadName] = ()) -> UnitModel:
+def unit_model(
+    calibration: Calibration, label: str, inherited: Collection[CalibratedTriad] = ()
+) -> UnitModel:
     """Gathers a calibration; its covariance contains the inherited part of the triads `inherited`."""
     sections = {
         triad: section
-        for triad in TRIADS
+        for triad in CALIBRATED_TRIADS
         if (section := getattr(calibration, triad)) is not None and _is_calibrated(section)
     }
-    values = np.tile(np.concatenate([np.eye(3).ravel(), np.zeros(3)]), len(TRIADS))
-    covariance = np.full((len(values), len(values)), np.nan)
+    values = np.tile(np.concatenate([np.eye(3).ravel(), np.zeros(3)]), len(CALIBRATED_TRIADS))
     # Calibration files keep no covariance between the triads.
-    covariance[PLACES[TRIADS[0]], PLACES[TRIADS[1]]] = 0.0
-    covariance[PLACES[TRIADS[1]], PLACES[TRIADS[0]]] = 0.0
+    covariance = np.zeros((len(values), len(values)))
+    for place in PLACES.values():
+        covariance[place, place] = np.nan
     for triad, section in sections.items():
         values[PLACES[triad]] = np.concatenate([section.M.ravel(), section.b])
         own = _covariance(section)
@@ -74,6 +82,9 @@ def unit_model(calibration: Calibration, label: str, inherited: Collection[Triad
     gyroscope = calibration.gyroscope
     response = None if gyroscope is None else gyroscope.g_sensitivity
     sigma = None if gyroscope is None else gyroscope.g_sensitivity_sigma
+    magnetometer = calibration.magnetometer
+    current = None if magnetometer is None else magnetometer.current
+    current_sigma = None if magnetometer is None else magnetometer.current_sigma
     return UnitModel(
         label=label,
         triads=tuple(sections),
@@ -82,6 +93,9 @@ def unit_model(calibration: Calibration, label: str, inherited: Collection[Triad
         covariance=covariance,
         response=response,
         response_sigma=np.zeros((3, 3)) if sigma is None else sigma,
+        current=current,
+        current_sigma=np.zeros(3) if current_sigma is None else current_sigma,
+        current_unit="" if magnetometer is None else magnetometer.unit_of_current,
     )
 
 

@@ -1,8 +1,8 @@
 """Axes in which another program corrects readings, and calibrations turned into them.
 
 With R the rotation from the axes of a calibration to those of the program, `y' = R y` and `u' = R u` turn
-`y = (1 + s) M u + b + d + G f` into `M' = R M R^T`, `G' = R G R^T`, `b' = R b`, `d' = R d`. R exchanges
-axes and changes signs, so that no digit is lost.
+`y = (1 + s) M u + b + d + G f + c I` into `M' = R M R^T`, `G' = R G R^T`, `b' = R b`, `d' = R d`,
+`c' = R c`. R exchanges axes and changes signs, so that no digit is lost.
 """
 
 from __future__ import annotations
@@ -13,11 +13,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tumble.calibration.contributions import NOISE, NOISE_FOR_FILTERS
-from tumble.calibration.document import Calibration, GyroscopeCalibration, TriadCalibration
+from tumble.calibration.document import (
+    Calibration,
+    GyroscopeCalibration,
+    MagnetometerCalibration,
+    TriadCalibration,
+)
 from tumble.calibration.temperature_drift import TemperatureDrift
 from tumble.foundation.body_axes import in_words, rotation
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.tools.exchange.remark_lines import comment
 
 SETTING = "axes"
@@ -31,6 +36,7 @@ _OF_ONE_AXES = (
     "residuals",
     "constant_rates",
     "g_sensitivity_sigma",
+    "current_sigma",
     "budget",
 )
 """Keys of a triad that no program takes, and that hold in the axes of the log alone."""
@@ -43,7 +49,7 @@ def turned(calibration: Calibration, to: str) -> Calibration:
     matrix = np.array(rotation(to, calibration.axes), dtype=np.float64)
     sections: dict[str, TriadCalibration] = {
         triad: _turned(section, matrix)
-        for triad in TRIADS
+        for triad in CALIBRATED_TRIADS
         if (section := getattr(calibration, triad)) is not None
     }
     return calibration.model_copy(update={**sections, "axes": to})
@@ -91,6 +97,8 @@ def _turned(section: _AnyTriad, matrix: FloatArray) -> _AnyTriad:
     }
     if isinstance(section, GyroscopeCalibration) and section.g_sensitivity is not None:
         update["g_sensitivity"] = matrix @ section.g_sensitivity @ matrix.T
+    if isinstance(section, MagnetometerCalibration) and section.current is not None:
+        update["current"] = matrix @ section.current
     if section.temperature_drift is not None:
         update["temperature_drift"] = _turned_drift(section.temperature_drift, matrix)
     if section.covariance is not None:

@@ -29,11 +29,11 @@ BIAS: Final[tuple[Part, ...]] = ("bias",)
 MATRIX: Final[tuple[Part, ...]] = ("scale", "non-orthogonality", "mounting")
 """Parts that M consists of."""
 
-TYPICAL: Final = {"accelerometer": STANDARD_GRAVITY, "gyroscope": 1.0}
-"""m/s^2 and rad/s of motion at which a loss is stated."""
-_TYPICAL_WORDS = {"accelerometer": "at 1 g", "gyroscope": "at 1 rad/s"}
+TYPICAL: Final = {"accelerometer": STANDARD_GRAVITY, "gyroscope": 1.0, "magnetometer": 50.0}
+"""m/s^2, rad/s and uT at which a loss is stated."""
+_TYPICAL_WORDS = {"accelerometer": "at 1 g", "gyroscope": "at 1 rad/s", "magnetometer": "in 50 uT"}
 _NOTHING = 1e-12
-"""m/s^2 or rad/s below which nothing is lost but the last digits of a float."""
+"""m/s^2, rad/s or uT below which nothing is lost but the last digits of a float."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tumble.foundation.units import TRIADS
+from tumble.foundation.units import CALIBRATED_TRIADS
 from tumble.report.identity import Identity, serials
 from tumble.report.page import Picture, ResultPage
 from tumble.tools.compare.report.figures import history_figure, sigmas_figure
@@ -128,7 +128,7 @@ def _pictures(result: CompareResult) -> Iterator[Picture]:
         "Each calibration minus the mean of all, with its 95 % interval; the straight line that fits "
         "best, and, dotted, its 95 % interval."
     )
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         if found := [each for each in result.history if each.name.startswith(triad)]:
             yield Picture(history_figure(found, f"history-{triad}"), f"{triad.capitalize()}. {caption}")
 
