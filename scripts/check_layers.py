@@ -137,7 +137,7 @@ LAYERS: dict[str, set[str]] = {
     "arrays": {"errors"},
     "magnetic": {"arrays", "errors", "words"},
     "recording": {"errors", "arrays", "frames", "magnetic", "units", "words"},
-    "firmware": {"errors", "recording", "units"},
+    "firmware": {"errors", "magnetic", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
     "bounded_yaml": {"plain"},

@@ -3,12 +3,14 @@
 import numpy as np
 
 from tumble.calibration.document import Calibration
+from tumble.foundation.firmware.rotations import rotation as numbered
 from tumble.tools.exchange.registry import TARGETS
 
 SAMPLES = 50
 SETTINGS = {
     "accelerometer-id": "1310988",
     "gyroscope-id": "2490378",
+    "magnetometer-id": "396809",
     "rate": "200",
     "identity": "81985529216486895",
 }
@@ -55,6 +57,22 @@ def calibration(
     if "response" in parts:
         content["gyroscope"]["g_sensitivity"] = 1e-4 * generator.normal(size=(3, 3))
     return Calibration.model_validate(content)
+
+
+def magnetometer(seed, number=0, tilt=0.0, **extra):
+    """A drawn magnetometer, turned by a rotation of that number and a tilt, rad."""
+    print(f"seed {seed}")
+    generator = np.random.default_rng(seed)
+    soft = np.eye(3) + 0.1 * generator.normal(size=(3, 3))
+    correction = numbered(number) @ (0.5 * (soft + soft.T))
+    if tilt:
+        correction = rotation(generator, tilt) @ correction
+    section = {"M": np.linalg.inv(correction), "b": 40.0 * generator.normal(size=3), **extra}
+    return Calibration.model_validate({"name": "compass", "magnetometer": section})
+
+
+def with_current(seed, current_unit, number=0):
+    return magnetometer(seed, number, current=np.array([0.4, -1.1, 0.2]), current_unit=current_unit)
 
 
 def samples(seed):

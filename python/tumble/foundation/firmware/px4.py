@@ -23,7 +23,8 @@ IGNORED = 0.01
 LETTER: Mapping[Triad, str] = {"accelerometer": "A", "gyroscope": "G"}
 SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYRO"}
 _ENABLED = 1
-_INTERNAL = -1
+INTERNAL = -1
+"""Rotation of a sensor inside the autopilot, which turns with the board."""
 
 
 def prefix(triad: Triad, number: int) -> str:
@@ -43,13 +44,13 @@ def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored
     scale = triple(parameters, names + "{}SCALE", 1.0)
     return Stored(
         device,
-        _taken(triple(parameters, names + "{}OFF", 0.0), np.zeros(3)),
-        _taken(scale, np.ones(3)) if np.all(scale > 0.0) else np.ones(3),
+        taken(triple(parameters, names + "{}OFF", 0.0), np.zeros(3)),
+        taken(scale, np.ones(3)) if np.all(scale > 0.0) else np.ones(3),
         _thermal(parameters, triad, device),
     )
 
 
-def _taken(values: FloatArray, otherwise: FloatArray) -> FloatArray:
+def taken(values: FloatArray, otherwise: FloatArray) -> FloatArray:
     """Returns (3,) values if all are finite: others PX4 leaves as they were."""
     return values if np.isfinite(values).all() else otherwise
 
@@ -90,9 +91,9 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) ->
 
 def _body_from_sensor(parameters: Mapping[str, float], sensor: str) -> FloatArray:
     """Turns a sensor outside the autopilot by its own rotation, one inside by that of the board."""
-    own = whole(parameters, f"{sensor}ROT", _INTERNAL)
-    name = "SENS_BOARD_ROT" if own == _INTERNAL else f"{sensor}ROT"
-    number = own if own != _INTERNAL else whole(parameters, name)
+    own = whole(parameters, f"{sensor}ROT", INTERNAL)
+    name = "SENS_BOARD_ROT" if own == INTERNAL else f"{sensor}ROT"
+    number = own if own != INTERNAL else whole(parameters, name)
     level = from_euler(*triple(parameters, "SENS_BOARD_{}_OFF", 0.0))
     try:
         return level @ rotation(number)

@@ -1,4 +1,7 @@
-"""ArduPilot: parameters of its inertial sensors, `INS_*`; what it makes of them is in `firmware`."""
+"""ArduPilot: parameters of its inertial sensors, `INS_*`, and compasses, `COMPASS_*`.
+
+ArduPilot's correction by them is in `tumble.foundation.firmware`.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +23,17 @@ from tumble.foundation.firmware.ardupilot import (
     names_of,
     stored,
 )
+from tumble.foundation.firmware.magnetometers import (
+    COMPASSES,
+    MILLIGAUSS,
+    ardupilot_magnetometer,
+    compass_suffix,
+)
+from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
-from tumble.tools.exchange.calibration_parts import sensing_axes
+from tumble.tools.exchange.calibration_parts import BIAS, MATRIX, NOTHING, Loss, sensing_axes
+from tumble.tools.exchange.magnetometers import HeldMagnetometer, held, load_unit, upper
 from tumble.tools.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
 from tumble.tools.exchange.target import Content, Setting, Settings, Target, Written
 
@@ -31,12 +42,19 @@ OFFSET_LIMIT = 3.5
 SCALE_LIMITS = 0.8, 1.2
 NOT_ZERO = 1e-6
 """m/s^2 or rad/s: offsets that are all zero are those of a sensor that was never calibrated."""
+OFFSET_OF_COMPASS = 1800.0
+"""mGauss: default of COMPASS_OFFS_MAX."""
+_COMPENSATION: Mapping[LoadUnit, int] = {"1": 1, "A": 2}
+"""COMPASS_MOTCT by the unit of the load."""
 _AXES = "XYZ"
 
 
 def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     """Writes the parameters of up to five IMUs."""
     lines = ["# Calibration by Tumble for ArduPilot: NAME,VALUE"]
+    lost: list[Loss] = []
+    remarks: list[str] = []
+    load = load_unit(calibrations, "ArduPilot")
     for place, calibration in enumerate(calibrations):
         number = place + settings.whole_number("instance")
         if number not in NUMBERS:
@@ -48,11 +66,22 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
         if calibration.gyroscope is not None:
             lines += _triple(names_of("gyroscope", number).offset, _not_zero(calibration.gyroscope.b))
         lines += _thermal(calibration, number)
-    has_gyroscope = any(calibration.gyroscope is not None for calibration in calibrations)
-    if has_gyroscope:
+        if calibration.magnetometer is not None:
+            if number not in COMPASSES:
+                raise ProcedureError(
+                    f"{calibration.name}: ArduPilot numbers compasses {COMPASSES[0]} to {COMPASSES[-1]}, and "
+                    f"this would be {number}; give another --set instance"
+                )
+            found = held(calibration, calibration.magnetometer, "ArduPilot")
+            lines += _compass(found, number)
+            lost += [found.loss] if found.loss.size > NOTHING else []
+            remarks += _compass_remarks(found, number)
+    if load is not None:
+        lines.append(f"COMPASS_MOTCT,{_COMPENSATION[load]}")
+    if any(calibration.gyroscope is not None for calibration in calibrations):
         lines.append("INS_GYR_CAL,0")
-    remarks = ("INS_GYR_CAL,0 keeps ArduPilot from finding gyroscope biases anew at each start",)
-    return Written("\n".join(lines) + "\n", remarks=remarks if has_gyroscope else ())
+        remarks.append("INS_GYR_CAL,0 keeps ArduPilot from finding gyroscope biases anew at each start")
+    return Written("\n".join(lines) + "\n", tuple(lost), tuple(remarks))
 
 
 def _accelerometer(calibration: Calibration, section: TriadCalibration, number: int) -> Iterator[str]:
@@ -99,6 +128,29 @@ def _thermal(calibration: Calibration, number: int) -> Iterator[str]:
             yield from _triple(f"{shared}{SENSOR[triad]}{power}_{{}}", row)
 
 
+def _compass(found: HeldMagnetometer, number: int) -> Iterator[str]:
+    """Yields a compass; ArduPilot turns readings before it corrects them, so all holds in turned axes."""
+    which = compass_suffix(number)
+    turned = found.turn @ found.matrix @ found.turn.T
+    if found.number:
+        yield f"COMPASS_ORIENT{which},{found.number}"
+    yield from _triple(f"COMPASS_OFS{which}_{{}}", _not_zero(-(found.turn @ found.bias) / MILLIGAUSS))
+    yield f"COMPASS_SCALE{which},1"
+    yield from _triple(f"COMPASS_DIA{which}_{{}}", np.diag(turned))
+    yield from _triple(f"COMPASS_ODI{which}_{{}}", upper(turned))
+    if found.current is not None:
+        yield from _triple(f"COMPASS_MOT{which}_{{}}", -(turned @ found.turn @ found.current) / MILLIGAUSS)
+
+
+def _compass_remarks(found: HeldMagnetometer, number: int) -> Iterator[str]:
+    which = compass_suffix(number)
+    offset = float(np.linalg.norm(found.bias)) / MILLIGAUSS
+    if offset > OFFSET_OF_COMPASS:
+        yield f"ArduPilot does not arm with COMPASS_OFS{which} unless COMPASS_OFFS_MAX is above {offset:.0f}"
+    if found.number:
+        yield f"ArduPilot applies COMPASS_ORIENT{which} to a compass that it takes for an external one"
+
+
 def _triple(names: str, values: FloatArray) -> list[str]:
     return [f"{names.format(axis)},{single(value)}" for axis, value in zip(_AXES, values, strict=True)]
 
@@ -123,7 +175,12 @@ def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
                 if (found := stored(parameters, triad, number)).offset.any()
             }
             for number in NUMBERS
-        }
+        },
+        {
+            f"imu{number}": found
+            for number in COMPASSES
+            if (found := ardupilot_magnetometer(parameters, number)) is not None
+        },
     )
 
 
@@ -135,6 +192,7 @@ ARDUPILOT = Target(
     holds={
         "accelerometer": ("bias", "scale", "bias over temperature"),
         "gyroscope": ("bias", "bias over temperature"),
+        "magnetometer": (*BIAS, *MATRIX),
     },
     write=write,
     source="https://ardupilot.org/copter/docs/parameters.html#ins-parameters",

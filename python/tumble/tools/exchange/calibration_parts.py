@@ -6,7 +6,7 @@ mounting Q, g-sensitivity G, and temperature, d and s. Other programs hold some 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias, get_args
 
@@ -17,8 +17,7 @@ from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.error_decomposition import factors
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, UNITS
-from tumble.foundation.units import Triad as TriadName
+from tumble.foundation.units import CALIBRATED_UNITS, TRIADS, CalibratedTriad
 
 Part: TypeAlias = Literal[
     "bias", "scale", "non-orthogonality", "mounting", "g-sensitivity", "bias over temperature",
@@ -32,7 +31,7 @@ MATRIX: Final[tuple[Part, ...]] = ("scale", "non-orthogonality", "mounting")
 TYPICAL: Final = {"accelerometer": STANDARD_GRAVITY, "gyroscope": 1.0, "magnetometer": 50.0}
 """m/s^2, rad/s and uT at which a loss is stated."""
 _TYPICAL_WORDS = {"accelerometer": "at 1 g", "gyroscope": "at 1 rad/s", "magnetometer": "in 50 uT"}
-_NOTHING = 1e-12
+NOTHING = 1e-12
 """m/s^2, rad/s or uT below which nothing is lost but the last digits of a float."""
 
 
@@ -42,16 +41,16 @@ class Loss:
 
     unit: str
     """Name of the IMU."""
-    triad: TriadName
+    triad: CalibratedTriad
     part: str
     """Part that is lost."""
     size: float
-    """Largest error of a measurement, m/s^2 or rad/s."""
+    """Largest error of a measurement, m/s^2, rad/s or uT."""
     condition: str = ""
     """Condition of the measurement."""
 
     def __str__(self) -> str:
-        size = f"{self.size:.3g} {UNITS[self.triad]} {self.condition}".rstrip()
+        size = f"{self.size:.3g} {CALIBRATED_UNITS[self.triad]} {self.condition}".rstrip()
         return f"{self.unit}: {self.triad}: {self.part} is lost: {size}"
 
 
@@ -79,26 +78,30 @@ def lower_and_rotation(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     return scale @ lower, rotation
 
 
-def section_of(triad: TriadName, correction: FloatArray, bias: FloatArray) -> dict[str, object]:
+def section_of(triad: CalibratedTriad, correction: FloatArray, bias: FloatArray) -> dict[str, object]:
     """Creates the section of a triad of `u = C (y - b)`.
 
     `correction` is (3, 3) C, `bias` (3,) in the unit of the triad. Raises `CalibrationFileError` where C has
     no inverse.
     """
     try:
-        return {"unit": UNITS[triad], "M": np.linalg.inv(correction), "b": np.asarray(bias, np.float64)}
+        return {
+            "unit": CALIBRATED_UNITS[triad],
+            "M": np.linalg.inv(correction),
+            "b": np.asarray(bias, np.float64),
+        }
     except np.linalg.LinAlgError:
         raise CalibrationFileError(f"the matrix of the {triad} has no inverse; check its numbers") from None
 
 
-def losses(calibration: Calibration, held: dict[TriadName, Collection[Part]]) -> list[Loss]:
+def losses(calibration: Calibration, held: Mapping[CalibratedTriad, Collection[Part]]) -> list[Loss]:
     """Returns the losses of a calibration where only these parts of each triad are held."""
     return [
         loss
         for triad in held
         if (section := getattr(calibration, triad)) is not None
         for part, size, condition in _costs(triad, section)
-        if part not in held[triad] and size > _NOTHING
+        if part not in held[triad] and size > NOTHING
         for loss in [Loss(calibration.name, triad, part, size, condition)]
     ]
 
@@ -109,15 +112,15 @@ def frame_losses(calibration: Calibration, frame_from_case: FloatArray) -> tuple
         Loss(calibration.name, triad, "mounting in the case", size, _TYPICAL_WORDS[triad])
         for triad in TRIADS
         if getattr(calibration, triad) is not None
-        if (size := _beside_identity(triad, frame_from_case)) > _NOTHING
+        if (size := _beside_identity(triad, frame_from_case)) > NOTHING
     )
 
 
-def _beside_identity(triad: TriadName, matrix: FloatArray) -> float:
+def _beside_identity(triad: CalibratedTriad, matrix: FloatArray) -> float:
     return TYPICAL[triad] * float(np.linalg.norm(matrix - np.eye(3), 2))
 
 
-def _costs(triad: TriadName, section: TriadCalibration) -> list[tuple[Part, float, str]]:
+def _costs(triad: CalibratedTriad, section: TriadCalibration) -> list[tuple[Part, float, str]]:
     """Returns the largest error that leaving each part out would make."""
     axes, words = sensing_axes(section.M), _TYPICAL_WORDS[triad]
     costs: list[tuple[Part, float, str]] = [

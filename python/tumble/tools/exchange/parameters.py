@@ -10,9 +10,11 @@ import numpy as np
 from tumble.calibration.temperature_drift import HIGHEST_ORDER
 from tumble.foundation.errors import CalibrationFileError
 from tumble.foundation.firmware.correction import Stored, Thermal
+from tumble.foundation.firmware.magnetometers import StoredMagnetometer
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import UNITS, Triad
+from tumble.tools.exchange.magnetometers import section_of_stored
 from tumble.tools.exchange.target import Content
 
 
@@ -40,12 +42,23 @@ def all_powers(coefficients: Sequence[FloatArray]) -> FloatArray:
     return powers
 
 
-def stored_calibrations(imus: Mapping[str, Mapping[Triad, Stored]]) -> list[Content]:
-    """Returns the calibrations of those IMUs, by name, of which firmware stores something."""
-    return [_calibration(name, found) for name, found in imus.items() if found]
+def stored_calibrations(
+    imus: Mapping[str, Mapping[Triad, Stored]], magnetometers: Mapping[str, StoredMagnetometer]
+) -> list[Content]:
+    """Returns the calibrations of those IMUs, by name, of which firmware stores something.
+
+    Autopilots do not state which IMU a magnetometer is beside: it goes to that of the same number.
+    """
+    return [
+        _calibration(name, found, magnetometers.get(name))
+        for name, found in imus.items()
+        if found or name in magnetometers
+    ]
 
 
-def _calibration(name: str, found: Mapping[Triad, Stored]) -> Content:
+def _calibration(
+    name: str, found: Mapping[Triad, Stored], magnetometer: StoredMagnetometer | None
+) -> Content:
     content: Content = {"name": name}
     for triad, each in found.items():
         if each.device:
@@ -57,6 +70,10 @@ def _calibration(name: str, found: Mapping[Triad, Stored]) -> Content:
             "b": each.offset + constant,
         }
         content[triad] = section | _drift_section(each.thermal)
+    if magnetometer is not None:
+        if magnetometer.device:
+            content.setdefault("serial", str(magnetometer.device))
+        content["magnetometer"] = section_of_stored(magnetometer)
     return content
 
 

@@ -1,6 +1,7 @@
 """PX4: parameters of its calibration, `CAL_*`, and of temperature, `TC_*`, as QGroundControl loads them.
 
-PX4's correction by them is in `tumble.foundation.firmware.px4`. Gyroscopes have no scale.
+PX4's correction by them is in `tumble.foundation.firmware`. Gyroscopes have no scale, magnetometers no
+temperature.
 """
 
 from __future__ import annotations
@@ -14,10 +15,21 @@ from tumble.calibration.document import Calibration, TriadCalibration
 from tumble.foundation.body_axes import FRD
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
+from tumble.foundation.firmware.magnetometers import GAUSS, KILOAMPERE, px4_magnetometer, symmetric
 from tumble.foundation.firmware.px4 import IGNORED, LETTER, MOST, prefix, stored
+from tumble.foundation.magnetic import LoadUnit
+from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
 from tumble.foundation.units import Triad as TriadName
-from tumble.tools.exchange.calibration_parts import TYPICAL, Loss, sensing_axes
+from tumble.tools.exchange.calibration_parts import (
+    BIAS,
+    MATRIX,
+    NOTHING,
+    TYPICAL,
+    Loss,
+    sensing_axes,
+)
+from tumble.tools.exchange.magnetometers import HeldMagnetometer, held, load_unit, upper
 from tumble.tools.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
 from tumble.tools.exchange.target import Content, Setting, Settings, Target, Written
 
@@ -25,6 +37,8 @@ INT32, FLOAT = 6, 9
 """Types of parameters, by MAVLink."""
 LARGEST_ID = 2**31 - 1
 SCALE_LIMITS = 0.1, 3.0
+_COMPENSATION: Mapping[LoadUnit, int] = {"1": 1, "A": 2}
+"""Type of compensation by the unit of the load; current is that of the first battery."""
 _AXES = "XYZ"
 
 
@@ -38,6 +52,7 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     first = settings.whole_number("instance")
     if not 0 <= first <= MOST - len(calibrations):
         raise settings.refusal("instance", f"PX4 numbers IMUs 0 to {MOST - 1}")
+    load = load_unit(calibrations, "PX4")
     for place, calibration in enumerate(calibrations):
         for triad in TRIADS:
             section = getattr(calibration, triad)
@@ -46,6 +61,13 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
             device = _device(settings, f"{triad}-id", place, len(calibrations))
             lines += _parameters(calibration, triad, section, first + place, device)
             lost += _ignored(calibration, triad, section)
+        if calibration.magnetometer is not None:
+            found = held(calibration, calibration.magnetometer, "PX4")
+            device = _device(settings, "magnetometer-id", place, len(calibrations))
+            lines += _magnetometer(calibration.name, found, first + place, device, load)
+            lost += _lost_of_magnetometer(calibration.name, found)
+    if load is not None:
+        lines.append(_line("CAL_MAG_COMP_TYP", _COMPENSATION[load], INT32))
     return Written("\n".join(lines) + "\n", tuple(lost))
 
 
@@ -66,17 +88,10 @@ def _parameters(
     yield _line(f"{names}ID", device, INT32)
     # With a thermal correction the bias stands there: in both it would be subtracted twice.
     offset = section.b if drift is None else np.zeros(3)
-    for letter, value in zip(_AXES, offset, strict=True):
-        yield _line(f"{names}{letter}OFF", float(value), FLOAT)
+    yield from _triple(f"{names}{{}}OFF", offset)
     if triad == "accelerometer":
-        for letter, value in zip(_AXES, scale, strict=True):
-            low, high = SCALE_LIMITS
-            if not low <= value <= high:
-                raise ProcedureError(
-                    f"{calibration.name}: {names}{letter}SCALE would be {value:.4g}, and PX4 takes {low} to "
-                    f"{high}; calibrate readings in m/s^2"
-                )
-            yield _line(f"{names}{letter}SCALE", float(value), FLOAT)
+        _check_scales(calibration.name, f"{names}{{}}SCALE", scale, "m/s^2")
+        yield from _triple(f"{names}{{}}SCALE", scale)
     if drift is None:
         return
     thermal = f"TC_{LETTER[triad]}{instance}_"
@@ -101,6 +116,56 @@ def _ignored(calibration: Calibration, triad: TriadName, section: TriadCalibrati
         yield Loss(calibration.name, triad, f"scale, as PX4 ignores up to {IGNORED:g},", size, "at 1 g")
 
 
+def _magnetometer(
+    name: str, found: HeldMagnetometer, instance: int, device: int, load: LoadUnit | None
+) -> Iterator[str]:
+    names = f"CAL_MAG{instance}_"
+    yield _line(f"{names}ID", device, INT32)
+    # The number of no rotation is left to the vehicle: a sensor inside the autopilot has another.
+    if found.number:
+        yield _line(f"{names}ROT", found.number, INT32)
+    yield from _triple(f"{names}{{}}OFF", found.bias / GAUSS)
+    scale = np.diag(found.matrix)
+    _check_scales(name, f"{names}{{}}SCALE", scale, "uT")
+    yield from _triple(f"{names}{{}}SCALE", scale)
+    yield from _triple(f"{names}{{}}ODIAG", upper(found.matrix))
+    if found.current is not None:
+        per_unit = found.current * (KILOAMPERE if load == "A" else 1.0)
+        yield from _triple(f"{names}{{}}COMP", -per_unit / GAUSS)
+
+
+def _lost_of_magnetometer(name: str, found: HeldMagnetometer) -> Iterator[Loss]:
+    if found.loss.size > NOTHING:
+        yield found.loss
+    ignored = f"as PX4 ignores up to {IGNORED:g},"
+    if 0.0 < np.linalg.norm(found.bias) <= IGNORED * GAUSS:
+        size = float(np.linalg.norm(found.bias))
+        yield Loss(name, "magnetometer", f"bias, as PX4 ignores up to {IGNORED * GAUSS:g} uT,", size)
+    scale = np.diag(found.matrix) - 1.0
+    if 0.0 < np.linalg.norm(scale) <= IGNORED:
+        size = TYPICAL["magnetometer"] * float(np.abs(scale).max())
+        yield Loss(name, "magnetometer", f"scale, {ignored}", size, "in 50 uT")
+    others = upper(found.matrix)
+    if NOTHING < np.linalg.norm(others) <= IGNORED:
+        size = TYPICAL["magnetometer"] * float(np.linalg.norm(symmetric(np.zeros(3), others), 2))
+        yield Loss(name, "magnetometer", f"non-orthogonality, {ignored}", size, "in 50 uT")
+
+
+def _triple(names: str, values: FloatArray) -> Iterator[str]:
+    for letter, value in zip(_AXES, values, strict=True):
+        yield _line(names.format(letter), float(value), FLOAT)
+
+
+def _check_scales(name: str, names: str, scales: FloatArray, unit: str) -> None:
+    low, high = SCALE_LIMITS
+    for letter, value in zip(_AXES, scales, strict=True):
+        if not low <= value <= high:
+            raise ProcedureError(
+                f"{name}: {names.format(letter)} would be {value:.4g}, and PX4 takes {low} to {high}; "
+                f"calibrate readings in {unit}"
+            )
+
+
 def _line(name: str, value: float, kind: int) -> str:
     return f"1\t1\t{name}\t{int(value) if kind == INT32 else single(value)}\t{kind}"
 
@@ -118,7 +183,12 @@ def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
                 triad: found for triad in TRIADS if (found := stored(parameters, triad, number)) is not None
             }
             for number in range(MOST)
-        }
+        },
+        {
+            f"imu{number}": found
+            for number in range(MOST)
+            if (found := px4_magnetometer(parameters, number)) is not None
+        },
     )
 
 
@@ -132,6 +202,7 @@ PX4 = Target(
     holds={
         "accelerometer": ("bias", "scale", "bias over temperature"),
         "gyroscope": ("bias", "bias over temperature"),
+        "magnetometer": (*BIAS, *MATRIX),
     },
     write=write,
     source="https://docs.px4.io/main/en/advanced_config/parameter_reference.html",
@@ -140,7 +211,8 @@ PX4 = Target(
     own_settings=(
         Setting("accelerometer-id", _ID.format("accelerometer", "CAL_ACC0_ID", "accel")),
         Setting("gyroscope-id", _ID.format("gyroscope", "CAL_GYRO0_ID", "gyro")),
-        Setting("instance", "number of the first IMU", "0"),
+        Setting("magnetometer-id", _ID.format("magnetometer", "CAL_MAG0_ID", "mag")),
+        Setting("instance", "number of the first IMU and magnetometer", "0"),
     ),
     most=MOST,
     read=read,

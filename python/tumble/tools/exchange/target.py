@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -13,7 +13,7 @@ from tumble.foundation.body_axes import FLU, FRD, are_axes, in_words
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
 from tumble.foundation.plain import short
-from tumble.foundation.units import TRIADS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, CalibratedTriad
 from tumble.foundation.words import join
 from tumble.tools.exchange import axes
 from tumble.tools.exchange.c_names import is_reserved
@@ -157,7 +157,7 @@ class Target:
     """Ending of its files, with the dot."""
     kind: FileKind
     """Kind, by the beginning of its files."""
-    holds: Mapping[Triad, Collection[Part]]
+    holds: Mapping[CalibratedTriad, Collection[Part]]
     write: Write
     source: str
     """Source of names, units and formula."""
@@ -165,7 +165,7 @@ class Target:
     """Axes in which the program corrects, in words."""
     body: str = ""
     """Directions of these in a vehicle, as in `body_axes`; empty where the program takes any."""
-    leaves_out: Collection[Triad] = ()
+    leaves_out: Collection[CalibratedTriad] = ()
     """Triads that its files are not about; no loss is reported for these."""
     own_settings: tuple[Setting, ...] = ()
     """Beside that of axes."""
@@ -203,7 +203,11 @@ class Target:
         before = [self._with_axes(calibrations, place, settings) for place in range(len(calibrations))]
         calibrations = [axes.turned(each, self.body) if self.body and each.axes else each for each in before]
         written = self.write(calibrations, settings)
-        about = [triad for triad in TRIADS if triad not in self.leaves_out]
+        about = [
+            triad
+            for triad in CALIBRATED_TRIADS
+            if triad not in self.leaves_out and (triad in TRIADS or triad in self.holds)
+        ]
         held = {triad: self.holds.get(triad, ()) for triad in about}
         lost = [loss for each in calibrations for loss in losses(each, held)]
         warnings = tuple(doubt for each in calibrations for doubt in doubts(each))
@@ -212,8 +216,20 @@ class Target:
         silent = warnings and noted is None
         no_place = (f"a file for {self.word} has no place for the warning",) if silent else ()
         content = (noted or written.content).encode(self.encoding)
-        remarks = (stated, *self.remarks, *written.remarks, *no_place)
+        remarks = (
+            stated,
+            *self.remarks,
+            *written.remarks,
+            *no_place,
+            *self._without_magnetometer(calibrations),
+        )
         return Exported(content, (*lost, *written.losses), remarks, warnings)
+
+    def _without_magnetometer(self, calibrations: Sequence[Calibration]) -> Iterator[str]:
+        if "magnetometer" in self.holds:
+            return
+        if names := [each.name for each in calibrations if each.magnetometer is not None]:
+            yield f"the magnetometer of {join(names)} is left out: {self.word} has no place for one"
 
     def _with_axes(self, calibrations: Sequence[Calibration], place: int, settings: Settings) -> Calibration:
         """Returns a calibration with the axes that the user states, if any, in place of its log's."""
