@@ -90,6 +90,8 @@ def test_written_content_is_read_back(tmp_path, unit, word):
     assert back.method.procedure == "import"
     for triad, parts in TARGETS[word].holds.items():
         section, expected = getattr(back, triad), getattr(first, triad)
+        if expected is None:
+            continue
         assert ("bias" in section.estimated) == ("bias" in parts)
         assert np.allclose(section.b, expected.b if "bias" in parts else 0.0, rtol=1e-6, atol=1e-9)
 

@@ -61,6 +61,8 @@ def test_import_of_an_export_restores_what_the_format_holds(folder, word, seed):
     found = back(folder, unit, word)
     held = TARGETS[word].holds
     for triad, parts in held.items():
+        if triad not in TRIADS:
+            continue  # tests/exchange/test_magnetometers.py
         ours, theirs = getattr(unit, triad), getattr(found, triad)
         assert apart(theirs.b, ours.b if "bias" in parts else 0.0) < FLOAT
         if "mounting" in parts and word not in TURNING:

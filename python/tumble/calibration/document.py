@@ -281,8 +281,8 @@ class FieldQuantity(Document):
 class MagnetometerCalibration(TriadCalibration):
     """Three magnetometers, uT: y = M u + b + c I, `u` the field of the Earth in the case frame.
 
-    `b` is hard iron. `M` holds scale, non-orthogonality, mounting and soft iron, which no magnetometer can
-    tell apart. `I` is the current through the conductors nearby, or the throttle that it follows.
+    `b` is hard iron. `M` holds scale, non-orthogonality, mounting and soft iron, which no magnetometer
+    separates. `I` is the current through the conductors nearby, or the throttle that it follows.
     """
 
     unit: Literal["uT"] = "uT"

@@ -1,8 +1,8 @@
 """PX4's `CAL_MAG*` and ArduPilot's `COMPASS_*`, as both apply them to readings in gauss.
 
 PX4: `R S ((y + p comp) - offset)` (src/lib/sensor_calibration/Magnetometer.hpp), p being the current in kA or
-the throttle. ArduPilot: `D s (R y + offset) + p mot` (libraries/AP_Compass/AP_Compass_Backend.cpp), p being
-the current in A or the throttle. S and D are symmetric; R turns a sensor outside the autopilot.
+the throttle. ArduPilot: `D s (R y + offset) + p m` (libraries/AP_Compass/AP_Compass_Backend.cpp), p being
+the current in A or the throttle, and m `COMPASS_MOT`. S and D are symmetric; R turns a sensor outside the autopilot.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def ardupilot_magnetometer(parameters: Mapping[str, float], number: int) -> Stor
     if load is None or not added.any():
         return StoredMagnetometer(device, correction, -MILLIGAUSS * offset, None)
     try:
-        effect = -np.linalg.solve(correction, added)
+        effect = np.asarray(-np.linalg.solve(correction, added), np.float64)
     except np.linalg.LinAlgError:
         raise CalibrationFileError(f"COMPASS_DIA{which} and COMPASS_ODI{which} have no inverse") from None
     return StoredMagnetometer(device, correction, -MILLIGAUSS * offset, effect, load)

@@ -177,9 +177,9 @@ def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
             for number in NUMBERS
         },
         {
-            f"imu{number}": found
+            f"imu{number}": magnetometer
             for number in COMPASSES
-            if (found := ardupilot_magnetometer(parameters, number)) is not None
+            if (magnetometer := ardupilot_magnetometer(parameters, number)) is not None
         },
     )
 

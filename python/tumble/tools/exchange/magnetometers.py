@@ -1,7 +1,7 @@
 """Magnetometers as autopilots hold them: a symmetric matrix, a rotation by number, an offset.
 
 `u = C (y - b)` with `C = M^-1 = Q S`, S symmetric and Q a rotation, by the polar decomposition. S is what
-autopilots hold exactly. Of Q they hold the nearest of their rotations; the rest is lost.
+autopilots hold exactly. In place of Q they hold the nearest of their rotations; the rest is lost.
 """
 
 from __future__ import annotations

@@ -185,9 +185,9 @@ def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
             for number in range(MOST)
         },
         {
-            f"imu{number}": found
+            f"imu{number}": magnetometer
             for number in range(MOST)
-            if (found := px4_magnetometer(parameters, number)) is not None
+            if (magnetometer := px4_magnetometer(parameters, number)) is not None
         },
     )
 
