@@ -2,7 +2,8 @@
 
 PX4: `R S ((y + p comp) - offset)` (src/lib/sensor_calibration/Magnetometer.hpp), p being the current in kA or
 the throttle. ArduPilot: `D s (R y + offset) + p m` (libraries/AP_Compass/AP_Compass_Backend.cpp), p being
-the current in A or the throttle, and m `COMPASS_MOT`. S and D are symmetric; R turns a sensor outside the autopilot.
+the current in A or the throttle, and m `COMPASS_MOT`. S and D are symmetric; R turns a sensor that is
+outside the autopilot.
 """
 
 from __future__ import annotations

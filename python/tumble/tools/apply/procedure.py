@@ -15,6 +15,7 @@ from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer
 from tumble.logs.spec import files_of
+from tumble.tools.apply.magnetic import MagneticPieces, marked, warnings_on_magnetometer
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +57,14 @@ def apply(
     calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_recording(recording, read)
     metadata = recording.metadata
+    track = recording.magnetic
+    of_magnetometer = calibration.magnetometer is not None and track is not None and track.already_corrected
     misuses = tuple(
-        misuses_of(calibration, serial=metadata.serial, already_corrected=metadata.already_corrected)
+        misuses_of(
+            calibration,
+            serial=metadata.serial,
+            already_corrected=metadata.already_corrected or of_magnetometer,
+        )
     )
     if misuses and not force:
         raise ProcedureError(
@@ -77,13 +84,15 @@ def apply(
     temperatures = TemperatureCounts(calibration, metadata.triads)
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
+    pieces = None if track is None else MagneticPieces(calibration, track)
     with open_writer(output, format_name, facts, inputs=files_of(recording)) as writer:
-        for chunk in stream:
+        for chunk, is_last in marked(stream):
             temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = calibration.correct(
                 chunk.accelerometer, chunk.gyroscope, chunk.temperature
             )
-            writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+            magnetic = None if pieces is None else pieces.beside(chunk, is_last=is_last)
+            writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope, magnetic=magnetic))
             samples += len(chunk)
             if progress is not None:
                 progress(samples, expected)
@@ -91,8 +100,10 @@ def apply(
     warnings = warnings_on(
         calibration, what="log", name=metadata.name, serial=metadata.serial, triads=metadata.triads
     )
+    of_log = map("the log {}".format, misuses)
+    magnetic_warnings = warnings_on_magnetometer(calibration, track)
     return Applied(
-        output, samples, (*map("the log {}".format, misuses), *warnings, *temperatures.notices(), *left_out)
+        output, samples, (*of_log, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out)
     )
 
 
