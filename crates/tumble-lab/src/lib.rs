@@ -10,8 +10,10 @@
 
 pub mod acquisition;
 pub mod align;
+pub mod constant_length;
 pub mod correct;
 pub mod distributions;
+pub mod magnetometer;
 pub mod multipose;
 pub mod noise;
 pub mod redundancy;

@@ -7,6 +7,7 @@ mod align;
 mod convert;
 mod correct;
 mod distributions;
+mod magnetometer;
 mod multipose;
 mod noise;
 mod record;
@@ -32,6 +33,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     align::register(module)?;
     correct::register(module)?;
     distributions::register(module)?;
+    magnetometer::register(module)?;
     multipose::register(module)?;
     noise::register(module)?;
     record::register(module)?;

@@ -19,6 +19,7 @@ use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
+use tumble_lab::magnetometer::MagnetometerError;
 use tumble_lab::multipose::{MultiposeError, SectionLabel};
 use tumble_lab::noise::disturbance::DisturbanceKind;
 use tumble_lab::noise::term::NoiseTerm;
@@ -27,7 +28,7 @@ use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 33] = [
+const KINDS: [(&str, &[&str]); 34] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -50,6 +51,7 @@ const KINDS: [(&str, &[&str]); 33] = [
     ("align error", AlignError::NAMES),
     ("turntable error", TurntableError::NAMES),
     ("pairing error", PairingError::NAMES),
+    ("magnetometer error", MagnetometerError::NAMES),
     ("multipose error", MultiposeError::NAMES),
     ("section", SectionLabel::NAMES),
     ("rejected rest", RestRejection::NAMES),

@@ -4,23 +4,22 @@
 //! the first two. M is lower triangular then, `Q = 1`.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
-use tumble_core::model::ErrorModel;
+use tumble_core::model::{ErrorModel, PARAMETERS};
 
-use super::directions;
 use super::error::MultiposeError;
-use super::levenberg_marquardt::{Linearised, minimise};
-use super::observability;
-use super::robust;
 use super::settings::FEWEST_DIRECTIONS;
+use crate::constant_length::influence::{Influence, LinearFit, held_out, influence};
+use crate::constant_length::levenberg_marquardt::Linearised;
+use crate::constant_length::residual::LengthResidual;
+use crate::constant_length::reweighted::{Problem, solve};
+use crate::constant_length::whitening::Whitening;
+use crate::constant_length::{directions, observability};
 
 /// Six elements of M and three biases.
 pub const UNKNOWNS: usize = 9;
 
 /// Where the unknowns stand in `[M row by row, b]`.
 pub const PLACES: [usize; UNKNOWNS] = [0, 3, 4, 6, 7, 8, 9, 10, 11];
-
-/// Rounds in which weights settle.
-const ROUNDS: u32 = 6;
 
 /// Measurement at a rest.
 #[derive(Clone, Copy, Debug)]
@@ -54,15 +53,13 @@ impl RestForces {
 
     /// Lower triangle that whitens the residuals: what rests have in common is bias instability
     /// (docs/theory/multipose.md, eq. 4).
-    fn factor(&self, residuals: &[NormResidual], weights: &[f64]) -> Option<DMatrix<f64>> {
+    fn whitening(&self, residuals: &[LengthResidual], weights: &[f64]) -> Option<Whitening> {
         let size = residuals.len();
         let own = |k: usize| residuals[k].sigma.powi(2) / weights[k];
         if self.flicker == Vector3::zeros() {
-            return Some(DMatrix::from_fn(size, size, |k, l| {
-                if k == l { own(k).sqrt() } else { 0.0 }
-            }));
+            return Some(Whitening::Each(DVector::from_fn(size, |k, _| own(k).sqrt())));
         }
-        let responses: Vec<_> = residuals.iter().map(NormResidual::response).collect();
+        let responses: Vec<_> = residuals.iter().map(LengthResidual::response).collect();
         let wandering: Vec<_> = responses.iter().map(|v| v.component_mul(&self.flicker)).collect();
         let mut covariance = DMatrix::zeros(size, size);
         for k in 0..size {
@@ -72,27 +69,7 @@ impl RestForces {
                 covariance[(k, l)] = wandering[k].dot(&responses[l]) * self.remembered[(k, l)]; // eq. 4
             }
         }
-        covariance.cholesky().map(|factor| factor.l())
-    }
-}
-
-/// The length of gravity at a rest against what it should be.
-#[derive(Clone, Copy, Debug)]
-pub struct NormResidual {
-    /// `|u| - g`, m/s^2.
-    pub value: f64,
-    /// 1-sigma of the same from noise, m/s^2.
-    pub sigma: f64,
-    /// Corrected specific force, m/s^2.
-    pub force: Vector3<f64>,
-    /// Derivative of the value by the unknowns.
-    pub row: SVector<f64, UNKNOWNS>,
-}
-
-impl NormResidual {
-    /// Derivative of the value by the reading.
-    pub fn response(&self) -> Vector3<f64> {
-        -self.row.fixed_rows::<3>(6)
+        covariance.cholesky().map(|factor| Whitening::Lower(factor.l()))
     }
 }
 
@@ -104,13 +81,13 @@ pub struct AccelerometerFit {
     /// Covariance of the unknowns, from noise alone.
     pub covariance: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     /// Residual of each rest.
-    pub residuals: Vec<NormResidual>,
+    pub residuals: Vec<LengthResidual>,
     /// Weight of each rest in the robust loss; one where none stands out.
     pub weights: Vec<f64>,
     /// Direction each rest shows, numbered.
     pub groups: Vec<usize>,
-    /// Lower triangle that whitens residuals.
-    pub factor: DMatrix<f64>,
+    /// Whitening of the residuals.
+    pub whitening: Whitening,
 }
 
 impl AccelerometerFit {
@@ -126,21 +103,49 @@ impl AccelerometerFit {
 
     /// Residuals, each independent of the others and of sigma one.
     pub fn whitened_residuals(&self) -> DVector<f64> {
-        let mut values = DVector::from_iterator(self.residuals.len(), self.residuals.iter().map(|r| r.value));
-        self.factor.solve_lower_triangular_mut(&mut values);
-        values
+        self.whitening.of(values_of(&self.residuals))
     }
 
-    /// Their derivative by the unknowns.
-    pub fn whitened_rows(&self) -> DMatrix<f64> {
-        whitened_rows(&self.residuals, &self.factor)
+    /// The fit, linearised where it ended.
+    fn linear(&self) -> LinearFit {
+        LinearFit {
+            values: values_of(&self.residuals),
+            rows: rows_of(&self.residuals),
+            covariance: DMatrix::from_fn(UNKNOWNS, UNKNOWNS, |i, j| self.covariance[(i, j)]),
+            whitening: self.whitening.clone(),
+        }
+    }
+
+    fn places(&self) -> Vec<Vec<usize>> {
+        (0..self.residuals.len()).map(|k| vec![k]).collect()
+    }
+
+    /// Influence of each rest (docs/theory/multipose.md, eq. 7 and 8).
+    pub fn influence(&self) -> Vec<Influence> {
+        influence(&self.linear(), &self.places())
+    }
+
+    /// `|u| - g` of each rest, m/s^2, by a fit without any rest in its direction, to first order; `None` where the others do
+    /// not carry one (docs/theory/multipose.md, eq. 8).
+    pub fn held_out(&self) -> Vec<Option<f64>> {
+        if directions::count(&self.groups) <= FEWEST_DIRECTIONS {
+            return vec![None; self.residuals.len()];
+        }
+        held_out(&self.linear(), &self.places(), &self.groups)
     }
 }
 
-fn whitened_rows(residuals: &[NormResidual], factor: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut rows = DMatrix::from_fn(residuals.len(), UNKNOWNS, |k, i| residuals[k].row[i]);
-    factor.solve_lower_triangular_mut(&mut rows);
-    rows
+fn values_of(residuals: &[LengthResidual]) -> DVector<f64> {
+    DVector::from_iterator(residuals.len(), residuals.iter().map(|r| r.value))
+}
+
+fn rows_of(residuals: &[LengthResidual]) -> DMatrix<f64> {
+    DMatrix::from_fn(residuals.len(), UNKNOWNS, |k, i| residuals[k].row[PLACES[i]])
+}
+
+/// Part of a derivative by `[M row by row, b]` that belongs to the unknowns.
+pub(super) fn own(row: &SVector<f64, PARAMETERS>) -> SVector<f64, UNKNOWNS> {
+    SVector::from_fn(|i, _| row[PLACES[i]])
 }
 
 /// Typical size of each unknown: a scale of one, a bias of g.
@@ -149,23 +154,14 @@ pub fn sizes(gravity: f64) -> SVector<f64, UNKNOWNS> {
 }
 
 /// Length of the corrected mean of a rest less g, with its derivative; `None` where M has no inverse.
-pub fn residual(model: &ErrorModel<f64>, rest: &RestForce, gravity: f64) -> Option<NormResidual> {
+pub fn residual(model: &ErrorModel<f64>, rest: &RestForce, gravity: f64) -> Option<LengthResidual> {
     let correction = model.correction().ok()?;
-    let force = correction.apply(&rest.mean); // eq. 1
-    let length = force.norm();
-    // Response of the length to the reading: C^T u / |u|.
-    let response = correction.matrix.tr_mul(&force) / length; // eq. 3
-    let by_element = |i: usize, j: usize| -response[i] * force[j]; // eq. 3
-    let row = SVector::from_fn(|unknown, _| match PLACES[unknown] {
-        place @ 0..9 => by_element(place / 3, place % 3),
-        place => -response[place - 9],
-    });
-    Some(NormResidual {
-        value: length - gravity,                                             // eq. 2
-        sigma: response.component_mul(&response).dot(&rest.variance).sqrt(), // eq. 4
-        force,
-        row,
-    })
+    Some(LengthResidual::of(
+        &correction,
+        &rest.mean,
+        &rest.variance,
+        gravity,
+    ))
 }
 
 /// The model of the unknowns.
@@ -193,26 +189,43 @@ pub fn fit_forces(
     gravity: f64,
     start: &ErrorModel<f64>,
 ) -> Result<AccelerometerFit, MultiposeError> {
-    let rests = &data.rests;
-    refuse_too_few(rests, start)?;
-    let mut weights = vec![1.0; rests.len()];
-    let mut x = unknowns_of(start);
+    refuse_too_few(&data.rests, start)?;
+    let mut weights = vec![1.0; data.rests.len()];
+    let start = unknowns_of(start);
     // A direction that is not observable from the start leads a fit astray.
-    finish(&x, data, gravity, weights.clone())?;
-    for _ in 0..ROUNDS {
-        let sigmas = residuals_at(&x, rests, gravity)?;
-        let factor = data.factor(&sigmas, &weights).ok_or(MultiposeError::Unsolvable)?;
-        let solved = minimise(x.clone(), |x| whitened(x, rests, gravity, &factor));
-        x = solved.ok_or(MultiposeError::Unsolvable)?.x;
-        let found = residuals_at(&x, rests, gravity)?;
-        let normalised: Vec<f64> = found.iter().map(|r| r.value / r.sigma).collect();
-        let before = std::mem::replace(&mut weights, robust::weights(&normalised, UNKNOWNS));
-        let change = weights.iter().zip(&before).map(|(a, b)| (a - b).abs());
-        if change.fold(0.0, f64::max) < 1e-6 {
-            break;
-        }
-    }
+    finish(&start, data, gravity, weights.clone())?;
+    let x = solve(&Lengths { data, gravity }, start, &mut weights).ok_or(MultiposeError::Unsolvable)?;
     finish(&x, data, gravity, weights)
+}
+
+/// Rests whose corrected length is gravity.
+struct Lengths<'a> {
+    data: &'a RestForces,
+    gravity: f64,
+}
+
+impl Problem for Lengths<'_> {
+    fn linearised(&self, x: &DVector<f64>) -> Option<Linearised> {
+        let correction = model_of(x).correction().ok()?;
+        let each = self.data.rests.iter();
+        let found: Vec<_> = each
+            .map(|rest| LengthResidual::of(&correction, &rest.mean, &rest.variance, self.gravity))
+            .collect();
+        Some(Linearised {
+            residuals: values_of(&found),
+            jacobian: rows_of(&found),
+        })
+    }
+
+    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Whitening> {
+        let found = residuals_at(x, &self.data.rests, self.gravity).ok()?;
+        self.data.whitening(&found, weights)
+    }
+
+    fn normalised(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
+        let found = residuals_at(x, &self.data.rests, self.gravity).ok()?;
+        Some(found.iter().map(|r| r.value / r.sigma).collect())
+    }
 }
 
 fn refuse_too_few(rests: &[RestForce], start: &ErrorModel<f64>) -> Result<(), MultiposeError> {
@@ -239,34 +252,12 @@ fn residuals_at(
     x: &DVector<f64>,
     rests: &[RestForce],
     gravity: f64,
-) -> Result<Vec<NormResidual>, MultiposeError> {
+) -> Result<Vec<LengthResidual>, MultiposeError> {
     let model = model_of(x);
     let each = rests.iter().map(|rest| residual(&model, rest, gravity));
     let found: Option<Vec<_>> = each.collect();
-    let usable = |all: &Vec<NormResidual>| all.iter().all(|r| r.sigma > 0.0 && r.value.is_finite());
+    let usable = |all: &Vec<LengthResidual>| all.iter().all(|r| r.sigma > 0.0 && r.value.is_finite());
     found.filter(usable).ok_or(MultiposeError::Unsolvable)
-}
-
-/// Residuals whitened by what they scattered at the start of the round, so that a larger scale does not make them smaller.
-fn whitened(
-    x: &DVector<f64>,
-    rests: &[RestForce],
-    gravity: f64,
-    factor: &DMatrix<f64>,
-) -> Option<Linearised> {
-    let model = model_of(x);
-    let mut all = DMatrix::zeros(rests.len(), UNKNOWNS + 1);
-    for (k, rest) in rests.iter().enumerate() {
-        let found = residual(&model, rest, gravity)?;
-        all.view_mut((k, 0), (1, UNKNOWNS))
-            .copy_from(&found.row.transpose());
-        all[(k, UNKNOWNS)] = found.value;
-    }
-    factor.solve_lower_triangular_mut(&mut all);
-    Some(Linearised {
-        residuals: all.column(UNKNOWNS).into_owned(),
-        jacobian: all.columns(0, UNKNOWNS).into_owned(),
-    })
 }
 
 fn finish(
@@ -276,12 +267,14 @@ fn finish(
     weights: Vec<f64>,
 ) -> Result<AccelerometerFit, MultiposeError> {
     let residuals = residuals_at(x, &data.rests, gravity)?;
-    let factor = data
-        .factor(&residuals, &weights)
+    let whitening = data
+        .whitening(&residuals, &weights)
         .ok_or(MultiposeError::Unsolvable)?;
-    let ups: Vec<_> = residuals.iter().map(|r| r.force.normalize()).collect();
+    let ups: Vec<_> = residuals.iter().map(|r| r.vector.normalize()).collect();
+    let mut rows = rows_of(&residuals);
+    whitening.apply(&mut rows);
     let sizes = DVector::from_column_slice(sizes(gravity).as_slice());
-    let covariance = observability::covariance(&whitened_rows(&residuals, &factor), &sizes);
+    let covariance = observability::covariance(&rows, &sizes);
     let covariance = covariance.map_err(|shares| {
         let mut placed = [0.0; 12];
         for (place, share) in PLACES.iter().zip(&shares) {
@@ -295,6 +288,6 @@ fn finish(
         groups: directions::grouped(&ups),
         residuals,
         weights,
-        factor,
+        whitening,
     })
 }

@@ -10,10 +10,9 @@ use tumble_core::noise::Noise;
 use tumble_core::turntable::reference::earth_variance;
 
 use super::error::MultiposeError;
-use super::levenberg_marquardt::{Linearised, minimise};
-use super::observability;
-use super::robust;
 use super::rotation_response::{IntegratedTurn, RateModel, TurnSamples};
+use crate::constant_length::levenberg_marquardt::{Linearised, minimise};
+use crate::constant_length::{observability, robust};
 use crate::distributions::median;
 
 /// Nine elements of M and three biases; with g-sensitivity nine more.
@@ -475,7 +474,7 @@ impl Rotations {
         let normalised: Vec<f64> = each
             .map(|(angle, turn)| angle / (2.0 * self.variance(turn)).sqrt())
             .collect();
-        robust::weights(&normalised, self.unknowns() / 2)
+        robust::weights(&normalised, self.unknowns() / 2, 1)
     }
 
     /// Puts what turns and rests scatter beyond noise into their variances, in place of what was put there before

@@ -1,27 +1,22 @@
 //! Calibration without equipment: rests in many orientations, turned by hand in between (docs/theory/multipose.md).
 //!
 //! [`multipose()`] takes the samples of one unit. [`accelerometer`] fits the length of gravity at the rests,
-//! [`gyroscope`] how gravity turned between them, each with [`levenberg_marquardt`]. [`influence`],
+//! [`gyroscope`] how gravity turned between them, both by [`constant_length`](crate::constant_length).
 //! [`next_orientation`] and [`next_turn`] report how well the poses determine the result, `nominal_scale` guesses the
 //! scale of an unknown unit's counts. [`sections`] are stretches that somebody labelled; six [`faces`] of a box are a
 //! case of their own, beside which stand the formulas of [`ferraris`].
 
 pub mod accelerometer;
-mod directions;
 mod error;
 pub mod faces;
 pub mod ferraris;
 pub mod gyroscope;
 mod held;
-pub mod influence;
-pub mod levenberg_marquardt;
 pub mod next_orientation;
 pub mod next_turn;
 mod nominal_scale;
-mod observability;
 mod procedure;
 mod rest_selection;
-mod robust;
 pub mod rotation_response;
 mod samples;
 pub mod sections;
@@ -31,7 +26,7 @@ mod time_base;
 #[cfg(test)]
 mod tests;
 
-pub use directions::grouped;
+pub use crate::constant_length::directions::grouped;
 pub use error::MultiposeError;
 pub use held::{HeldSpan, held_spans};
 pub use nominal_scale::NominalScale;

@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::accelerometer::{AccelerometerFit, RestForce, UNKNOWNS, residual, sizes};
+use super::accelerometer::{AccelerometerFit, RestForce, UNKNOWNS, own, residual, sizes};
+use crate::constant_length::directions::covering;
 
 /// Candidates all over the sphere, 7 deg apart.
 const CANDIDATES: u32 = 1000;
@@ -38,7 +39,7 @@ pub fn next_orientation(
             variance,
         };
         let found = residual(&fit.model, &rest, gravity)?;
-        let row: SVector<f64, UNKNOWNS> = found.row / found.sigma;
+        let row: SVector<f64, UNKNOWNS> = own(&found.row) / found.sigma;
         let gain = fit.covariance * row;
         let with = fit.covariance - gain * gain.transpose() / (1.0 + row.dot(&gain)); // eq. 9
         Some(NextOrientation {
@@ -49,17 +50,6 @@ pub fn next_orientation(
         })
     });
     tried.min_by(|a, b| a.after.total_cmp(&b.after))
-}
-
-/// Points that cover the sphere evenly, each turned from the last by the golden angle.
-pub(super) fn covering(count: u32) -> impl Iterator<Item = Vector3<f64>> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    (0..count).map(move |i| {
-        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-        let (sine, cosine) = (golden * f64::from(i)).sin_cos();
-        let across = (1.0 - z * z).sqrt();
-        Vector3::new(across * cosine, across * sine, z)
-    })
 }
 
 fn median_variance(rests: &[RestForce]) -> Option<Vector3<f64>> {

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use tumble_core::model::ErrorModel;
 
 use super::gyroscope::{Rotations, RotationsFit};
-use super::next_orientation::covering;
 use super::rotation_response::{RateModel, TurnSamples};
+use crate::constant_length::directions::covering;
 use crate::distributions::median;
 
 /// Axes all over the sphere, 12 deg apart.

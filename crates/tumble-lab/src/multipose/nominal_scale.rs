@@ -1,7 +1,8 @@
 //! Counts of an unknown scale: where zero is and how many make a unit, well enough to find rests by.
 
-use nalgebra::{Matrix4, Vector3, Vector4};
-use tumble_core::model::ErrorModel;
+use nalgebra::Vector3;
+
+use crate::constant_length::sphere::sphere;
 
 /// Nominal scale of counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,43 +18,6 @@ const USUAL_RATE_SCATTER: f64 = 0.003;
 
 /// Samples of a window in which scatter is judged.
 const WINDOW: usize = 50;
-
-/// Centre and radius of the sphere that readings at rest lie on (docs/theory/multipose.md, eq. 20); `None` where they lie
-/// in a plane.
-pub(super) fn sphere(readings: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
-    #[allow(clippy::cast_precision_loss)]
-    let count = readings.len() as f64;
-    let mean = readings.iter().sum::<Vector3<f64>>() / count;
-    let size = (readings.iter().map(|y| (y - mean).norm_squared()).sum::<f64>() / count).sqrt();
-    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
-    for reading in readings {
-        let y = (reading - mean) / size;
-        let row = Vector4::new(y.x, y.y, y.z, 1.0);
-        normal += row * row.transpose();
-        right += row * y.norm_squared();
-    }
-    let eigenvalues = normal.symmetric_eigenvalues();
-    let surrounds = eigenvalues.min() > 1e-4 * eigenvalues.max();
-    if !surrounds {
-        return None;
-    }
-    let solved = normal.cholesky()?.solve(&right); // eq. 20
-    let centre: Vector3<f64> = solved.fixed_rows::<3>(0) * 0.5;
-    let radius = (solved.w + centre.norm_squared()).sqrt();
-    radius
-        .is_finite()
-        .then_some((mean + centre * size, radius * size))
-}
-
-/// A model to start from: bias and one scale for all axes.
-pub(super) fn start(readings: &[Vector3<f64>], gravity: f64) -> ErrorModel<f64> {
-    let mut model = ErrorModel::identity();
-    if let Some((centre, radius)) = sphere(readings) {
-        model.bias = centre;
-        model.matrix *= radius / gravity;
-    }
-    model
-}
 
 /// Statistics of counts in quiet windows: zero and size of both triads.
 pub(super) struct Counts {

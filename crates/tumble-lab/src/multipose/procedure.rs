@@ -11,7 +11,7 @@ use tumble_core::segmenter::Segment;
 use tumble_core::turntable::reference::earth_variance;
 
 use super::accelerometer::{
-    AccelerometerFit, NormResidual, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
+    AccelerometerFit, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
 };
 use super::error::MultiposeError;
 use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
@@ -20,10 +20,9 @@ use super::gyroscope::{
     ExcessScatter, FullTurn, RATE_BIAS, RestDirection, Rotations, RotationsFit, Turn, fit_rates,
 };
 use super::held::{HeldSpan, held_spans, is_among, restlessness, soft_mean, take_slow_noise, times, tremor};
-use super::influence::{Influence, held_out, influence};
 use super::next_orientation::{NextOrientation, next_orientation};
 use super::next_turn::{NextTurn, next_turn};
-use super::nominal_scale::{NominalScale, counts, rounded, start};
+use super::nominal_scale::{NominalScale, counts, rounded};
 use super::rest_selection::{BY_HAND, TOLERANCES, acquire};
 use super::rotation_response::TurnSamples;
 use super::samples::MultiposeSamples;
@@ -31,6 +30,9 @@ use super::sections::{Section, take_labelled, take_rests};
 use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use super::time_base::implausible_scale;
 use crate::acquisition::{Acquired, Tremor, interval};
+use crate::constant_length::influence::Influence;
+use crate::constant_length::residual::LengthResidual;
+use crate::constant_length::sphere::start;
 use crate::turntable::flicker::remembered;
 use crate::turntable::reference_uncertainty::Inheritance;
 use crate::turntable::{ResidualLabel, TriadCalibration, force_sigma, rate_sigma, widening};
@@ -658,7 +660,7 @@ impl Fitted {
 
     fn calibrated(&self, found: &TriadCalibration, full_turns: Vec<FullTurn>) -> CalibratedForces {
         let forces = match self {
-            Self::Norm(_, fit) => fit.residuals.iter().map(|r| r.force).collect(),
+            Self::Norm(_, fit) => fit.residuals.iter().map(|r| r.vector).collect(),
             Self::Faces(rests, fit) => {
                 let correction = fit.model.correction().ok();
                 rests
@@ -692,8 +694,8 @@ impl Fitted {
 }
 
 fn norm_poses(data: &RestForces, fit: &AccelerometerFit, gravity: f64) -> Vec<Pose> {
-    let unseen = held_out(fit);
-    let influences = influence(fit);
+    let unseen = fit.held_out();
+    let influences = fit.influence();
     (0..data.rests.len())
         .map(|k| Pose {
             before: data.rests[k].mean.norm() - gravity,
@@ -738,9 +740,9 @@ fn face_poses(unit: &Acquired, rests: &[FaceRest], fit: &FacesFit, gravity: f64)
 }
 
 /// Pose with its residual alone.
-fn pose(found: &NormResidual) -> Pose {
+fn pose(found: &LengthResidual) -> Pose {
     Pose {
-        force: found.force,
+        force: found.vector,
         before: f64::NAN,
         after: found.value,
         sigma: found.sigma,
@@ -841,7 +843,7 @@ fn force_calibration(unit: &Acquired, fit: &AccelerometerFit) -> Result<TriadCal
         residuals: residuals
             .map(|(k, r)| {
                 (
-                    fit.model.matrix * r.force.normalize() * r.value,
+                    fit.model.matrix * r.vector.normalize() * r.value,
                     force_sigma(unit, k),
                 )
             })

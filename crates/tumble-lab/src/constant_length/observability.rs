@@ -8,10 +8,7 @@ const OPEN: f64 = 0.03;
 /// The covariance of the unknowns of a whitened derivative; else the share of each in what is left open: the length of its
 /// part in those combinations. `sizes` are what each unknown may be, and make unlike units comparable
 /// (docs/theory/multipose.md, eq. 6).
-pub(super) fn covariance(
-    whitened: &DMatrix<f64>,
-    sizes: &DVector<f64>,
-) -> Result<DMatrix<f64>, DVector<f64>> {
+pub fn covariance(whitened: &DMatrix<f64>, sizes: &DVector<f64>) -> Result<DMatrix<f64>, DVector<f64>> {
     let mut scaled = whitened.clone();
     for (mut column, size) in scaled.column_iter_mut().zip(sizes) {
         column *= *size;

@@ -1,17 +1,14 @@
 //! Loss function in which a few corrupt rests or turns do not dominate (Huber 1964).
 
-use crate::distributions::median;
+use crate::distributions::{chi_square_quantile, median};
 
 /// Where the loss turns from square to linear, in units of the scatter: noise alone loses a hundredth of its efficiency.
 const THRESHOLD: f64 = 2.5;
 
-/// A median of absolute normal deviates in units of sigma.
-const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
-
 /// Weights of residuals in units of their sigma, `unknowns` of which were fitted; one where nothing stands out
-/// (docs/theory/multipose.md, eq. 5).
-pub(super) fn weights(normalised: &[f64], unknowns: usize) -> Vec<f64> {
-    let threshold = THRESHOLD * scatter(normalised, unknowns);
+/// (docs/theory/multipose.md, eq. 5). Each is the root mean square of so many `components`.
+pub fn weights(normalised: &[f64], unknowns: usize, components: usize) -> Vec<f64> {
+    let threshold = THRESHOLD * scatter(normalised, unknowns, components);
     normalised
         .iter()
         .map(|z| (threshold / z.abs()).min(1.0))
@@ -19,12 +16,15 @@ pub(super) fn weights(normalised: &[f64], unknowns: usize) -> Vec<f64> {
 }
 
 /// By how much residuals scatter beyond their sigma, never below one.
-fn scatter(normalised: &[f64], unknowns: usize) -> f64 {
+pub fn scatter(normalised: &[f64], unknowns: usize, components: usize) -> f64 {
     let mut sizes: Vec<f64> = normalised.iter().map(|z| z.abs()).collect();
     let usual = median(&mut sizes).unwrap_or(0.0);
     #[allow(clippy::cast_precision_loss)]
     let freedom = sizes.len() as f64 / (sizes.len().saturating_sub(unknowns)).max(1) as f64;
-    (usual / MEDIAN_OF_NORMAL * freedom.sqrt()).max(1.0)
+    #[allow(clippy::cast_precision_loss)]
+    let components = components as f64;
+    let usual_of_noise = (chi_square_quantile(0.5, components) / components).sqrt();
+    (usual / usual_of_noise * freedom.sqrt()).max(1.0)
 }
 
 #[cfg(test)]
@@ -35,7 +35,7 @@ mod tests {
     fn of_many_alike_only_the_one_that_stands_out_weighs_less() {
         let mut normalised = vec![0.9; 20];
         normalised.push(60.0);
-        let found = weights(&normalised, 9);
+        let found = weights(&normalised, 9, 1);
         assert!(found[..20].iter().all(|weight| *weight == 1.0));
         assert!(found[20] < 0.1, "{}", found[20]);
     }

@@ -1,0 +1,25 @@
+//! The magnetometer: hard iron, soft iron and mounting from the length and the dip of the Earth's field
+//! (docs/theory/magnetometer.md).
+//!
+//! [`fit_field`] solves for all unknowns of [`FieldReadings`]. [`calibrate_at_rests`] takes these from the rests of a unit whose
+//! accelerometer is calibrated, [`calibrate_turned`] from a log of a unit that was turned without a rest.
+
+mod alignment;
+mod calibration;
+mod error;
+mod fit;
+mod next_field;
+mod quantisation;
+mod readings;
+mod rests;
+mod turned;
+
+#[cfg(test)]
+mod tests;
+
+pub use calibration::{FieldPoint, Magnetometer, calibrate_at_rests, calibrate_turned};
+pub use error::MagnetometerError;
+pub use fit::{FieldFit, FieldSettings, fit_field};
+pub use next_field::{NextField, coverage};
+pub use readings::{FieldReading, FieldReadings, Upward};
+pub use rests::{CalibratedAccelerometer, FieldSamples, RestUp};
