@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from tumble.poses.pose_list import Pose, PoseList
     from tumble.procedures.align.procedure import align
     from tumble.procedures.align.result import AlignResult
+    from tumble.procedures.magnetometer.procedure import magnetometer
+    from tumble.procedures.magnetometer.result import MagnetometerResult
     from tumble.procedures.multipose.procedure import multipose
     from tumble.procedures.multipose.result import MultiposeResult
     from tumble.procedures.noise.procedure import noise
@@ -68,6 +70,7 @@ __all__ = [
     "CompareResult",
     "Limits",
     "LogError",
+    "MagnetometerResult",
     "MultiposeResult",
     "NoiseResult",
     "OutputError",
@@ -95,6 +98,7 @@ __all__ = [
     "import_calibrations",
     "inspect",
     "list_imus",
+    "magnetometer",
     "multipose",
     "noise",
     "open_recording",

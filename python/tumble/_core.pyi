@@ -275,6 +275,70 @@ def calibrate_target(
     triads: tuple[bool, bool] = (True, True),
 ) -> TargetFigures: ...
 
+class FieldPointFigures(TypedDict):
+    """One entry a rest or stretch; see `tumble.procedures.magnetometer.result.FieldPoint`. Dip in rad."""
+
+    span: list[tuple[float, float]]
+    field: FloatArray
+    before: list[float]
+    after: list[float]
+    sigma: list[float]
+    dip: list[tuple[float, float]]
+    weight: list[float]
+    chance: list[float]
+    disturbed: list[bool]
+    direction: list[int]
+    leverage: list[float]
+    influence: list[float]
+    held_out: list[float]
+
+class NextFieldFigures(TypedDict):
+    """Field and up in the case frame; the largest sigma before and after; the place of that unknown."""
+
+    field: FloatArray
+    up: FloatArray | None
+    before: float
+    after: float
+    unknown: int
+
+class MagnetometerFigures(TypedDict):
+    """A calibrated magnetometer, uT; pairs are values with their sigmas, `dip` in rad.
+
+    `scatter` is that of a sample and the samples that are worth one, where the unit was turned.
+    """
+
+    calibration: TriadFigures
+    current: FloatArray | None
+    current_sigma: FloatArray | None
+    strength: tuple[float, float]
+    dip: tuple[float, float] | None
+    coverage: float
+    scatter: tuple[float, float] | None
+    points: FieldPointFigures
+    next: NextFieldFigures | None
+
+def magnetometer_at_rests(
+    time: FloatArray,
+    field: FloatArray,
+    spans: list[tuple[float, float]],
+    force: FloatArray,
+    force_variance: FloatArray,
+    accelerometer: FloatArray,
+    covariance: FloatArray,
+    *,
+    current: FloatArray | None = None,
+    strength: float | None = None,
+    strength_sigma: float = 0.0,
+) -> MagnetometerFigures: ...
+def magnetometer_turned(
+    time: FloatArray,
+    field: FloatArray,
+    *,
+    current: FloatArray | None = None,
+    strength: float | None = None,
+    strength_sigma: float = 0.0,
+) -> MagnetometerFigures: ...
+
 class MultiposePoses(TypedDict):
     """One entry a rest; see `tumble.procedures.multipose.result.PoseFit`. `force` (k, 3) m/s^2, corrected."""
 

@@ -35,11 +35,12 @@ def triads_content(result: HasTriads) -> dict[str, Any]:
         content["temperature"] = {"low": low, "mean": mean, "high": high}
     for kind, triad in (("accelerometer", result.accelerometer), ("gyroscope", result.gyroscope)):
         if triad is not None:
-            content[kind] = _triad_content(triad)
+            content[kind] = triad_content(triad)
     return content
 
 
-def _triad_content(triad: TriadResult) -> dict[str, Any]:
+def triad_content(triad: TriadResult) -> dict[str, Any]:
+    """Returns the section of one triad."""
     value = {parameter.name: parameter.value for parameter in triad.parameters}
     sigma = {p.name: p.sigma if p.observable and np.isfinite(p.sigma) else np.nan for p in triad.parameters}
     residuals = zip(triad.residual_labels, triad.residuals, triad.residual_sigma, strict=True)

@@ -128,6 +128,16 @@ PROCEDURES = (
         guided=True,
     ),
     Procedure(
+        "magnetometer",
+        "MagnetometerResult",
+        "Calibrate a magnetometer by the Earth's field: hard iron, soft iron, mounting.",
+        title="Magnetometer",
+        endings=("magnetometer",),
+        simulated="magnetometer",
+        takes_one_log=True,
+        typed="{0}/magnetometer.csv",
+    ),
+    Procedure(
         "noise",
         "NoiseResult",
         "Find the noise of a sensor that stands still: Allan deviations and the terms they show.",

@@ -15,6 +15,7 @@ from tumble.foundation.frames import dataset_of, frame_of, html_table
 from tumble.foundation.log_time import LogTime
 from tumble.foundation.provenance import LogFacts, Provenance, provenance_now
 from tumble.foundation.recording import FloatArray
+from tumble.foundation.units import CalibratedTriad
 from tumble.foundation.words import count_of
 
 if TYPE_CHECKING:
@@ -176,7 +177,7 @@ class Parameter:
     name: str
     """Field term with axis: `bias x`, `scale y`, `non-orthogonality xy`, `mounting z`."""
     unit: str
-    """`m/s^2`, `rad/s`, `1`, `deg`."""
+    """`m/s^2`, `rad/s`, `uT`, `1`, `deg`."""
     value: float
     sigma: float
     """1-sigma; infinite where the data do not show the parameter."""
@@ -228,11 +229,11 @@ def axis_estimates(parameters: Iterable[Parameter]) -> AxisEstimates:
 
 @dataclass(frozen=True, slots=True)
 class TriadResult:
-    """Calibration of three accelerometers or three gyroscopes: `y = M u + b`, `M = K L Q`."""
+    """Calibration of three accelerometers, gyroscopes or magnetometers: `y = M u + b`, `M = K L Q`."""
 
-    triad: TriadName
+    triad: CalibratedTriad
     unit: str
-    """`m/s^2` or `rad/s`: unit of b and of the residuals."""
+    """`m/s^2`, `rad/s` or `uT`: unit of b and of the residuals."""
     M: FloatArray
     """(3, 3) sensor from case."""
     b: FloatArray

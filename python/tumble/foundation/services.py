@@ -53,6 +53,8 @@ class Evidence:
     """Times, s, specific forces, m/s^2, and angular rates, rad/s."""
     temperature: tuple[float, float] | None
     """Lowest and highest, degC."""
+    has_magnetometer: bool
+    """Indicates whether a magnetometer was recorded beside it."""
     faults: tuple[str, ...]
     """Faults that make the recording unsuitable for every procedure."""
 

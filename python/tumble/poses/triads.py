@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.results import INTERVAL, Parameter, TriadName, TriadResult
-from tumble.foundation.units import UNITS
+from tumble.foundation.results import INTERVAL, Parameter, TriadResult
+from tumble.foundation.units import CALIBRATED_UNITS, CalibratedTriad
 
 Flags: TypeAlias = NDArray[np.bool_]
 
@@ -32,7 +32,7 @@ VERY_MANY = 1e9
 
 
 def triad_result(
-    triad: TriadName,
+    triad: CalibratedTriad,
     figures: _core.TriadFigures | None,
     noise_density: FloatArray,
     bias_instability: FloatArray,
@@ -51,7 +51,7 @@ def triad_result(
     reasons = tuple(_unobservable(seen[:9].reshape(3, 3), triad))
     return TriadResult(
         triad=triad,
-        unit=UNITS[triad],
+        unit=CALIBRATED_UNITS[triad],
         M=figures["M"],
         b=figures["b"],
         K=np.diag(figures["scale"]),
@@ -87,7 +87,7 @@ def _estimated(seen: Flags, figures: _core.TriadFigures) -> tuple[str, ...]:
     return tuple(groups)
 
 
-def _unobservable(seen: Flags, triad: TriadName) -> Iterator[str]:
+def _unobservable(seen: Flags, triad: CalibratedTriad) -> Iterator[str]:
     """Words for what M was not asked; `seen` is (3, 3)."""
     stimulus = "angular rate about" if triad == "gyroscope" else "specific force along"
     lacking = [axis for column, axis in enumerate("xyz") if not seen[:, column].any()]
@@ -101,7 +101,7 @@ def _unobservable(seen: Flags, triad: TriadName) -> Iterator[str]:
 
 
 def _parameters(
-    triad: TriadName, figures: _core.TriadFigures, seen: Flags, reasons: tuple[str, ...]
+    triad: CalibratedTriad, figures: _core.TriadFigures, seen: Flags, reasons: tuple[str, ...]
 ) -> Iterator[Parameter]:
     reason = reasons[0] if reasons else "not shown by the data"
     inherited = figures.get("inherited_sigmas", [None] * len(figures["values"]))
@@ -141,9 +141,9 @@ def _with_inherited(found: Parameter, inherited: float) -> Parameter:
     )
 
 
-def _names(triad: TriadName) -> list[tuple[str, str]]:
+def _names(triad: CalibratedTriad) -> list[tuple[str, str]]:
     return [
-        *((f"bias {axis}", UNITS[triad]) for axis in "xyz"),
+        *((f"bias {axis}", CALIBRATED_UNITS[triad]) for axis in "xyz"),
         *((f"scale {axis}", "1") for axis in "xyz"),
         *((f"non-orthogonality {pair}", "deg") for pair in ("xy", "yz", "zx")),
         *((f"mounting {axis}", "deg") for axis in "xyz"),

@@ -9,6 +9,7 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.triad_content import inherited_content, triads_content
 from tumble.foundation.gravity import GRAVITY, gravity_content
 from tumble.foundation.plain import plain
+from tumble.procedures.magnetometer.calibration import magnetometer_content
 from tumble.procedures.multipose.result import MultiposeResult
 
 
@@ -30,4 +31,6 @@ def calibration_of(result: MultiposeResult) -> Calibration:
     content |= triads_content(result)
     if result.accelerometer.inherited is not None:
         content["accelerometer"]["inherited"] = inherited_content(result.accelerometer, GRAVITY)
+    if result.magnetometer is not None:
+        content["magnetometer"] = magnetometer_content(result.magnetometer)
     return Calibration.model_validate(built_on(result.start, content))

@@ -15,6 +15,7 @@ from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
 from tumble.foundation.errors import ProcedureError
+from tumble.procedures.magnetometer.command_options import EarthFieldOptions
 from tumble.procedures.multipose.command_live import MultiposeLiveOptions, run_live
 
 
@@ -59,9 +60,14 @@ def multipose_command(
     ],
     output: OutputFolder = None,
     calibration: CalibrationOption = None,
+    magnetometer: Annotated[
+        bool,
+        typer.Option("--magnetometer", help="Calibrate the magnetometer of the log at the same rests."),
+    ] = False,
     *,
     poses: PoseOptions,
     gravity: GravityOptions,
+    earth: EarthFieldOptions,
     live: MultiposeLiveOptions,
     maker: MakerOptions,
     voice: VoiceOptions,
@@ -94,7 +100,13 @@ def multipose_command(
         "earth_rate": poses.earth_rate,
         "calibration": Calibration.load(calibration) if calibration else None,
     }
+    if magnetometer:
+        options |= {"magnetometer": earth.at(gravity.latitude, gravity.height), "current": earth.current}
+    else:
+        earth.refuse_without("--magnetometer")
     if live.live:
+        if magnetometer:
+            raise ProcedureError("--magnetometer is for recordings; give it with the session then")
         if poses.faces or poses.sections:
             raise ProcedureError("--faces and --sections are for recordings; give them with the session then")
         run_live(log, output, read, live, options, maker, voice, raw=poses.raw)

@@ -30,6 +30,7 @@ from tumble.calibration.start import started_from
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.gravity import local_gravity
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.provenance import Provenance, date_now, log_digest
 from tumble.foundation.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.foundation.results import Rest, TriadResult
@@ -37,6 +38,9 @@ from tumble.foundation.units import TRIADS
 from tumble.logs import ReadOptions, parse_spec
 from tumble.logs.session import procedure_of
 from tumble.poses.triads import triad_result
+from tumble.procedures.magnetometer.earth_field import EarthField, earth_field
+from tumble.procedures.magnetometer.procedure import calibrated, resting_accelerometer, track_of
+from tumble.procedures.magnetometer.result import MagnetometerResult
 from tumble.procedures.multipose.messages import MORE_MAY_SHOW, NO_SENSOR_HAS, explain, tremor_words
 from tumble.procedures.multipose.result import (
     Faces,
@@ -112,6 +116,8 @@ def multipose(
     calibration: Calibration | str | Path | None = None,
     faces: bool = False,
     sections: Sections | None = None,
+    magnetometer: EarthField | bool = False,
+    current: bool = False,
     read: ReadOptions | None = None,
     operator: str = "",
     station: str = "",
@@ -132,6 +138,9 @@ def multipose(
     the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
     a list of `Section`: what is labelled a rest is taken for one, and six faces for six faces.
 
+    With `magnetometer`, True or the Earth's field at the place, that of the log is calibrated at the same
+    rests, in the frame of the accelerometer; with `current` its response to the current in the log as well.
+
     Raises `TumbleError`, in one line, where the poses do not show all that is asked of the accelerometer. A
     gyroscope that cannot be calibrated has its reason in `gyroscope_reason`.
 
@@ -141,7 +150,10 @@ def multipose(
     strength = place.value
     if earth_rate and latitude is None:
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
+    if raw and magnetometer:
+        raise ProcedureError("--magnetometer is of readings in SI units, --raw of counts; leave one out")
     recording = open_sampled(source, as_counts(read) if raw else read)
+    track = track_of(recording) if magnetometer else None
     if raw and calibration is not None:
         raise ProcedureError("--calibration is of readings in SI units, --raw of counts; leave one out")
     before = started_from(calibration, recording.metadata)
@@ -186,6 +198,7 @@ def multipose(
         raise kind(explain(*error.args) + rate, about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
     reason = _gyroscope_reason(figures, has_gyroscope)
+    magnetic, magnetic_reason = _magnetometer(track, magnetometer, figures, unit, current=current)
     sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
     result = MultiposeResult(
         name=recording.name,
@@ -194,6 +207,8 @@ def multipose(
         accelerometer=_accelerometer(figures, found.acquired, on_faces=on_faces),
         gyroscope=_gyroscope(figures, found.acquired),
         gyroscope_reason=reason,
+        magnetometer=magnetic,
+        magnetometer_reason=magnetic_reason,
         poses=tuple(_poses(figures["poses"])),
         turns=tuple(_turns(figures["gyroscope"])),
         next_orientation=_next(figures["next"]),
@@ -229,8 +244,32 @@ def multipose(
         *_warnings(result, found, figures),
         *_about_the_start(result),
         *temperatures.notices(),
+        *(() if track is None else track.remarks),
+        *(() if magnetic is None else magnetic.warnings),
+        *([f"the magnetometer is not calibrated: {magnetic_reason}"] if magnetic_reason else []),
     )
     return replace(result, warnings=warnings)
+
+
+def _magnetometer(
+    track: MagneticTrack | None,
+    place: EarthField | bool,
+    figures: _core.MultiposeFigures,
+    unit: Imu,
+    *,
+    current: bool,
+) -> tuple[MagnetometerResult | None, str]:
+    """Returns the magnetometer, calibrated at the rests; else nothing, and the reason."""
+    if track is None:
+        return None, ""
+    known = earth_field() if isinstance(place, bool) else place
+    facts = unit.log
+    try:
+        return calibrated(
+            track, resting_accelerometer(figures), known, current=current, name=unit.name, facts=facts
+        ), ""
+    except ProcedureError as error:
+        return None, error.why
 
 
 def _provenance(source: RecordingSource, operator: str, station: str) -> Provenance:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tumble.calibration.document import Calibration
+    from tumble.procedures.magnetometer.result import MagnetometerResult
 
 WORTH_ADDING = 0.9
 """Share of the largest sigma that must be left at most, for one more orientation or turn to be advised."""
@@ -176,6 +177,10 @@ class MultiposeResult(Tabular):
     """Method options as the calibration file keeps them."""
     warnings: tuple[str, ...] = ()
     software: str = ""
+    magnetometer: MagnetometerResult | None = None
+    """Result of the magnetometer at the same rests, where it was asked for."""
+    magnetometer_reason: str = ""
+    """Reason why the magnetometer was not calibrated although it was asked for; else empty."""
 
     @property
     def triads(self) -> tuple[TriadResult, ...]:
@@ -227,7 +232,10 @@ class MultiposeResult(Tabular):
         """`calibrated` where both triads are, `model not met` where residuals or time are wrong."""
         if self.implausible_scale or not all(triad.model_met for triad in self.triads):
             return "model not met"
-        return "partly calibrated" if self.gyroscope is None else "calibrated"
+        if self.magnetometer is not None and self.magnetometer.verdict == "model not met":
+            return "model not met"
+        whole = self.gyroscope is not None and not self.magnetometer_reason
+        return "calibrated" if whole else "partly calibrated"
 
     @property
     def advised_orientation(self) -> NextOrientation | None:
@@ -244,6 +252,8 @@ class MultiposeResult(Tabular):
         for triad in self.triads:
             for parameter in triad.parameters:
                 yield {"sensor": triad.triad} | parameter.row()
+        if self.magnetometer is not None:
+            yield from self.magnetometer.rows()
 
     @property
     def calibration(self) -> Calibration:
@@ -269,7 +279,10 @@ class MultiposeResult(Tabular):
         from tumble.calibration.unit_files import write_unit_files
         from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 
-        return write_unit_files(self, MULTIPOSE_REPORT.write, folder, "multipose")
+        paths = write_unit_files(self, MULTIPOSE_REPORT.write, folder, "multipose")
+        if self.magnetometer is not None:
+            paths["magnetometer"] = self.magnetometer.save_page(folder)
+        return paths
 
     def __repr__(self) -> str:
         shown = [

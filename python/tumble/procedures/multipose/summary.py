@@ -34,10 +34,11 @@ def screen_summary(result: MultiposeResult) -> RenderableType:
 
 def _table(result: MultiposeResult) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for title in ("", *(triad.triad for triad in result.triads)):
+    triads = (*result.triads, *(() if result.magnetometer is None else result.magnetometer.triads))
+    for title in ("", *(triad.triad for triad in triads)):
         table.add_column(title, no_wrap=True)
-    scales = parameter_scales(parameter for triad in result.triads for parameter in triad.parameters)
-    for each in zip(*(triad.parameters for triad in result.triads), strict=True):
+    scales = parameter_scales(parameter for triad in triads for parameter in triad.parameters)
+    for each in zip(*(triad.parameters for triad in triads), strict=True):
         cells = (parameter_cell(parameter, scales) for parameter in each)
         table.add_row(each[0].name, *(Text(cell, "dim" if cell == NOT_OBSERVABLE else "") for cell in cells))
     return table
@@ -78,6 +79,8 @@ def json_content(result: MultiposeResult, files: Mapping[str, Path]) -> dict[str
         "nominal_scale": asdict(result.nominal_scale) if result.nominal_scale else None,
         "parameters": list(_parameters(result)),
         "gyroscope_reason": result.gyroscope_reason,
+        "magnetometer": _magnetometer(result),
+        "magnetometer_reason": result.magnetometer_reason,
         "poses": [asdict(pose) for pose in result.poses],
         "turns": [asdict(turn) for turn in result.turns],
         "next_orientation": asdict(result.next_orientation) if result.next_orientation else None,
@@ -91,6 +94,22 @@ def json_content(result: MultiposeResult, files: Mapping[str, Path]) -> dict[str
         "warnings": result.warnings,
         "calibration": result.calibration.content(),
         "files": files,
+    }
+    return {key: finite(value) for key, value in content.items()}
+
+
+def _magnetometer(result: MultiposeResult) -> dict[str, Any] | None:
+    found = result.magnetometer
+    if found is None:
+        return None
+    content = {
+        "strength_source": found.strength_source,
+        "expected_dip": found.expected_dip,
+        "directions": found.directions,
+        "coverage": found.coverage,
+        "norm": {"before": found.norm_before, "after": found.norm_after, "held_out": found.norm_held_out},
+        "points": [asdict(point) for point in found.points],
+        "next_field": asdict(found.next_field) if found.next_field else None,
     }
     return {key: finite(value) for key, value in content.items()}
 

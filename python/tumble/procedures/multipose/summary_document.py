@@ -7,6 +7,8 @@ from typing import Any, Literal
 from pydantic import Field
 
 from tumble.foundation.printed import Printed, PrintedGravity, PrintedResult, event_model
+from tumble.procedures.magnetometer.result import FieldPoint, NextField
+from tumble.procedures.magnetometer.summary_document import FieldErrors
 from tumble.procedures.multipose.live import MultiposeStep
 from tumble.procedures.multipose.result import (
     Faces,
@@ -44,6 +46,20 @@ class PrintedRest(Printed):
     remark: str
 
 
+class MagnetometerAtRests(Printed):
+    """Magnetometer at the same rests; its parameters are among those of all."""
+
+    strength_source: str
+    expected_dip: float | None
+    """deg, by the World Magnetic Model; null where the place is not known."""
+    directions: int
+    coverage: float
+    """Share of all directions that the field was met from, within 30 deg."""
+    norm: FieldErrors
+    points: list[FieldPoint]
+    next_field: NextField | None
+
+
 class MultiposeDocument(PrintedResult):
     """Calibration of a unit that was held still in many orientations."""
 
@@ -62,6 +78,9 @@ class MultiposeDocument(PrintedResult):
     """The result as a table, a line a parameter."""
     gyroscope_reason: str
     """Why the gyroscope could not be calibrated; empty if it was."""
+    magnetometer: MagnetometerAtRests | None
+    magnetometer_reason: str
+    """Why the magnetometer could not be calibrated although it was asked for; else empty."""
     poses: list[PoseFit]
     turns: list[TurnFit]
     next_orientation: NextOrientation | None

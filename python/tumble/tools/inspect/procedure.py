@@ -9,7 +9,7 @@ from tumble.acquisition.acquire import push_recorded, rests_of, scale_notice
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
-from tumble.foundation.recording import Metadata, RecordingSource, SampleProgress
+from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
 from tumble.foundation.services import Evidence
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
@@ -50,16 +50,17 @@ def inspect(
             counts.add(stream.counts)
     if watch.time.samples == 0:
         raise LogError(f"{recording.metadata.source}: holds no samples")
-    return _conclude(recording.metadata, watch, segmenter.finish(), by_hand.finish(), counts)
+    return _conclude(recording, watch, segmenter.finish(), by_hand.finish(), counts)
 
 
 def _conclude(
-    metadata: Metadata,
+    recording: Recording,
     watch: SampleWatch,
     acquired: _core.Acquired,
     by_hand: _core.Acquired,
     counts: Counts,
 ) -> Inspection:
+    metadata = recording.metadata
     triads = metadata.triads
     rests = rests_of(acquired, triads=triads)
     channels = _channels(watch, acquired)
@@ -73,6 +74,7 @@ def _conclude(
         turn_angles=acquired.turn_angles,
         trace=acquired.trace(),
         temperature=watch.temperature,
+        has_magnetometer=recording.has_magnetometer,
         faults=faults_of(watch.time.interval, stuck),
     )
     return Inspection(

@@ -2,7 +2,7 @@
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
 records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
-that stands still), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
+that stands still), `magnetometer` (one in the Earth's field), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
 vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
 truth), `files` (those on disk) and `command`. `scenario_json` converts a scenario for the native simulator.
 `live` serves all of these, and a table, as they happen.
@@ -42,6 +42,12 @@ if TYPE_CHECKING:
     from tumble.tools.simulate.live.files import write_live
     from tumble.tools.simulate.live.procedure import LiveSimulation
     from tumble.tools.simulate.live.scenario import LiveScenario
+    from tumble.tools.simulate.magnetometer.files import write_magnetometer
+    from tumble.tools.simulate.magnetometer.procedure import (
+        MagneticScenario,
+        SimulatedMagnetometer,
+        simulate_magnetometer,
+    )
     from tumble.tools.simulate.multipose.files import write_multipose
     from tumble.tools.simulate.multipose.procedure import SimulatedMultipose, simulate_multipose
     from tumble.tools.simulate.scenario import ScenarioError
@@ -75,10 +81,12 @@ __all__ = [
     "LiveFault",
     "LiveScenario",
     "LiveSimulation",
+    "MagneticScenario",
     "ScenarioError",
     "SimulatedDisturbance",
     "SimulatedFlight",
     "SimulatedFlightUnit",
+    "SimulatedMagnetometer",
     "SimulatedMultipose",
     "SimulatedSpin",
     "SimulatedStatic",
@@ -97,6 +105,7 @@ __all__ = [
     "grade_names",
     "parse_plan",
     "simulate_flight",
+    "simulate_magnetometer",
     "simulate_multipose",
     "simulate_spin",
     "simulate_static",
@@ -105,6 +114,7 @@ __all__ = [
     "unit_names",
     "write_flight",
     "write_live",
+    "write_magnetometer",
     "write_multipose",
     "write_spin",
     "write_static",
@@ -137,6 +147,12 @@ __getattr__ = lazy.attributes(
         "tumble.tools.simulate.live.files": ("write_live",),
         "tumble.tools.simulate.live.procedure": ("LiveSimulation",),
         "tumble.tools.simulate.live.scenario": ("LiveScenario",),
+        "tumble.tools.simulate.magnetometer.files": ("write_magnetometer",),
+        "tumble.tools.simulate.magnetometer.procedure": (
+            "MagneticScenario",
+            "SimulatedMagnetometer",
+            "simulate_magnetometer",
+        ),
         "tumble.tools.simulate.multipose.files": ("write_multipose",),
         "tumble.tools.simulate.multipose.procedure": ("SimulatedMultipose", "simulate_multipose"),
         "tumble.tools.simulate.scenario": ("ScenarioError",),

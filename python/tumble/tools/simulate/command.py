@@ -8,6 +8,7 @@ from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.cli.options import expanded
 from tumble.tools.simulate.flight.command import flight_command
 from tumble.tools.simulate.live.command import live_command
+from tumble.tools.simulate.magnetometer.command import magnetometer_command
 from tumble.tools.simulate.multipose.command import multipose_command
 from tumble.tools.simulate.spin.command import spin_command
 from tumble.tools.simulate.static.command import static_command
@@ -26,6 +27,7 @@ simulate_app.command("turntable", cls=AbbreviatingCommand)(expanded(turntable_co
 simulate_app.command("flight", cls=AbbreviatingCommand)(expanded(flight_command))
 simulate_app.command("spin", cls=AbbreviatingCommand)(expanded(spin_command))
 simulate_app.command("multipose", cls=AbbreviatingCommand)(expanded(multipose_command))
+simulate_app.command("magnetometer", cls=AbbreviatingCommand)(expanded(magnetometer_command))
 simulate_app.command("static", cls=AbbreviatingCommand)(expanded(static_command))
 simulate_app.command("thermal", cls=AbbreviatingCommand)(expanded(thermal_command))
 simulate_app.command("live", cls=AbbreviatingCommand)(expanded(live_command))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tumble.foundation.results import TriadResult
 from tumble.procedures.multipose.report.ferraris import ComparedRow, compared
 from tumble.procedures.multipose.report.figures import (
     influence_figure,
@@ -95,7 +96,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
                 matrices(triad),
                 noise_rows(triad),
             )
-            for triad in result.triads
+            for triad in _printed_triads(result)
         ),
         ferraris=tuple(compared(result)),
         recording=Picture(
@@ -105,6 +106,10 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         rests=rest_rows(result.rests, result.log.time),
         method=method_lines(result),
     )
+
+
+def _printed_triads(result: MultiposeResult) -> tuple[TriadResult, ...]:
+    return (*result.triads, *(() if result.magnetometer is None else result.magnetometer.triads))
 
 
 def _turns(result: MultiposeResult) -> Picture | None:

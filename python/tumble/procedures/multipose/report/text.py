@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from tumble.foundation.gravity import gravity_sentence
 from tumble.foundation.words import count_of
 from tumble.poses.by_hand import axis_words, orientation_words
+from tumble.procedures.magnetometer.report.text import next_sentences as next_of_magnetometer
+from tumble.procedures.magnetometer.report.text import sentences as magnetometer_sentences
 from tumble.procedures.multipose.result import MultiposeResult
 from tumble.report.numbers import readable_scale, significant
 
@@ -39,6 +41,8 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
             f"at rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
         )
     yield f"gravity: {_gravity(result)}"
+    if result.magnetometer is not None:
+        yield from (f"magnetometer: {line}" for line in magnetometer_sentences(result.magnetometer))
 
 
 def next_sentences(result: MultiposeResult) -> Iterator[str]:
@@ -50,6 +54,8 @@ def next_sentences(result: MultiposeResult) -> Iterator[str]:
     if turn is not None:
         how = f"from {orientation_words(turn.up)}, turn it half round about {axis_words(turn.axis)}"
         yield _advice(how, f"{turn.parameter} of the gyroscope", turn.before, turn.after)
+    if result.magnetometer is not None:
+        yield from next_of_magnetometer(result.magnetometer)
 
 
 def _advice(how: str, parameter: str, before: float, after: float) -> str:

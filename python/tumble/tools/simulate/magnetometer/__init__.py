@@ -1,0 +1,1 @@
+"""One unit with a magnetometer, turned by hand in the Earth's field."""
