@@ -151,7 +151,7 @@ LAYERS: dict[str, set[str]] = {
     "provenance": {"errors", "files", "folder_lock", "log_time"},
     "setting_models": {"setting_table"},
     "error_decomposition": {"recording", "_core"},
-    "results": {"errors", "frames", "log_time", "provenance", "recording", "words", "_core"},
+    "results": {"errors", "frames", "log_time", "provenance", "recording", "units", "words", "_core"},
     "goal": {"errors", "numbers", "results", "units"},
     "result": DATA | {"calibration"},
     "calibration": DATA | {"_core"},

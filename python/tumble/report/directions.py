@@ -78,9 +78,7 @@ def length_errors(errors: LengthErrors) -> Figure:
     after, sigma = errors.after, errors.sigma
     known = errors.held_out[np.isfinite(errors.held_out)]
     scale = readable_scale(errors.unit, float(np.abs(np.concatenate([after, known])).max()))
-    value_axis_in(
-        lower, scale, f"calibrated, |u| minus {errors.known}", after - sigma, after + sigma, known
-    )
+    value_axis_in(lower, scale, f"calibrated, |u| minus {errors.known}", after - sigma, after + sigma, known)
     error_bars(lower, place - 0.1, scale.factor * after, scale.factor * sigma, COMPENSATED)
     lower.points(place - 0.1, scale.factor * after, COMPENSATED, "D")
     lower.points(place + 0.1, scale.factor * errors.held_out, CALIBRATED, "o", hollow=True)

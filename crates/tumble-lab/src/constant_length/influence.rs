@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::whitening::Whitening;
+use super::whitening::ResidualWhitening;
 
 /// A fit, linearised where it ended.
 #[derive(Clone, Debug)]
@@ -13,8 +13,8 @@ pub struct LinearFit {
     pub rows: DMatrix<f64>,
     /// Covariance of the unknowns, from noise alone.
     pub covariance: DMatrix<f64>,
-    /// Whitening of the residuals.
-    pub whitening: Whitening,
+    /// ResidualWhitening of the residuals.
+    pub whitening: ResidualWhitening,
 }
 
 /// Change of the fit without a rest, to first order.

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::levenberg_marquardt::{Linearised, minimise};
 use super::robust;
-use super::whitening::Whitening;
+use super::whitening::ResidualWhitening;
 
 /// Rounds in which weights settle.
 const ROUNDS: u32 = 6;
@@ -14,8 +14,8 @@ pub trait Problem {
     /// Residuals and their derivative; `None` where they are not finite.
     fn linearised(&self, x: &DVector<f64>) -> Option<Linearised>;
 
-    /// Whitening of the residuals, for a weight of each reading.
-    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Whitening>;
+    /// ResidualWhitening of the residuals, for a weight of each reading.
+    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<ResidualWhitening>;
 
     /// Residual of each reading in units of its sigma: root mean square of its components.
     fn normalised(&self, x: &DVector<f64>) -> Option<Vec<f64>>;

@@ -1,17 +1,17 @@
-//! Whitening of residuals: by the sigma of each, or by the factor of their covariance.
+//! ResidualWhitening of residuals: by the sigma of each, or by the factor of their covariance.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Factor that makes residuals independent and of sigma one.
 #[derive(Clone, Debug)]
-pub enum Whitening {
+pub enum ResidualWhitening {
     /// Independent residuals of these sigmas.
     Each(DVector<f64>),
     /// Lower triangle of the covariance of all.
     Lower(DMatrix<f64>),
 }
 
-impl Whitening {
+impl ResidualWhitening {
     /// Whitens columns of residuals in place.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
         match self {

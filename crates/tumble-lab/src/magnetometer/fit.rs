@@ -12,7 +12,7 @@ use crate::constant_length::levenberg_marquardt::Linearised;
 use crate::constant_length::residual::{LengthResidual, derivative};
 use crate::constant_length::reweighted::{Problem, solve};
 use crate::constant_length::sphere::{sphere, start};
-use crate::constant_length::whitening::Whitening;
+use crate::constant_length::whitening::ResidualWhitening;
 use crate::constant_length::{directions, observability, robust};
 use crate::distributions::chi_square_tail;
 use crate::multipose::FEWEST_DIRECTIONS;
@@ -43,13 +43,13 @@ pub struct FieldSettings {
 
 /// Unknowns of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Layout {
+struct FieldUnknowns {
     /// All of M, and the upward part of the field: readings know up.
     aligned: bool,
     current: bool,
 }
 
-impl Layout {
+impl FieldUnknowns {
     /// Where the unknowns stand in the state.
     fn places(self) -> Vec<usize> {
         let matrix: &[usize] = if self.aligned {
@@ -82,7 +82,7 @@ pub(super) struct State {
 }
 
 impl State {
-    fn of(x: &DVector<f64>, layout: Layout) -> Self {
+    fn of(x: &DVector<f64>, layout: FieldUnknowns) -> Self {
         let mut all = [0.0; STATE];
         for (place, value) in layout.places().into_iter().zip(x.iter()) {
             all[place] = *value;
@@ -97,7 +97,7 @@ impl State {
         }
     }
 
-    fn unknowns(&self, layout: Layout) -> DVector<f64> {
+    fn unknowns(&self, layout: FieldUnknowns) -> DVector<f64> {
         let value = |place: usize| match place {
             0..9 => self.model.matrix[(place / 3, place % 3)],
             9..12 => self.model.bias[place - 9],
@@ -209,12 +209,12 @@ impl FieldFit {
 struct Constancy<'a> {
     data: &'a FieldReadings,
     strength: f64,
-    layout: Layout,
+    layout: FieldUnknowns,
     places: Vec<usize>,
 }
 
 impl<'a> Constancy<'a> {
-    fn of(data: &'a FieldReadings, strength: f64, layout: Layout) -> Self {
+    fn of(data: &'a FieldReadings, strength: f64, layout: FieldUnknowns) -> Self {
         Self {
             data,
             strength,
@@ -250,13 +250,13 @@ impl<'a> Constancy<'a> {
         })
     }
 
-    fn whitening_of(&self, residuals: &[FieldResidual], weights: &[f64]) -> Option<Whitening> {
+    fn whitening_of(&self, residuals: &[FieldResidual], weights: &[f64]) -> Option<ResidualWhitening> {
         if !self.layout.aligned {
             let sigmas = residuals
                 .iter()
                 .zip(weights)
                 .map(|(r, weight)| (r.covariance[(0, 0)] / weight).sqrt());
-            return Some(Whitening::Each(DVector::from_iterator(residuals.len(), sigmas)));
+            return Some(ResidualWhitening::Each(DVector::from_iterator(residuals.len(), sigmas)));
         }
         let size = 2 * residuals.len();
         let mut covariance = DMatrix::zeros(size, size);
@@ -269,7 +269,7 @@ impl<'a> Constancy<'a> {
                 covariance[(2 * k + 1, 2 * l + 1)] += common.dot(&other.by_accelerometer); // eq. 6
             }
         }
-        covariance.cholesky().map(|factor| Whitening::Lower(factor.l()))
+        covariance.cholesky().map(|factor| ResidualWhitening::Lower(factor.l()))
     }
 
     /// Size of the residual of each reading, in sigmas.
@@ -299,7 +299,7 @@ impl Problem for Constancy<'_> {
         })
     }
 
-    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Whitening> {
+    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<ResidualWhitening> {
         self.whitening_of(&self.residuals(x)?, weights)
     }
 
@@ -366,7 +366,7 @@ fn put_row(rows: &mut SMatrix<f64, 2, STATE>, row: usize, by_model: &SVector<f64
 /// # Errors
 /// [`MagnetometerError`] where the readings do not show all unknowns, or nothing to check them by.
 pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<FieldFit, MagnetometerError> {
-    let own_axes = Layout {
+    let own_axes = FieldUnknowns {
         aligned: false,
         current: settings.current,
     };
@@ -386,7 +386,7 @@ pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<Field
         upward: 0.0,
     };
     refuse_too_few(data, &first)?;
-    let layout = Layout {
+    let layout = FieldUnknowns {
         aligned: data.know_up(),
         ..own_axes
     };
@@ -431,9 +431,9 @@ fn settle(
     data: &FieldReadings,
     strength: f64,
     begin: State,
-    layout: Layout,
+    layout: FieldUnknowns,
 ) -> Result<(State, Vec<f64>), MagnetometerError> {
-    let own_axes = Layout {
+    let own_axes = FieldUnknowns {
         aligned: false,
         ..layout
     };
@@ -482,7 +482,7 @@ fn refuse_too_few(data: &FieldReadings, state: &State) -> Result<(), Magnetomete
 }
 
 /// Chance that noise alone makes any of all readings disagree as much as each (docs/theory/magnetometer.md, eq. 8).
-fn chances(sizes: &[f64], used: &[usize], layout: Layout) -> Vec<f64> {
+fn chances(sizes: &[f64], used: &[usize], layout: FieldUnknowns) -> Vec<f64> {
     let components = layout.components();
     let of_used: Vec<f64> = used.iter().map(|k| sizes[*k]).collect();
     let scatter = robust::scatter(&of_used, layout.places().len() / components, components);
@@ -496,7 +496,7 @@ fn covariance_of(
     problem: &Constancy<'_>,
     residuals: &[FieldResidual],
     weights: &[f64],
-) -> Result<(DMatrix<f64>, Whitening), MagnetometerError> {
+) -> Result<(DMatrix<f64>, ResidualWhitening), MagnetometerError> {
     let whitening = problem
         .whitening_of(residuals, weights)
         .ok_or(MagnetometerError::FieldUnsolvable)?;

@@ -12,7 +12,7 @@ use crate::constant_length::influence::{Influence, LinearFit, held_out, influenc
 use crate::constant_length::levenberg_marquardt::Linearised;
 use crate::constant_length::residual::LengthResidual;
 use crate::constant_length::reweighted::{Problem, solve};
-use crate::constant_length::whitening::Whitening;
+use crate::constant_length::whitening::ResidualWhitening;
 use crate::constant_length::{directions, observability};
 
 /// Six elements of M and three biases.
@@ -53,11 +53,11 @@ impl RestForces {
 
     /// Lower triangle that whitens the residuals: what rests have in common is bias instability
     /// (docs/theory/multipose.md, eq. 4).
-    fn whitening(&self, residuals: &[LengthResidual], weights: &[f64]) -> Option<Whitening> {
+    fn whitening(&self, residuals: &[LengthResidual], weights: &[f64]) -> Option<ResidualWhitening> {
         let size = residuals.len();
         let own = |k: usize| residuals[k].sigma.powi(2) / weights[k];
         if self.flicker == Vector3::zeros() {
-            return Some(Whitening::Each(DVector::from_fn(size, |k, _| own(k).sqrt())));
+            return Some(ResidualWhitening::Each(DVector::from_fn(size, |k, _| own(k).sqrt())));
         }
         let responses: Vec<_> = residuals.iter().map(LengthResidual::response).collect();
         let wandering: Vec<_> = responses.iter().map(|v| v.component_mul(&self.flicker)).collect();
@@ -69,7 +69,7 @@ impl RestForces {
                 covariance[(k, l)] = wandering[k].dot(&responses[l]) * self.remembered[(k, l)]; // eq. 4
             }
         }
-        covariance.cholesky().map(|factor| Whitening::Lower(factor.l()))
+        covariance.cholesky().map(|factor| ResidualWhitening::Lower(factor.l()))
     }
 }
 
@@ -86,8 +86,8 @@ pub struct AccelerometerFit {
     pub weights: Vec<f64>,
     /// Direction each rest shows, numbered.
     pub groups: Vec<usize>,
-    /// Whitening of the residuals.
-    pub whitening: Whitening,
+    /// ResidualWhitening of the residuals.
+    pub whitening: ResidualWhitening,
 }
 
 impl AccelerometerFit {
@@ -217,7 +217,7 @@ impl Problem for Lengths<'_> {
         })
     }
 
-    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Whitening> {
+    fn whitening(&self, x: &DVector<f64>, weights: &[f64]) -> Option<ResidualWhitening> {
         let found = residuals_at(x, &self.data.rests, self.gravity).ok()?;
         self.data.whitening(&found, weights)
     }

@@ -18,7 +18,8 @@ class EarthFieldOptions(Options):
     """The Earth's field, or the place and day that it follows from, and what disturbs it."""
 
     field: Annotated[
-        float | None, typer.Option(metavar="UT", help="Strength of the Earth's field in uT.", show_default=False)
+        float | None,
+        typer.Option(metavar="UT", help="Strength of the Earth's field in uT.", show_default=False),
     ] = None
     field_uncertainty: Annotated[
         float | None,

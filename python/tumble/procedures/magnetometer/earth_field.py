@@ -63,7 +63,9 @@ def earth_field(
         return EarthField(None, 0.0, "free")
     if latitude is None:
         raise ProcedureError("--longitude needs --latitude to work out the Earth's field; give both")
-    return _by_model(latitude, longitude, height or 0.0, day or datetime.now(timezone.utc).date(), uncertainty)
+    return _by_model(
+        latitude, longitude, height or 0.0, day or datetime.now(timezone.utc).date(), uncertainty
+    )
 
 
 def _by_model(

@@ -146,12 +146,14 @@ def _about_rests(result: MagnetometerResult, time: LogTime) -> Iterator[str]:
             )
     freedom = result.magnetometer.degrees_of_freedom
     if freedom < FEW_TO_CHECK:
-        yield f"{count_of('degree', freedom)} of freedom: hardly anything checks the fit; 15 to 20 rests are good"
-    decisive = [
-        str(number) for number, point in enumerate(result.points, 1) if point.leverage > DECISIVE
-    ]
+        rests = len(result.points) - len(result.disturbed)
+        yield f"{count_of('rest', rests)}: hardly anything checks the fit; 15 to 20 are good"
+    decisive = [str(number) for number, point in enumerate(result.points, 1) if point.leverage > DECISIVE]
     if decisive:
-        yield f"rest {', '.join(decisive)}: no other rest shows the same, so nothing checks it; add some near it"
+        yield (
+            f"rest {', '.join(decisive)}: no other rest shows the same, so nothing checks it; add poses near "
+            "it"
+        )
 
 
 def _about_stretches(result: MagnetometerResult, time: LogTime) -> Iterator[str]:

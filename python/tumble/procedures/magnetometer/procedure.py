@@ -1,4 +1,4 @@
-"""The magnetometer procedure: a log of a unit that was turned by hand becomes a calibration of its compass."""
+"""The magnetometer procedure: a log of a unit that was turned by hand becomes a calibration of it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from tumble.procedures.magnetometer.result import (
 
 @dataclass(frozen=True, slots=True)
 class RestingAccelerometer:
-    """What a calibrated accelerometer shows of a unit at its rests."""
+    """Specific force at the rests of a unit, by a calibrated accelerometer."""
 
     spans: Sequence[tuple[float, float]]
     """First and last time of each rest, s."""
@@ -208,7 +208,9 @@ def _resting(
     if "accelerometer" not in recording.metadata.triads or recording.parts:
         return None, ""
     chunks = list(recording.chunks())
-    time, force = (np.concatenate([getattr(each, name) for each in chunks]) for name in ("time", "accelerometer"))
+    time, force = (
+        np.concatenate([getattr(each, name) for each in chunks]) for name in ("time", "accelerometer")
+    )
     good = np.isfinite(time) & np.isfinite(force).all(axis=1)
     rate = np.zeros_like(force)
     if "gyroscope" in recording.metadata.triads:

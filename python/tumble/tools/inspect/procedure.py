@@ -9,7 +9,7 @@ from tumble.acquisition.acquire import push_recorded, rests_of, scale_notice
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
-from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
+from tumble.foundation.recording import Metadata, Recording, RecordingSource, SampleProgress
 from tumble.foundation.services import Evidence
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording

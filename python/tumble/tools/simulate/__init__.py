@@ -1,11 +1,12 @@
 """Recordings with known truth: a turntable session as it would be recorded.
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
-records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
-that stands still), `magnetometer` (one in the Earth's field), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
-vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
-truth), `files` (those on disk) and `command`. `scenario_json` converts a scenario for the native simulator.
-`live` serves all of these, and a table, as they happen.
+records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a
+unit that stands still), `magnetometer` (one in the Earth's field), `thermal` (one that warms and cools)
+or `flight` (several units on a quadrotor or a vehicle), each with its `scenario` (everything it is made
+of), `procedure` (from there to recordings and truth), `files` (those on disk) and `command`.
+`scenario_json` converts a scenario for the native simulator. `live` serves all of these, and a table, as
+they happen.
 
 >>> from tumble.tools.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))

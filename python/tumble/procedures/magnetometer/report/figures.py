@@ -40,7 +40,9 @@ def norm_figure(result: MagnetometerResult, prefix: str) -> Markup:
 def influence_figure(result: MagnetometerResult, prefix: str) -> Markup:
     """Draws by how much the result would change without each rest or stretch."""
     influence = np.array([point.influence for point in result.points])
-    finite = np.where(np.isfinite(influence), influence, np.nanmax(np.append(influence[np.isfinite(influence)], 1.0)))
+    finite = np.where(
+        np.isfinite(influence), influence, np.nanmax(np.append(influence[np.isfinite(influence)], 1.0))
+    )
     return inline_svg(
         influence_bars(finite), prefix, "Largest change of a parameter without each place, in sigmas"
     )
@@ -51,7 +53,9 @@ def dip_figure(result: MagnetometerResult, prefix: str) -> Markup:
     figure = Figure(FULL_WIDTH, 2.5)
     axes = figure.add_axes(box(FULL_WIDTH, bottom=0.6, height=1.55))
     place = np.arange(len(result.points), dtype=float)
-    dip, sigma = (np.array([getattr(point, name) for point in result.points]) for name in ("dip", "dip_sigma"))
+    dip, sigma = (
+        np.array([getattr(point, name) for point in result.points]) for name in ("dip", "dip_sigma")
+    )
     scale = readable_scale("deg", float(np.abs(dip).max()))
     value_axis_in(axes, scale, "dip minus that of all", dip - sigma, dip + sigma)
     axes.set_xlim(-0.6, len(place) - 0.4)

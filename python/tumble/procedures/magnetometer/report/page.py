@@ -74,7 +74,7 @@ def magnetometer_page(result: MagnetometerResult) -> MagnetometerPage:
         place="rest" if result.at_rest else "stretch",
         sphere=Picture(
             sphere_figure(result, "sphere"),
-            "Where the field pointed to in the case, seen from +z and, right, through the unit from +z; equal "
+            "Direction of the field in the case, seen from +z and, right, through the unit from +z; equal "
             "areas show equal parts of the sphere. Dark: places without which a parameter would change by "
             "more than its sigma. Hollow: the direction that would help most, where one would lower the "
             "largest sigma by a tenth or more.",
@@ -102,7 +102,9 @@ def parameter_groups_of(result: MagnetometerResult) -> tuple[ParameterGroup, ...
     others = [list(result.current)] if result.current else []
     others += [[result.strength], [result.dip]]
     printed = (
-        printed_group(group_title(group[0].name.rpartition(" ")[0] or group[0].name), group, [None] * len(group))
+        printed_group(
+            group_title(group[0].name.rpartition(" ")[0] or group[0].name), group, [None] * len(group)
+        )
         for group in others
     )
     return (*parameter_groups(result.magnetometer, ()), *printed)
@@ -113,7 +115,7 @@ def _dip(result: MagnetometerResult) -> Picture | None:
         return None
     return Picture(
         dip_figure(result, "dip"),
-        "Dip of the field at each rest minus that of all, which is the same wherever no iron is near. Hollow: "
+        "Dip of the field at each rest minus that of all, which is one dip where no iron is near. Hollow: "
         "left out as disturbed.",
     )
 

@@ -20,7 +20,9 @@ def sentences(result: MagnetometerResult) -> Iterator[str]:
     else:
         yield f"all samples of a unit that was turned, which meet {covered}"
     held_out = (
-        "" if math.isnan(result.norm_held_out) else f"; {_field(result.norm_held_out)} where held out of the fit"
+        ""
+        if math.isnan(result.norm_held_out)
+        else f"; {_field(result.norm_held_out)} where held out of the fit"
     )
     yield (
         f"|field| minus its strength: {_field(result.norm_before)} raw, {_field(result.norm_after)} "
@@ -45,7 +47,8 @@ def _strength(result: MagnetometerResult) -> str:
         )
     if found.sigma == 0.0:
         return f"{found.value:.3f} µT ({result.strength_source}), taken as exact; see --field-uncertainty"
-    return f"{measurement(found.value, found.sigma, 'µT')} ({result.strength_source}), within the sigmas of scale"
+    size = measurement(found.value, found.sigma, "µT")
+    return f"{size} ({result.strength_source}), within the sigmas of scale"
 
 
 def _dip(result: MagnetometerResult) -> str:
@@ -60,12 +63,9 @@ def next_sentences(result: MagnetometerResult) -> Iterator[str]:
     found = result.advised
     if found is not None:
         gain = f"{significant(100.0 * found.before, 2)} % to {significant(100.0 * found.after, 2)} %"
-        where = (
-            f"turn it so that the field points along {axis_words(found.field)}"
-            if found.up is None
-            else f"{orientation_words(found.up)}, turned so that the field points along {axis_words(found.field)}"
-        )
-        yield f"Next: {where}; lowers the largest sigma, of {found.parameter}, from {gain}"
+        how = "turn it" if found.up is None else f"{orientation_words(found.up)}, turned"
+        where = f"so that the field points along {axis_words(found.field)}"
+        yield f"Next: {how} {where}; lowers the largest sigma, of {found.parameter}, from {gain}"
 
 
 def _field(value: float) -> str:

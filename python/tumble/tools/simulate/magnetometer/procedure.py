@@ -45,6 +45,8 @@ class MagneticScenario:
     """Indicates whether motors run at several levels, at successive rests or over time."""
     disturbed: int = 0
     """Number of the rest near which a magnet lies; 0 for none."""
+    step: float = STEP
+    """uT of one count; 0 for readings without steps."""
 
     def __post_init__(self) -> None:
         if wrong := why_not_so_many(self.orientations):
@@ -133,7 +135,9 @@ class SimulatedMagnetometer:
         noise = self._random["field"].normal(0.0, scenario.noise, field.shape)
         effect = 0.0 if load is None else np.outer(load, self.response)
         readings = field @ M.T + b + effect + noise
-        return MagneticTrack(time, STEP * np.round(readings / STEP), load)
+        if scenario.step > 0.0:
+            readings = scenario.step * np.round(readings / scenario.step)
+        return MagneticTrack(time, readings, load)
 
     @property
     def recording(self) -> Recording:

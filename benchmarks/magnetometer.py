@@ -1,0 +1,236 @@
+"""Magnetometers by the Earth's field: error against the bound, coverage, disturbances, recordings of others.
+
+`python -m benchmarks.magnetometer [--sessions 400] [--recordings FOLDER]`
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("RAYON_NUM_THREADS", "1")
+
+import numpy as np
+
+import tumble
+from benchmarks.magnetometer_bound import rest_bound, turned_bound
+from benchmarks.results import Content, machine, save
+from tumble.foundation.errors import TumbleError
+from tumble.foundation.plain import finite
+from tumble.foundation.recording import FloatArray
+from tumble.tools.simulate import SimulatedMagnetometer, simulate_magnetometer
+
+BASE_SEED = 340_000
+CORES = 2
+LARGEST_RATIO = 1.05
+COVERAGE = (0.93, 0.97)
+MOST_ALARMS = 0.01
+"""Largest share of undisturbed sessions in which a rest is called disturbed."""
+LEAST_FOUND = 0.99
+"""Least share of magnets that are found."""
+GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """A recording of others and the correction they published for it, u = A (y - b)."""
+
+    name: str
+    file: str
+    """Path in the folder that the user names: that of the repository, then its file."""
+    commit: str
+    A: tuple[tuple[float, float, float], ...]
+    b: tuple[float, float, float]
+    unit: str = "uT"
+
+
+PUBLISHED = (
+    Published(
+        "HMC5883L, least squares",
+        "nliaudat+magnetometer_calibration/mag_out_sample.txt",
+        "f15a68454052993721d3e8f4ae30058cff8dbc77",
+        (
+            (0.5823136909144911, 0.007124620314368133, -0.024442807568982334),
+            (0.00712462031436818, 0.5906868599676302, 0.005356720947343228),
+            (-0.024442807568982372, 0.005356720947343263, 0.7210550285247264),
+        ),
+        (41.45884154873271, -87.79628696573607, 569.4171225039286),
+    ),
+    Published(
+        "MPU-9250 counts, calibrate3",
+        "jremington+MPU-9250-AHRS/mag3_raw.csv",
+        "226e2e608473b1912320518366d30cdd404c5796",
+        (
+            (0.25060005, 0.02941951, -0.02954944),
+            (0.02941951, 0.31691521, 0.00788726),
+            (-0.02954944, 0.00788726, 0.30592214),
+        ),
+        (9955.151669, -7948.26463057, 8511.80447932),
+    ),
+    Published(
+        "FXOS8700, Magneto 1.2",
+        "michaelwro+mag-cal-example/mag-readings.txt",
+        "7d6cd72268aecf55db1f001acbfc3e50fcb6330a",
+        ((0.989575, -0.022220, 0.005152), (-0.022220, 0.989327, 0.022216), (0.005152, 0.022216, 1.045404)),
+        (28.557458, -39.981060, -27.428035),
+    ),
+    Published(
+        "QMC5883L counts, least and largest",
+        "italocjs+magnetometer_calibration/data.csv",
+        "e7b8aa8636e6163534fe58c3f2fa14f884ebce75",
+        ((1.020520, 0.0, 0.0), (0.0, 1.017735, 0.0), (0.0, 0.0, 0.963824)),
+        (1096.0, 3388.0, 2594.0),
+    ),
+    Published(
+        "compass, least squares",
+        "agard111+magnetometer_calibration/mag_out.txt",
+        "a6573fe9a9b57939aed96be2ed9d08e8fb99b09c",
+        (
+            (1.6932457001103767, -0.022092343271996228, 0.02034770120090012),
+            (-0.022092343271996166, 1.8159750562088874, 0.07811064285691688),
+            (0.02034770120090012, 0.07811064285691702, 1.910620306411315),
+        ),
+        (-454.7167547113552, 169.54240969286815, -11.226869657121792),
+    ),
+    Published(
+        "MPU-9250, constrained ellipsoid",
+        "karlasever+Magnetometer-Calibration/magnetometer_raw_data.csv",
+        "694ad77a4c1128aff9315cf8e70e85f5d82e33f5",
+        (
+            (0.02527556, -0.00014847, -0.00093046),
+            (-0.00014847, 0.02555101, -0.00057069),
+            (-0.00093046, -0.00057069, 0.02781363),
+        ),
+        (21.39111575, -8.59021922, -31.94676112),
+    ),
+)
+"""Repositories of GitHub, with the commit that was read."""
+
+
+def session(seed: int, *, turned: bool, disturbed: int = 0) -> SimulatedMagnetometer:
+    """Plays one session with white noise, without steps, so that the bound is exact."""
+    if turned:
+        return simulate_magnetometer(seed=seed, orientations=40, still=0.0, rate=50.0, step=0.0)
+    return simulate_magnetometer(seed=seed, disturbed=disturbed, step=0.0)
+
+
+def trial(task: tuple[int, bool]) -> tuple[FloatArray, FloatArray, int]:
+    """Errors over the bound and over sigma of all parameters, and the rests that were called disturbed."""
+    seed, turned = task
+    played = session(seed, turned=turned)
+    found = tumble.magnetometer(played.recording, field=played.scenario.strength, turned=turned)
+    truth, bound = turned_bound(played) if turned else rest_bound(played)
+    shown = [each for each in (*found.magnetometer.parameters, found.dip) if each.observable]
+    factor = np.array([np.radians(1.0) if each.unit == "deg" else 1.0 for each in shown])
+    error = factor * [each.value for each in shown] - truth
+    reach = factor * [0.5 * (each.high - each.low) for each in shown]
+    return error / bound, error / reach, len(found.disturbed)
+
+
+def magnet(seed: int) -> bool:
+    """Plays a session with a magnet near one rest, and returns whether that one was named."""
+    number = 1 + seed % 18
+    played = session(seed, turned=False, disturbed=number)
+    found = tumble.magnetometer(played.recording, field=played.scenario.strength)
+    return [point.disturbed for point in found.points].index(True) == number - 1 if found.disturbed else False
+
+
+def recorded(published: Published, folder: Path) -> Content | None:
+    """Root mean square of |u| minus its mean over the mean, raw, as published and as found; None without it."""
+    path = folder / published.file
+    if not path.exists():
+        return None
+    readings = read_triples(path)
+    raw, theirs = readings, (readings - np.array(published.b)) @ np.array(published.A).T
+    track = tumble.foundation.magnetic.MagneticTrack(np.arange(len(readings)) / 50.0, readings)
+    recording = tumble.Recording.from_magnetic(published.name, track)
+    try:
+        found = tumble.magnetometer(recording)
+    except TumbleError as error:
+        return {"name": published.name, "samples": len(readings), "refusal": str(error)}
+    triad = found.magnetometer
+    ours = np.linalg.solve(triad.M, (readings - triad.b).T).T
+    difference = (triad.b - np.array(published.b)) / np.sqrt(np.diag(triad.covariance)[9:])
+    return {
+        "name": published.name,
+        "source": f"github.com/{published.file.split('/')[0].replace('+', '/')}",
+        "commit": published.commit,
+        "samples": len(readings),
+        "coverage": found.coverage,
+        "raw": spread(raw),
+        "published": spread(theirs),
+        "found": spread(ours),
+        "bias_sigmas": [float(each) for each in difference],
+        "bias_share": float(np.linalg.norm(triad.b - np.array(published.b)) / found.strength.value),
+        "disturbed": len(found.disturbed),
+    }
+
+
+def read_triples(path: Path) -> FloatArray:
+    """Reads rows of three numbers, however they are parted; rows of zeros and of words are none."""
+    rows = []
+    for line in path.read_text().splitlines():
+        try:
+            row = [float(cell) for cell in line.replace(",", " ").split()]
+        except ValueError:
+            continue
+        if len(row) == 3 and any(row):
+            rows.append(row)
+    return np.array(rows)
+
+
+def spread(vectors: FloatArray) -> float:
+    """Standard deviation of the lengths over their mean: median and quartiles, so that outliers count little."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
+    return float((high - low) / 1.349 / middle)
+
+
+def measure(sessions: int, folder: Path) -> Content:
+    """Measures all of it."""
+    content: Content = {"machine": machine(), "sessions": sessions}
+    context = get_context("spawn")
+    with ProcessPoolExecutor(CORES, mp_context=context) as pool:
+        for name, turned in (("rests", False), ("turned", True)):
+            begun = time.perf_counter()
+            tasks = [(BASE_SEED + k, turned) for k in range(sessions)]
+            trials = list(pool.map(trial, tasks, chunksize=8))
+            over_bound, over_reach = (np.array([each[k] for each in trials]) for k in (0, 1))
+            content[name] = {
+                "ratio": [float(each) for each in np.sqrt(np.mean(over_bound**2, axis=0))],
+                "coverage": [float(each) for each in np.mean(np.abs(over_reach) < 1.0, axis=0)],
+                "alarms": float(np.mean([each[2] > 0 for each in trials])),
+                "seconds": time.perf_counter() - begun,
+            }
+        seeds = [BASE_SEED + 100_000 + k for k in range(max(sessions // 4, 20))]
+        content["magnets_found"] = float(np.mean(list(pool.map(magnet, seeds, chunksize=8))))
+    content["recordings"] = [
+        each for each in (recorded(one, folder) for one in PUBLISHED) if each is not None
+    ]
+    return {key: finite(value) for key, value in content.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sessions", type=int, default=400)
+    parser.add_argument("--recordings", type=Path, default=Path("magnetometers"))
+    parser.add_argument("--no-save", action="store_true")
+    options = parser.parse_args()
+    content = measure(options.sessions, options.recordings)
+    for name in ("rests", "turned"):
+        print(name, content[name])
+    print("magnets found", content["magnets_found"])
+    for each in content["recordings"]:
+        print(each)
+    if not options.no_save:
+        save("magnetometer", content)
+
+
+if __name__ == "__main__":
+    main()
