@@ -39,6 +39,9 @@ from benchmarks.laboratories import COVERAGE as U_COVERAGE
 from benchmarks.live import LARGEST_GROWTH as LARGEST_LIVE_GROWTH
 from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
+from benchmarks.magnetometer import COVERAGE as MAGNETOMETER_COVERAGE
+from benchmarks.magnetometer import LARGEST_RATIO as LARGEST_MAGNETOMETER_RATIO
+from benchmarks.magnetometer import LEAST_FOUND, MOST_ALARMS as MOST_MAGNET_ALARMS, PUBLISHED
 from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
 from benchmarks.multipose import IMU_TK, LARGEST_SCATTER, MPU_9150
@@ -72,6 +75,9 @@ from benchmarks.thermal_loops import MOST_FALSE_LAGS
 from benchmarks.tremor import COVERAGE as TREMOR_COVERAGE
 from benchmarks.truths import BIASES, DESIGN_MRAD
 from benchmarks.view import OPEN_GOAL, ZOOM_GOAL
+
+WAYS_OF_MAGNETOMETERS = {"rests": "at rests", "turned": "turned without a rest"}
+"""How a magnetometer was moved, by its key among the figures."""
 
 SPEED_NAMES = {
     "acquisition": "rests and turns of a recording in memory",
@@ -151,6 +157,25 @@ def _tremor(content: Content) -> Iterator[Goal]:
     covered = [row[triad]["coverage"] for row in rows for triad in TRIADS]
     what = "multi-pose in hands that tremble: share of 95 % intervals that hold the truth"
     yield _coverage(what, covered, TREMOR_COVERAGE)
+
+
+def _magnetometer(content: Content) -> Iterator[Goal]:
+    for way in ("rests", "turned"):
+        ratio = max(content[way]["ratio"].values())
+        what = f"magnetometer, {WAYS_OF_MAGNETOMETERS[way]}: error over the bound, worst group"
+        limit = LARGEST_MAGNETOMETER_RATIO
+        yield Goal(what, f"{limit:g}", f"{ratio:.3f}", ratio <= limit)
+        what = f"magnetometer, {WAYS_OF_MAGNETOMETERS[way]}: share of 95 % intervals that hold the truth"
+        yield _coverage(what, list(content[way]["coverage"].values()), MAGNETOMETER_COVERAGE)
+    found, alarms = content["magnets_found"], content["rests"]["alarms"]
+    what = "magnetometer: magnets near a rest that are found"
+    yield Goal(what, _percent(LEAST_FOUND), _percent(found), found >= LEAST_FOUND)
+    what = "magnetometer: undisturbed sessions of which a rest is called disturbed"
+    yield Goal(what, _percent(MOST_MAGNET_ALARMS), _percent(alarms), alarms <= MOST_MAGNET_ALARMS)
+    recordings = [each for each in content["recordings"] if "found" in each]
+    better = sum(each["found"] <= 1.02 * each["published"] for each in recordings)
+    what = "magnetometer: recordings of others at least as even as by what they published"
+    yield Goal(what, f"{len(PUBLISHED)}", f"{better}", better >= len(PUBLISHED))
 
 
 def _noise_disturbed(content: Content) -> Iterator[Goal]:
@@ -745,6 +770,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "live": _live,
     "live_table": _live_table,
     "multipose": _multipose,
+    "magnetometer": _magnetometer,
     "tremor": _tremor,
     "noise_terms": _noise,
     "noise_disturbed": _noise_disturbed,

@@ -133,6 +133,12 @@ def trial(task: tuple[int, bool]) -> tuple[FloatArray, FloatArray, int]:
     return error / bound, error / reach, len(found.disturbed)
 
 
+def groups(figures: FloatArray) -> list[tuple[str, slice]]:
+    """Columns of each group of parameters: those of (n, 13) at rests, (n, 9) without one."""
+    found = [(name, slice(3 * k, 3 * k + 3)) for k, name in enumerate(GROUPS)]
+    return [*found, ("dip", slice(12, 13))] if figures.shape[1] == 13 else found[:3]
+
+
 def magnet(seed: int) -> bool:
     """Plays a session with a magnet near one rest, and returns whether that one was named."""
     number = 1 + seed % 18
@@ -142,7 +148,7 @@ def magnet(seed: int) -> bool:
 
 
 def recorded(published: Published, folder: Path) -> Content | None:
-    """Root mean square of |u| minus its mean over the mean, raw, as published and as found; None without it."""
+    """Spread of |u| raw, by the published correction and by ours; None without the recording."""
     path = folder / published.file
     if not path.exists():
         return None
@@ -186,7 +192,7 @@ def read_triples(path: Path) -> FloatArray:
 
 
 def spread(vectors: FloatArray) -> float:
-    """Standard deviation of the lengths over their mean: median and quartiles, so that outliers count little."""
+    """Scatter of the lengths over their median, by quartiles, so that outliers count little."""
     lengths = np.linalg.norm(vectors, axis=1)
     low, middle, high = np.quantile(lengths, [0.25, 0.5, 0.75])
     return float((high - low) / 1.349 / middle)
@@ -203,8 +209,14 @@ def measure(sessions: int, folder: Path) -> Content:
             trials = list(pool.map(trial, tasks, chunksize=8))
             over_bound, over_reach = (np.array([each[k] for each in trials]) for k in (0, 1))
             content[name] = {
-                "ratio": [float(each) for each in np.sqrt(np.mean(over_bound**2, axis=0))],
-                "coverage": [float(each) for each in np.mean(np.abs(over_reach) < 1.0, axis=0)],
+                "ratio": {
+                    group: float(np.sqrt(np.mean(over_bound[:, rows] ** 2)))
+                    for group, rows in groups(over_bound)
+                },
+                "coverage": {
+                    group: float(np.mean(np.abs(over_reach[:, rows]) < 1.0))
+                    for group, rows in groups(over_reach)
+                },
                 "alarms": float(np.mean([each[2] > 0 for each in trials])),
                 "seconds": time.perf_counter() - begun,
             }

@@ -76,7 +76,7 @@ def turned_bound(played: SimulatedMagnetometer) -> tuple[FloatArray, FloatArray]
     directions = fields / lengths[:, None]
     own = directions @ (turned * sign) * scenario.strength
     responses = np.linalg.solve(lower_M.T, own.T).T / scenario.strength
-    rows = np.hstack([-(responses[:, :, None] * own[:, None, :])[:, *_LOWER], -responses])
+    rows = np.hstack([-(responses[:, :, None] * own[:, None, :])[:, _LOWER[0], _LOWER[1]], -responses])
     sigma = scenario.noise * np.linalg.norm(responses, axis=1)
     covariance = np.linalg.inv((rows / sigma[:, None]).T @ (rows / sigma[:, None]))
 

@@ -639,6 +639,38 @@ def tremor(content: Content) -> Iterator[str]:
     )
 
 
+def magnetometer(content: Content) -> Iterator[str]:
+    """Errors of magnetometers over the bound, and recordings of others."""
+    figures = ("RMSE over the bound", "95 % hold")
+    ways = ("at rests", "turned without a rest")
+    yield _row(["", *(f"{way}: {figure}" for way in ways for figure in figures)])
+    yield "|---|---|---|---|---|"
+    for name, ratio in content["rests"]["ratio"].items():
+        cells = [name, f"{ratio:.3f}", f"{100 * content['rests']['coverage'][name]:.1f} %"]
+        if name in content["turned"]["ratio"]:
+            cells += [f"{content['turned']['ratio'][name]:.3f}"]
+            cells += [f"{100 * content['turned']['coverage'][name]:.1f} %"]
+        yield _row([*cells, *[""] * (5 - len(cells))])
+    yield ""
+    yield (
+        f"{content['sessions']} simulated sessions each: 18 rests of 4 s with 0.3 µT of noise a sample, and 60 s "
+        f"turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near one rest were "
+        f"found; {100 * content['rests']['alarms']:.1f} % of sessions without one named a rest."
+    )
+    yield ""
+    yield "| recording of others | samples | raw | as published | Tumble | bias apart, share of the field |"
+    yield "|---|---|---|---|---|---|"
+    for each in content["recordings"]:
+        name = f"[{each['name']}](https://{each['source']})" if "source" in each else each["name"]
+        if "refusal" in each:
+            yield _row([name, str(each["samples"]), "", "", each["refusal"], ""])
+            continue
+        figures = (f"{100 * each[key]:.2f} %" for key in ("raw", "published", "found"))
+        yield _row([name, str(each["samples"]), *figures, f"{100 * each['bias_share']:.1f} %"])
+    yield ""
+    yield "Scatter of the length of the field, a share of it, by quartiles."
+
+
 def noise_disturbed(content: Content) -> Iterator[str]:
     """White noise of hours with a disturbance, false alarms of clean hours, and steps that are found."""
     yield "| disturbance | error of N, rms | half of its interval | 95 % hold | named right |"
@@ -1213,6 +1245,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "live": live,
     "live_table": live_table,
     "multipose": multipose,
+    "magnetometer": magnetometer,
     "tremor": tremor,
     "noise_terms": noise_terms,
     "noise_disturbed": noise_disturbed,

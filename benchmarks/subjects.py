@@ -37,6 +37,12 @@ SUBJECTS = (
         ("multipose", "tremor", "no_equipment"),
     ),
     Subject(
+        "magnetometer",
+        "Magnetometer",
+        "error and coverage, magnets near rests, recordings of others",
+        ("magnetometer",),
+    ),
+    Subject(
         "noise-and-temperature",
         "Noise and temperature",
         "terms of noise, disturbed records, order and coefficients of drift, hysteresis",

@@ -19,18 +19,18 @@ from tumble.foundation.procedures import PROCEDURES
 ROOT = Path(__file__).parents[2]
 COPIED = ("python/tumble", "scripts", "docs/how-to", "docs/reference", "docs/schema", "mkdocs.yml")
 """Files that may have to know a procedure."""
-FOLDER = "python/tumble/procedures/magnetometer"
+FOLDER = "python/tumble/procedures/barometer"
 DUMMY = {
     "__init__.py": "",
-    "procedure.py": "def magnetometer():\n    return 'found'\n",
-    "result.py": "class MagnetometerResult: pass\n",
-    "serves.py": "def services(evidence):\n    yield evidence.service('magnetometer', ('a magnetometer',))\n",
-    "command.py": "def magnetometer_command() -> None:\n    print('north')\n",
+    "procedure.py": "def barometer():\n    return 'found'\n",
+    "result.py": "class BarometerResult: pass\n",
+    "serves.py": "def services(evidence):\n    yield evidence.service('barometer', ('a barometer',))\n",
+    "command.py": "def barometer_command() -> None:\n    print('north')\n",
     "summary_document.py": "from typing import Literal\nfrom pydantic import Field\n"
     "from tumble.foundation.printed import PrintedResult\n"
-    "class MagnetometerDocument(PrintedResult):\n"
-    "    schema_: Literal['tumble-magnetometer-result/1'] = "
-    "Field('tumble-magnetometer-result/1', alias='schema')\n"
+    "class BarometerDocument(PrintedResult):\n"
+    "    schema_: Literal['tumble-barometer-result/1'] = "
+    "Field('tumble-barometer-result/1', alias='schema')\n"
     "    verdict: str\n",
 }
 
@@ -73,16 +73,16 @@ def extended(tmp_path_factory):
     folder.mkdir()
     for name, source in DUMMY.items():
         (folder / name).write_text(source)
-    row = '    Procedure("magnetometer", "MagnetometerResult", "Find the north.", title="North", '
-    row += 'endings=("magnetometer",), files=("north",)),\n'
+    row = '    Procedure("barometer", "BarometerResult", "Find the north.", title="North", '
+    row += 'endings=("barometer",), files=("north",)),\n'
     changed(
         root / "python/tumble/foundation/procedures.py",
         ')\n"""Procedures in the order',
         f'{row})\n"""Procedures in the order',
     )
-    names = '    "MagnetometerResult",\n    "magnetometer",\n'
+    names = '    "BarometerResult",\n    "barometer",\n'
     changed(root / "python/tumble/__init__.py", "__all__ = [\n", f"__all__ = [\n{names}")
-    (root / "docs/how-to/magnetometer.md").write_text("# North\n")
+    (root / "docs/how-to/barometer.md").write_text("# North\n")
     return root
 
 
@@ -111,7 +111,7 @@ def test_three_files_know_a_procedure_besides_its_folder(extended):
     assert known == {
         "python/tumble/foundation/procedures.py",
         "python/tumble/__init__.py",
-        "docs/how-to/magnetometer.md",
+        "docs/how-to/barometer.md",
     }
 
 
@@ -121,27 +121,27 @@ def test_the_layers_hold_with_a_new_procedure(extended):
 
 def test_a_new_row_is_a_page_of_the_site_whose_commands_are_run(extended):
     code = "import check_commands; print(check_commands.PAGES)"
-    assert "how-to/magnetometer.md" in run(extended, "-c", code)
+    assert "how-to/barometer.md" in run(extended, "-c", code)
     code = "import site_procedures as s; c = type('C', (), {})(); c.nav = [{s.SHELF: []}]; "
     code += "print(s.on_config(c).nav, s.on_page_markdown('<!-- procedures -->'))"
     shown = run(extended, "-c", code)
-    assert "{'North': 'how-to/magnetometer.md'}" in shown
-    assert "::: tumble.magnetometer" in shown
+    assert "{'North': 'how-to/barometer.md'}" in shown
+    assert "::: tumble.barometer" in shown
 
 
 def test_a_new_row_has_its_schema(extended):
-    assert "magnetometer-result" in run(extended, "-m", "tumble", "schema")
-    made = json.loads(run(extended, "-m", "tumble", "schema", "magnetometer-result"))
-    assert made["properties"]["schema"]["const"] == "tumble-magnetometer-result/1"
+    assert "barometer-result" in run(extended, "-m", "tumble", "schema")
+    made = json.loads(run(extended, "-m", "tumble", "schema", "barometer-result"))
+    assert made["properties"]["schema"]["const"] == "tumble-barometer-result/1"
 
 
 def test_a_new_row_is_a_command_with_its_line_of_help(extended):
     assert "Find the north." in run(extended, "-m", "tumble", "--help")
-    assert run(extended, "-m", "tumble", "magnetometer") == "north\n"
+    assert run(extended, "-m", "tumble", "barometer") == "north\n"
 
 
 def test_a_new_row_is_a_function_and_a_type_of_the_package(extended):
-    code = "import tumble; tumble.MagnetometerResult(); print(tumble.magnetometer())"
+    code = "import tumble; tumble.BarometerResult(); print(tumble.barometer())"
     assert run(extended, "-c", code) == "found\n"
 
 
@@ -151,13 +151,13 @@ def test_a_new_row_is_asked_what_a_recording_serves_for(extended, tmp_path):
     assert made
     (inspection,) = json.loads(run(extended, "-m", "tumble", "inspect", str(log), "--json"))["logs"]
     services = {each["procedure"]: each["missing"] for each in inspection["services"]}
-    assert services["magnetometer"] == ["a magnetometer"]
+    assert services["barometer"] == ["a barometer"]
 
 
 def test_a_new_row_names_files_of_units(extended):
     code = "from tumble.foundation.file_names import *; "
-    code += "print(unit_stem('imu', 'magnetometer'), file_stem('a.magnetometer'), 'north' in TAKEN)"
-    assert run(extended, "-c", code) == "imu.magnetometer a_magnetometer True\n"
+    code += "print(unit_stem('imu', 'barometer'), file_stem('a.barometer'), 'north' in TAKEN)"
+    assert run(extended, "-c", code) == "imu.barometer a_barometer True\n"
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from tumble.foundation.errors import ProcedureError
 LARGEST_UNCERTAINTY = 20.0
 """uT."""
 WEAKEST, STRONGEST = 15.0, 100.0
-"""uT: no place on Earth has a weaker or a stronger field, not even beside iron ore."""
+"""uT: no place on Earth has a weaker or a stronger field, not even beside rock of iron."""
 _DAYS = 365.25
 
 
