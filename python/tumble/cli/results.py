@@ -26,6 +26,9 @@ _FILES = {
     "report": "Report",
     "store": "Store",
     "output": "Output",
+    "rerun": "Rerun",
+    "mcap": "Foxglove, PlotJuggler",
+    "layout": "Layout of Foxglove",
 }
 """Titles of files that are not named after a unit."""
 

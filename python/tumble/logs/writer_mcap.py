@@ -80,14 +80,19 @@ class McapWriter:
             self._writer.add_message(channel, stamp, data, stamp, self._sequence)
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF
 
+    def write_message(self, topic: str, message_type: str, definition: str, stamp: int, data: bytes) -> None:
+        """Appends a message of a type whose definition, with all it consists of, is given; its stamp is ns."""
+        self._writer.add_message(self._channel(topic, message_type, definition), stamp, data, stamp)
+
     def close(self) -> None:
         """Writes what is known beside the samples, and the index."""
         self._writer.add_metadata(FACTS, self._facts.of_the_samples())
         self._writer.finish()  # type: ignore[no-untyped-call]
 
-    def _channel(self, topic: str, message_type: str) -> int:
+    def _channel(self, topic: str, message_type: str, definition: str = "") -> int:
         if topic not in self._channels:
-            definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(message_type, ros_version=2)
+            if not definition:
+                definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(message_type, ros_version=2)
             schema = self._writer.register_schema(message_type, "ros2msg", definition.encode())
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
         return self._channels[topic]

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from tumble.cli.read_options import ReadingOptions
+from tumble.cli.results import list_files
 from tumble.cli.screen import print_event
 from tumble.cli.shared_options import JsonOption
 from tumble.foundation.errors import CommandError
 from tumble.logs.optional import install_command
+from tumble.tools.viewers.command_options import ViewerOptions
+
+if TYPE_CHECKING:
+    from tumble.tools.view.viewing import Viewing
 
 _NEEDED: Final = ("nicegui", "tsdownsample")
 
@@ -49,6 +54,7 @@ def view_command(
     ] = False,
     as_json: JsonOption = False,
     *,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Show recordings as charts in the browser: zoom, rests and turns, spectra, calibrated beside raw.
@@ -56,13 +62,19 @@ def view_command(
     Example: tumble view drive.bag:/imu/data
 
     Serves a page on this computer until Ctrl-C. Charts zoom by wheel, drag and keys, and save as PNG and SVG.
-    With a result its recording is shown, with the rests that were used and the residuals.
+    With a result its recording is shown, with the rests that were used and the residuals. With --rerun or
+    --mcap a file for another viewer is written instead of a page served.
     """
-    _need_extra()
-    from tumble.bench.log.serving import serve
     from tumble.tools.view.viewing import open_viewing
 
+    viewers.check()
+    if not viewers.are_wanted:
+        _need_extra()
     viewing = open_viewing(sources, calibrations=calibration or (), log=log, read=reading.read())
+    if viewers.are_wanted:
+        _write(viewing, viewers, as_json)
+        return
+    from tumble.bench.log.serving import serve
 
     def tell(address: str) -> None:
         if as_json:
@@ -71,6 +83,20 @@ def view_command(
             print(f"{viewing.title}: {address}\nCtrl-C ends it.", flush=True)
 
     serve(viewing, port, opens_browser=not no_browser, tell=tell)
+
+
+def _write(viewing: Viewing, viewers: ViewerOptions, as_json: bool) -> None:
+    from tumble.tools.view.viewer_content import content_of
+
+    try:
+        viewing.gather()
+        files = viewers.write(lambda: content_of(viewing), quiet=as_json)
+    finally:
+        viewing.close()
+    if as_json:
+        print_event("written", {"files": {key: str(path) for key, path in files.items()}})
+    else:
+        list_files(files)
 
 
 def _need_extra() -> None:

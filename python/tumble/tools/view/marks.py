@@ -28,6 +28,8 @@ class SegmentMark:
     remark: str = ""
     """Reason why it is no rest, or is not used."""
     used: bool = True
+    specific_force: tuple[float, ...] | None = None
+    """(3,) mean of a rest, m/s^2, as measured; None where it is not known."""
 
 
 def acquired_of(samples: KeptSamples, *, by_hand: bool = False) -> _core.Acquired:
@@ -48,7 +50,10 @@ def marks_of(samples: KeptSamples, acquired: _core.Acquired) -> tuple[SegmentMar
     rests = rests_of(acquired, triads=samples.recording.metadata.triads)
     parts = [int(part) for part in acquired.rest_parts]
     found = [
-        SegmentMark("rest", *_shown(samples, rest), str(number)) for number, rest in enumerate(rests, start=1)
+        SegmentMark(
+            "rest", *_shown(samples, rest), str(number), specific_force=tuple(rest.specific_force.tolist())
+        )
+        for number, rest in enumerate(rests, start=1)
     ]
     turns = [
         SegmentMark("turn", before.end, after.start, f"{before.label}-{after.label}")
