@@ -51,6 +51,7 @@ TOOLS = {
         "simulate",
         "table",
         "view",
+        "viewers",
     ),
 }
 ROOMS = {"foundation", "procedures", "tools"}

@@ -10,6 +10,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ReadingOptionsOfSeveral
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import MakerOptions, VoiceOptions
+from tumble.tools.viewers.command_options import ViewerOptions
 
 
 def align_command(
@@ -31,6 +32,7 @@ def align_command(
     *,
     maker: MakerOptions,
     voice: VoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> None:
     """Find rotation, time offset and lever arm between units that moved together.
@@ -45,13 +47,19 @@ def align_command(
     from tumble.cli.progress import sample_progress
     from tumble.procedures.align import summary
     from tumble.procedures.align.command_files import prepare
-    from tumble.procedures.align.procedure import align
+    from tumble.procedures.align.procedure import align, open_aligned
+    from tumble.procedures.align.viewers import viewer_content
 
+    viewers.check()
     folder = output or folder_for(log or primary)
     prepare(folder)
     read = reading.read_each((primary, *secondary))
     with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
     well = result.verdict == "aligned"
-    show_results(summary, result, write_results(result, folder), voice, well=well)
+    files = write_results(result, folder)
+    files |= viewers.write(
+        lambda: viewer_content(result, open_aligned(primary, secondary, log, read)), quiet=voice.quiet
+    )
+    show_results(summary, result, files, voice, well=well)
     end_unless(well)

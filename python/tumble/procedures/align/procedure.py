@@ -52,9 +52,8 @@ def align(
     """
     if not search >= 0.0:
         raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
-    units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True, live_times=False)
-    recordings = [with_sample_times(_recorded(unit)) for unit in units]
-    units = tuple(replace(unit, recording=each) for unit, each in zip(units, recordings, strict=True))
+    units = _opened(primary, secondaries, log, read)
+    recordings = [_recorded(unit) for unit in units]
     samples = read_samples(units, progress)
     ours, *theirs = zip(units, samples, strict=True)
     # The core lets other threads run, and pairs have nothing to do with each other.
@@ -77,6 +76,26 @@ def align(
         serials=serials_of(units),
         time=LogTime(ours[1].start),
     )
+
+
+def open_aligned(
+    primary: RecordingSource,
+    secondaries: RecordingSource | Sequence[RecordingSource],
+    log: str | Path | None = None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+) -> list[Recording]:
+    """Opens the recordings of all units, primary first, with the times that `align` takes them at."""
+    return [_recorded(unit) for unit in _opened(primary, secondaries, log, read)]
+
+
+def _opened(
+    primary: RecordingSource,
+    secondaries: RecordingSource | Sequence[RecordingSource],
+    log: str | Path | None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None,
+) -> tuple[UnitLog, ...]:
+    units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True, live_times=False)
+    return tuple(replace(unit, recording=with_sample_times(_recorded(unit))) for unit in units)
 
 
 def _recorded(unit: UnitLog) -> Recording:

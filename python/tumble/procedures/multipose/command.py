@@ -17,6 +17,7 @@ from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOpti
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.magnetometer.command_options import EarthFieldOptions
 from tumble.procedures.multipose.command_live import MultiposeLiveOptions, run_live
+from tumble.tools.viewers.command_options import ViewerOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +72,7 @@ def multipose_command(
     live: MultiposeLiveOptions,
     maker: MakerOptions,
     voice: VoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Calibrate an IMU that was held still in many orientations, without equipment.
@@ -92,6 +94,7 @@ def multipose_command(
     from tumble.logs import open_recording
     from tumble.procedures.multipose import summary
     from tumble.procedures.multipose.procedure import as_counts, multipose
+    from tumble.procedures.multipose.viewers import viewer_content
 
     read = reading.read()
     options: dict[str, Any] = {
@@ -100,11 +103,13 @@ def multipose_command(
         "earth_rate": poses.earth_rate,
         "calibration": Calibration.load(calibration) if calibration else None,
     }
+    viewers.check()
     if magnetometer:
         options |= {"magnetometer": earth.at(gravity.latitude, gravity.height), "current": earth.current}
     else:
         earth.refuse_without("--magnetometer")
     if live.live:
+        viewers.refuse_live()
         if magnetometer:
             raise ProcedureError("--magnetometer is for recordings; give it with the session then")
         if poses.faces or poses.sections:
@@ -112,9 +117,14 @@ def multipose_command(
         run_live(log, output, read, live, options, maker, voice, raw=poses.raw)
         return
     live.refuse_without_live()
+    if poses.raw and viewers.are_wanted:
+        raise ProcedureError(
+            "--raw: counts are not shown in SI units; leave out --rerun and --mcap, and type tumble view LOG "
+            "with the units that were found"
+        )
     folder = output or folder_for(log)
-    name = open_recording(log, as_counts(read) if poses.raw else read).name
-    prepare_unit_files(folder, name, "multipose")
+    recording = open_recording(log, as_counts(read) if poses.raw else read)
+    prepare_unit_files(folder, recording.name, "multipose")
     with sample_progress("reading", quiet=voice.quiet) as advance:
         result = multipose(
             log,
@@ -128,5 +138,7 @@ def multipose_command(
             progress=advance,
         )
     well = result.verdict == "calibrated"
-    show_results(summary, result, write_results(result, folder), voice, well=well)
+    files = write_results(result, folder)
+    files |= viewers.write(lambda: viewer_content(result, recording), quiet=voice.quiet)
+    show_results(summary, result, files, voice, well=well)
     end_unless(well)

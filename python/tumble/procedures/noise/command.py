@@ -10,6 +10,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
+from tumble.tools.viewers.command_options import ViewerOptions
 
 
 def noise_command(
@@ -26,6 +27,7 @@ def noise_command(
     *,
     maker: MakerOptions,
     voice: VoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Find the noise of a sensor that stands still: Allan deviations and the terms they show.
@@ -43,12 +45,16 @@ def noise_command(
     from tumble.procedures.noise import summary
     from tumble.procedures.noise.command_files import prepare
     from tumble.procedures.noise.procedure import noise
+    from tumble.procedures.noise.viewers import viewer_content
 
+    viewers.check()
     recordings = [open_recording(log, reading.read()) for log in logs]
     folder = output or folder_for(logs[0])
     prepare(folder, recordings[0].name)
     with maker.stated(), sample_progress("reading", quiet=voice.quiet) as advance:
         result = noise(recordings, calibration=calibration, progress=advance)
     well = result.verdict == "measured"
-    show_results(summary, result, write_results(result, folder), voice, well=well)
+    files = write_results(result, folder)
+    files |= viewers.write(lambda: viewer_content(result, recordings), quiet=voice.quiet)
+    show_results(summary, result, files, voice, well=well)
     end_unless(well)

@@ -21,6 +21,7 @@ from tumble.procedures.redundancy.command_options import (
     SetOptions,
     SettingsOptions,
 )
+from tumble.tools.viewers.command_options import ViewerOptions
 
 if TYPE_CHECKING:
     from tumble.logs import SingleAxes
@@ -54,6 +55,7 @@ def redundancy_command(
     live: RedundancyLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> None:
     """Replay a redundant set: a primary IMU keeps its secondaries calibrated.
@@ -74,8 +76,10 @@ def redundancy_command(
 
         show_settings(voice.as_json)
         return
+    viewers.check()
     with maker.stated():
         if live.live:
+            viewers.refuse_live()
             from tumble.procedures.redundancy.command_live import watch_sources
 
             replay.refuse_with_live()
@@ -84,7 +88,9 @@ def redundancy_command(
             )
         else:
             live.refuse_without_live()
-            result = _replayed(sources or [], primary, output, replay, stated, known, aiding, voice, reading)
+            result = _replayed(
+                sources or [], primary, output, replay, stated, known, aiding, voice, viewers, reading
+            )
     end_unless(result.all_well)
 
 
@@ -97,6 +103,7 @@ def _replayed(
     known: SetOptions,
     aiding: AidingOptions,
     voice: LongVoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> RedundancyResult:
     """Replay logs, write and show what came of it."""
@@ -106,6 +113,8 @@ def _replayed(
     from tumble.foundation.files import PAGE, check_output, prepare_folder
     from tumble.procedures.redundancy import summary
     from tumble.procedures.redundancy.command_files import EVENTS_KIND, output_format, stale_files
+    from tumble.procedures.redundancy.command_viewers import viewer_content
+    from tumble.procedures.redundancy.logs import open_units
     from tumble.procedures.redundancy.procedure import redundancy
 
     how, of_units, told = stated.stated(), known.stated(), aiding.stated()
@@ -117,10 +126,11 @@ def _replayed(
     check_output(folder / REDUNDANCY_PAGE, PAGE)
     if replay.output_log is not None:
         output_format(replay.output_log)
+    units = [single.get(name, name) for name in (primary, *secondary)]
     with sample_progress("replaying", quiet=voice.quiet) as advance:
         result = redundancy(
-            single.get(primary, primary),
-            [single.get(name, name) for name in secondary],
+            units[0],
+            units[1:],
             log=log,
             commands=commands,
             allow_missing=replay.allow_missing,
@@ -134,6 +144,12 @@ def _replayed(
     files = write_results(result, folder)
     if replay.output_log is not None and result.output is not None:
         files["output"] = result.output.save(replay.output_log)
+    files |= viewers.write(
+        lambda: viewer_content(
+            result, open_units(units, log, read, replay.allow_missing), how["settings"].units
+        ),
+        quiet=voice.quiet,
+    )
     for path in stale_files(result, folder):
         print(
             f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",

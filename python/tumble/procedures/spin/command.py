@@ -16,6 +16,7 @@ from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import ProcedureError
 from tumble.procedures.spin.command_live import SpinLiveOptions, run_live
+from tumble.tools.viewers.command_options import ViewerOptions
 
 if TYPE_CHECKING:
     from tumble.procedures.spin.preset import TurnPreset
@@ -133,6 +134,7 @@ def spin_command(
     live: SpinLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Find the biases of a robot's IMU from a turn on the spot.
@@ -151,8 +153,11 @@ def spin_command(
         raise ProcedureError("give either a log or --live SOURCE")
     if live.live is not None and known.at:
         raise ProcedureError("--at is a time of a log; leave it out with --live")
+    viewers.check()
     if log is not None:
         live.refuse_with_a_log()
+    else:
+        viewers.refuse_live()
     from tumble.calibration.document import Calibration
 
     still, preset, true_turns = turn.still_seconds(), turn.preset(), known.turned()
@@ -177,6 +182,7 @@ def spin_command(
     from tumble.logs import open_recording
     from tumble.procedures.spin import summary
     from tumble.procedures.spin.procedure import SHORTEST_STILL, spin
+    from tumble.procedures.spin.viewers import viewer_content
 
     spans = [_span(text) for text in known.at or ()]
     recording = open_recording(log, read)
@@ -198,7 +204,9 @@ def spin_command(
         )
     well = result.verdict == "calibrated" and not (spans and result.refused)
     draw = summary.long_summary if voice.verbose else summary.screen_summary
-    show_results(summary, result, write_results(result, folder), voice, well=well, draw=draw)
+    files = write_results(result, folder)
+    files |= viewers.write(lambda: viewer_content(result, recording), quiet=voice.quiet)
+    show_results(summary, result, files, voice, well=well, draw=draw)
     end_unless(well)
 
 

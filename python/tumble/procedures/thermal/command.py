@@ -10,6 +10,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import ReadingOptions
 from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.shared_options import CalibrationOption, MakerOptions, VoiceOptions
+from tumble.tools.viewers.command_options import ViewerOptions
 
 
 def thermal_command(
@@ -39,6 +40,7 @@ def thermal_command(
     *,
     maker: MakerOptions,
     voice: VoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptions,
 ) -> None:
     """Find how bias and scale of a unit change with temperature.
@@ -55,7 +57,9 @@ def thermal_command(
     from tumble.logs import open_recording
     from tumble.procedures.thermal import summary
     from tumble.procedures.thermal.procedure import thermal
+    from tumble.procedures.thermal.viewers import viewer_content
 
+    viewers.check()
     recordings = [open_recording(log, reading.read()) for log in logs]
     folder = output or folder_for(logs[0])
     prepare_unit_files(folder, recordings[0].name, "thermal")
@@ -68,5 +72,7 @@ def thermal_command(
             progress=advance,
         )
     well = result.verdict == "measured"
-    show_results(summary, result, write_results(result, folder), voice, well=well)
+    files = write_results(result, folder)
+    files |= viewers.write(lambda: viewer_content(result, recordings), quiet=voice.quiet)
+    show_results(summary, result, files, voice, well=well)
     end_unless(well)

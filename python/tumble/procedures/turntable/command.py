@@ -17,7 +17,7 @@ from tumble.cli.live_screen import failures_told
 from tumble.cli.output import OutputFolder, folder_for, folder_named_after
 from tumble.cli.progress import batch_progress
 from tumble.cli.read_options import ReadingOptionsOfSeveral, read_options_for
-from tumble.cli.results import end_unless, show_results, write_results
+from tumble.cli.results import end_unless, list_files, show_results, write_results
 from tumble.cli.shared_options import LongVoiceOptions, MakerOptions
 from tumble.foundation.errors import LogError, ProcedureError, TumbleError
 from tumble.foundation.translation import translated
@@ -29,6 +29,7 @@ from tumble.procedures.turntable.command_options import (
     PagesOption,
     ReferenceOptions,
 )
+from tumble.tools.viewers.command_options import ViewerOptions
 
 if TYPE_CHECKING:
     from tumble.poses.pose_list import PoseList
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from tumble.procedures.turntable.procedure import TurntableSession
     from tumble.procedures.turntable.production import Production
     from tumble.procedures.turntable.targets import TargetLog, TargetsFound
+    from tumble.tools.viewers.content import ViewerContent
 
 
 def turntable_command(
@@ -65,6 +67,7 @@ def turntable_command(
     live: TurntableLiveOptions,
     maker: MakerOptions,
     voice: LongVoiceOptions,
+    viewers: ViewerOptions,
     reading: ReadingOptionsOfSeveral,
 ) -> None:
     """Calibrate targets on a turntable against a co-mounted reference.
@@ -79,6 +82,7 @@ def turntable_command(
     """
     from tumble.procedures.turntable.procedure import open_session
 
+    viewers.check()
     certified = known.certified()
     if live.live and certified is not None:
         certified.refuse_other_model(known.reference_model)
@@ -107,6 +111,7 @@ def turntable_command(
     read = TargetReading(reading.read(), reading.exceptions or [])
     with failures_told(live.live and voice.as_json):
         if live.live:
+            viewers.refuse_live()
             folder = _folder_of_live(output)
             recorded = record_live(
                 words,
@@ -132,9 +137,11 @@ def turntable_command(
         units = _units(words[0], words[1:], known.name)
         found = _found(units, folder, poses, wanted, read)
         production, remarks = _production(units[0], folder, poses, found, wanted, read, calibrating, gravity)
+        if viewers.are_wanted:
+            production = replace(production, results={})
         if not voice.quiet:
             _remark(remarks)
-        well = _run(production, found.targets, voice, live=live.live)
+        well = _run(production, found.targets, voice, viewers, read, live=live.live)
     end_unless(well and (recorded is None or recorded.is_all))
 
 
@@ -228,6 +235,8 @@ class TargetReading:
 
     def __init__(self, shared: ReadOptions, exceptions: Sequence[str]) -> None:
         self.shared = shared
+        self.reference = ""
+        """Recording of the reference, once the recordings are settled."""
         self.exceptions = exceptions
         self._apart: dict[str, ReadOptions] = {}
 
@@ -238,6 +247,7 @@ class TargetReading:
                 f"--serial {self.shared.serial}: there are {len(targets)} targets; give each its own with "
                 "--for NAME:serial=TEXT, or in a list with columns file,serial"
             )
+        self.reference = reference
         sources = (reference, *(target.source for target in targets))
         if self.exceptions:
             self._apart = read_options_for(self.shared, self.exceptions, sources)
@@ -250,7 +260,13 @@ class TargetReading:
 
 
 def _run(
-    production: Production, targets: Sequence[TargetLog], voice: LongVoiceOptions, *, live: bool
+    production: Production,
+    targets: Sequence[TargetLog],
+    voice: LongVoiceOptions,
+    viewers: ViewerOptions,
+    read: TargetReading,
+    *,
+    live: bool,
 ) -> bool:
     """Calibrates and writes all targets, then summary and report, and prints all remarks.
 
@@ -270,6 +286,7 @@ def _run(
             write_results(run, production.batch.folder)
         raise
     files = write_results(run, production.batch.folder)
+    files |= viewers.write(lambda: _shown(production, read), quiet=voice.quiet)
     _remark(f"{path} is of an earlier attempt, the last one has none" for path in run.moved)
     show_results(
         summary,
@@ -284,6 +301,19 @@ def _run(
     return run.is_well
 
 
+def _shown(production: Production, read: TargetReading) -> ViewerContent:
+    """Gives the targets of this run, and their reference, for viewers."""
+    from tumble.logs import open_recording
+    from tumble.procedures.turntable.viewers import viewer_content
+
+    reference = open_recording(read.reference, read.of(read.reference))
+    targets = [
+        (result, open_recording(source, read.of(source)))
+        for source, result in (production.results or {}).items()
+    ]
+    return viewer_content(production.session.batch, reference, targets)
+
+
 def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
     from tumble.foundation.file_names import ATTEMPTS, SUMMARY
     from tumble.procedures.turntable.batch import PAGE_ENDING
@@ -296,6 +326,7 @@ def _say_where(run: TurntableRun, files: Mapping[str, Path]) -> None:
     where = f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}"
     print(translated(where))
     print(translated(f"Report: {files['report']}"))
+    list_files({key: files[key] for key in ("rerun", "mcap", "layout") if key in files})
 
 
 def _remark(lines: Iterable[str]) -> None:

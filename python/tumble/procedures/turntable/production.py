@@ -70,6 +70,8 @@ class Production:
     resume: bool
     serials: dict[str, str] = field(default_factory=dict)
     """Targets of this run by serial."""
+    results: dict[str, TargetResult] | None = None
+    """Results of this run by what names the recording; None where they are not kept."""
 
     def run(self, targets: Sequence[TargetLog]) -> Iterator[Made]:
         """Calibrates and writes one target after the other, in their order.
@@ -151,6 +153,8 @@ class Production:
         target, result = each.read.target, each.result
         if result is None:
             return PrintedPages(self.batch.record(target.name), fresh=False)
+        if self.results is not None:
+            self.results[target.source] = result
         wanted = self.pages == "all" or (self.pages == "failed" and result.verdict not in GOOD)
         return PrintOrder(self.session.batch, result, each.read.key, wanted, target.columns)
 

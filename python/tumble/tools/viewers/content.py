@@ -103,12 +103,17 @@ class ShownUnit:
     on_clock: Callable[[FloatArray], FloatArray] | None = None
     """Converts times of its recording to the clock of the first unit; None where both have one clock."""
 
+    @property
+    def shown_lanes(self) -> tuple[str, ...]:
+        """Lanes that have segments."""
+        return tuple(name for name, segments in self.lanes.items() if segments)
+
     def times(self, time: FloatArray) -> FloatArray:
         """Returns (n,) times of its recording on the clock of the first unit, s."""
         return time if self.on_clock is None else self.on_clock(time)
 
     def changes(self, lane: str) -> Iterator[tuple[float, ShownSegment | None]]:
-        """Returns each change of state in a lane, s of the clock of the first unit; None where one ends."""
+        """Returns each change of state in a lane that is shown, s of the clock of the first unit; None where one ends."""
         segments = sorted(self.lanes[lane], key=lambda each: (each.start, each.end))
         starts = [*(each.start for each in segments[1:]), np.inf]
         for segment, following in zip(segments, starts, strict=True):

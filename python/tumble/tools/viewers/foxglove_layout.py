@@ -54,7 +54,7 @@ def _split(direction: str, first: Any, second: Any, percentage: int) -> dict[str
 
 def _states(units: Sequence[ShownUnit], names: dict[str, str]) -> Iterator[dict[str, Any]]:
     for unit in units:
-        for lane in unit.lanes:
+        for lane in unit.shown_lanes:
             topic = f"/{names[unit.name]}/{lane_topic(lane)}"
             yield {
                 "value": f"{topic}.state",

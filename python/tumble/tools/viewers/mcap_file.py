@@ -127,7 +127,7 @@ def _pending(
         yield _Pending(stamp, EVENTS, line)
     for unit in content.units:
         name = names[unit.name]
-        for lane in unit.lanes:
+        for lane in unit.shown_lanes:
             for time, begun in unit.changes(lane):
                 stamp = stamp_of(time)
                 said = ("none", "", "") if begun is None else (begun.state, begun.label, begun.remark)

@@ -113,9 +113,8 @@ class _Recording:
 
     def _send_segments(self, unit: ShownUnit) -> None:
         path = self._paths[unit.name]
-        for lane, segments in unit.lanes.items():
-            if not segments:
-                continue
+        for lane in unit.shown_lanes:
+            segments = unit.lanes[lane]
             entity, changes = f"{path}/{file_stem(lane)}", list(unit.changes(lane))
             found = {state_name(each): each.state for each in segments}
             configuration = rerun.StateConfiguration(
@@ -203,27 +202,29 @@ def blueprint(content: ViewerContent) -> views.Blueprint:
             views.TextLogView(origin=EVENTS, name="Events"),
             row_shares=[5, 1],
         ),
-        views.TimePanel(timeline=TIME, state="collapsed"),
+        views.TimePanel(timeline=TIME, state="collapsed", play_state="paused"),
         views.BlueprintPanel(state="collapsed"),
         views.SelectionPanel(state="collapsed"),
     )
 
 
 def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
-    lanes = [f"{paths[unit.name]}/{file_stem(lane)}" for unit in content.units for lane in unit.lanes]
-    yield views.StateTimelineView(contents=lanes, name="Rests, turns and states")
+    lanes = [f"{paths[unit.name]}/{file_stem(lane)}" for unit in content.units for lane in unit.shown_lanes]
+    ends = (rerun.TimeRangeBoundary.infinite(), rerun.TimeRangeBoundary.infinite())
+    everything = views.TimeAxis(view_range=rerun.TimeRange(*ends))
+    yield views.StateTimelineView(contents=lanes, name="Rests, turns and states", time_view=everything)
     for triad, name in (("accelerometer", "Specific force"), ("gyroscope", "Angular rate")):
         shown = [
             f"{paths[unit.name]}/{form}/{triad}" for unit in content.units for form in forms_of(unit)[-1:]
         ]
-        yield views.TimeSeriesView(contents=shown, name=f"{name}, {UNITS[triad]}")
+        yield views.TimeSeriesView(contents=shown, name=f"{name}, {UNITS[triad]}", axis_x=everything)
 
 
 def _details(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
     for unit in content.units:
         yield views.TextDocumentView(origin=f"{paths[unit.name]}/calibration", name=unit.name)
     for unit in content.units:
-        if unit.lanes:
+        if any(each.specific_force is not None for lane in unit.lanes.values() for each in lane):
             yield views.Spatial3DView(origin=f"{paths[unit.name]}/up", name=f"Up, {unit.name}")
     if any(unit.pose is not None for unit in content.units):
         yield views.Spatial3DView(origin=SET, name="Set")
