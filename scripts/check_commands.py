@@ -38,6 +38,7 @@ HOW_TOS = (
     "read-logs",
     "convert",
     "view",
+    "viewers",
     "python",
     "simulate",
     "tables",

@@ -81,7 +81,7 @@ class McapWriter:
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF
 
     def write_message(self, topic: str, message_type: str, definition: str, stamp: int, data: bytes) -> None:
-        """Appends a message of a type whose definition, with all it consists of, is given; its stamp is ns."""
+        """Appends a message; its type is defined with all that it consists of, its stamp is ns."""
         self._writer.add_message(self._channel(topic, message_type, definition), stamp, data, stamp)
 
     def close(self) -> None:

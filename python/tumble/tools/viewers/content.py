@@ -113,7 +113,7 @@ class ShownUnit:
         return time if self.on_clock is None else self.on_clock(time)
 
     def changes(self, lane: str) -> Iterator[tuple[float, ShownSegment | None]]:
-        """Returns each change of state in a lane that is shown, s of the clock of the first unit; None where one ends."""
+        """Returns the changes in a lane that is shown, s of the first unit's clock; None where one ends."""
         segments = sorted(self.lanes[lane], key=lambda each: (each.start, each.end))
         starts = [*(each.start for each in segments[1:]), np.inf]
         for segment, following in zip(segments, starts, strict=True):

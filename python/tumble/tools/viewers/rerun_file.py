@@ -89,7 +89,7 @@ class _Recording:
         path = self._paths[unit.name]
         for form in forms_of(unit):
             for triad in unit.recording.metadata.triads:
-                names = [f"{axis} {form}, {UNITS[triad]}" for axis in "xyz"]
+                names = [f"{unit.name} {axis}, {form}" for axis in "xyz"]
                 series = rerun.SeriesLines(names=names, colors=AXIS_COLOURS)
                 self._stream.log(f"{path}/{form}/{triad}", series, static=True)
         text = rerun.TextDocument(parameter_table(unit), media_type=rerun.MediaType.MARKDOWN)
@@ -192,10 +192,11 @@ def parameter_table(unit: ShownUnit) -> str:
 def blueprint(content: ViewerContent) -> views.Blueprint:
     """Arranges a file: states above readings, directions and parameters beside them, events below."""
     paths = {name: f"/{topic}" for name, topic in topic_names(content.units).items()}
+    charts = list(_charts(content, paths))
     return views.Blueprint(
         views.Vertical(
             views.Horizontal(
-                views.Vertical(*_charts(content, paths), row_shares=[2, 3, 3]),
+                views.Vertical(*charts, row_shares=[2, 3, 3][-len(charts) :]),
                 views.Tabs(*_details(content, paths)),
                 column_shares=[3, 1],
             ),
@@ -212,7 +213,8 @@ def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
     lanes = [f"{paths[unit.name]}/{file_stem(lane)}" for unit in content.units for lane in unit.shown_lanes]
     ends = (rerun.TimeRangeBoundary.infinite(), rerun.TimeRangeBoundary.infinite())
     everything = views.TimeAxis(view_range=rerun.TimeRange(*ends))
-    yield views.StateTimelineView(contents=lanes, name="Rests, turns and states", time_view=everything)
+    if lanes:
+        yield views.StateTimelineView(contents=lanes, name="Rests, turns and states", time_view=everything)
     for triad, name in (("accelerometer", "Specific force"), ("gyroscope", "Angular rate")):
         shown = [
             f"{paths[unit.name]}/{form}/{triad}" for unit in content.units for form in forms_of(unit)[-1:]
@@ -221,10 +223,10 @@ def _charts(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
 
 
 def _details(content: ViewerContent, paths: dict[str, str]) -> Iterator[Any]:
+    if any(unit.pose is not None for unit in content.units):
+        yield views.Spatial3DView(origin=SET, name="Set")
     for unit in content.units:
         yield views.TextDocumentView(origin=f"{paths[unit.name]}/calibration", name=unit.name)
     for unit in content.units:
         if any(each.specific_force is not None for lane in unit.lanes.values() for each in lane):
             yield views.Spatial3DView(origin=f"{paths[unit.name]}/up", name=f"Up, {unit.name}")
-    if any(unit.pose is not None for unit in content.units):
-        yield views.Spatial3DView(origin=SET, name="Set")
