@@ -123,9 +123,10 @@ class _Recording:
                 colors=[STATE_COLOURS[each] for each in found.values()],
             )
             self._stream.log(entity, configuration, static=True)
-            states = [None if each is None else state_name(each) for _, each in changes]
+            # An empty state ends the one before.
+            states = ["" if each is None else state_name(each) for _, each in changes]
             times = self._times(np.array([time for time, _ in changes]))
-            columns = rerun.StateChange.columns(state=states)  # type: ignore[arg-type]
+            columns = rerun.StateChange.columns(state=states)
             self._stream.send_columns(entity, [times], columns)
             self._send_directions(path, unit, segments)
 
