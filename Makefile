@@ -26,11 +26,11 @@ build: $(VENV)/.native  ## Build the native module and install the package into 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/tumble demo -o out/demo
 
-demo-sanitize:  ## Interpret tests of the device's crates with Miri, run the C laws with the library under sanitizers (needs nightly Rust)
+sanitize:  ## Interpret tests of the device's crates with Miri, run the C laws with the library under sanitizers (needs nightly Rust)
 	scripts/check_miri.sh
 	scripts/check_sanitized.sh
 
-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
+demo-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
 	@$(BIN)/tumble bench --simulated --folder out/bench
 
 demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
