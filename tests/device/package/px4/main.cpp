@@ -1,11 +1,13 @@
 /* Flies three made IMUs: a rest, motion in which the first secondary is calibrated, and then the others die; the vehicle is
    armed from the end of the first rest until just before the end. `flight [UNIT TIME]`: that unit sends nothing before that
    time, s. */
-#include <cmath>
 #include <cstdlib>
-#include <random>
 
 #include <TumbleImu.hpp>
+
+#include "../made_imus.hpp"
+
+using namespace made_imus;
 
 static uint64_t now = 1000000;
 
@@ -16,12 +18,7 @@ template<> float ParamFloat<px4::params::TMB_GYR_THR>::get() const { return 0.01
 
 extern "C" int tumble_imu_main(int argc, char *argv[]);
 
-static constexpr float gravity = 9.80665f;
-static constexpr float rest = 5.0f;        /* s, twice: before and after the motion */
-static constexpr float motion = 50.0f;     /* s */
-static constexpr float interval = 0.005f;  /* s */
-static const float force_bias[3][3] = {{0, 0, 0}, {0.3f, -0.2f, 0.1f}, {0, 0, 0}};
-static const float rate_bias[3][3] = {{0, 0, 0}, {0.03f, -0.02f, 0.05f}, {0, 0, 0}};
+static constexpr float interval = 0.005f; /* s */
 
 /* Files that were touched, and when they must not be. */
 static bool pushing, armed;
@@ -95,35 +92,16 @@ static void arm(bool wanted)
 	}
 }
 
-static void truth(float time, float force[3], float rate[3])
-{
-	const float moving = time < rest || time > rest + motion ? 0.0f : 1.0f;
-	const float since = time - rest;
-
-	for (int axis = 0; axis < 3; ++axis) {
-		force[axis] = moving * 3.0f * std::sin((1.1f + 0.6f * static_cast<float>(axis)) * since);
-		rate[axis] = moving * 0.8f * std::sin((1.9f - 0.6f * static_cast<float>(axis)) * since);
-	}
-
-	force[2] -= gravity;
-}
-
 static void publish(unsigned unit, const float force[3], const float rate[3])
 {
-	static std::mt19937 generator(7);
-	static std::normal_distribution<float> noise;
 	sensor_accel_s accel{};
 	sensor_gyro_s gyro{};
 	accel.timestamp = accel.timestamp_sample = gyro.timestamp = gyro.timestamp_sample = now;
 	accel.device_id = 100 + unit;
 	gyro.device_id = 200 + unit;
-	float *said[6] = {&accel.x, &accel.y, &accel.z, &gyro.x, &gyro.y, &gyro.z};
-
-	for (int axis = 0; axis < 3; ++axis) {
-		*said[axis] = force[axis] + force_bias[unit][axis] + 0.02f * noise(generator);
-		*said[3 + axis] = rate[axis] + rate_bias[unit][axis] + 0.001f * noise(generator);
-	}
-
+	float *said_force[3] = {&accel.x, &accel.y, &accel.z};
+	float *said_rate[3] = {&gyro.x, &gyro.y, &gyro.z};
+	measure(unit, force, rate, said_force, said_rate);
 	Topic<sensor_accel_s>::of(unit).publish(accel);
 	Topic<sensor_gyro_s>::of(unit).publish(gyro);
 }
@@ -162,7 +140,6 @@ static float comes;
 int px4_usleep(unsigned)
 {
 	static float time, force[3], rate[3];
-	static const float dies = rest + motion + 2.0f;
 	static uint64_t published;
 	const uint64_t count = Topic<vehicle_imu_s>::of(0).count;
 
@@ -175,20 +152,19 @@ int px4_usleep(unsigned)
 	now += 5000;
 	truth(time, force, rate);
 
-	arm(time > rest && time < rest + motion + rest - 0.2f);
+	arm(time > rest && time < end - 0.2f);
 
 	for (unsigned unit = 0; unit < 3; ++unit) {
 		if (unit == absent && time < comes) {
 			continue;
 		}
 
-		/* The unit that takes over has to be the one that was calibrated. */
 		if (unit == 1 || time <= dies) {
 			publish(unit, force, rate);
 		}
 	}
 
-	if (time > rest + motion + rest) {
+	if (time > end) {
 		call("status");
 		call("stop");
 	}
