@@ -109,9 +109,10 @@ protected:
     uint8_t gyro_instance{0};
     uint8_t accel_instance{0};
 
-    void _notify_new_gyro_raw_sample(uint8_t instance, const Vector3f &gyro, uint64_t sample_us=0)
+    /* ArduPilot's header calls the rate so. */
+    void _notify_new_gyro_raw_sample(uint8_t instance, const Vector3f &accel, uint64_t sample_us=0)
     {
-        _imu.instances[instance].gyro = gyro;
+        _imu.instances[instance].gyro = accel;
         _gyro_time = sample_us;
     }
 
