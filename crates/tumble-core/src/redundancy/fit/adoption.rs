@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, columns, identity, zeros};
 use crate::real::{Real, real};
-use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual, covariance_of};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::{Adoption, AdoptionSettings, RedundancySettings};
@@ -220,7 +220,7 @@ impl<T: Real> FitCandidate<'_, T> {
     /// large (docs/theory/redundancy.md, eq. 13).
     fn drift(&self) -> T {
         let time = self.layout.time;
-        let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
+        let spread = covariance_of(self.all, time, time).max(T::default_epsilon());
         let duration_over_spread = (spread * real(12.0)).square_root() / spread;
         present(self.axes).fold(T::zero(), |most, i| {
             let residual = RowResidual::new(self.motion, self.stored, &self.layout, i);

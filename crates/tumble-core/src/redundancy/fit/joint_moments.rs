@@ -72,6 +72,17 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         let product = self.products.get(place::<N>(i, j)).filter(|_| i.max(j) < N);
         product.map_or(T::zero(), |product| *product / count(self.samples.max(1)))
     }
+
+    /// Covariances (divisor n) of a channel with successive ones, the first of which is `from`, not before it. Those
+    /// of unknown channels are left as they are.
+    pub fn covariances(&self, channel: usize, from: usize, covariances: &mut [T]) {
+        let samples = count::<T>(self.samples.max(1));
+        let products = self.products.get(place::<N>(channel, from)..).unwrap_or(&[]);
+        let row = products.iter().take(N.saturating_sub(from));
+        for (covariance, product) in covariances.iter_mut().zip(row) {
+            *covariance = *product / samples;
+        }
+    }
 }
 
 /// Joint moments of the samples of two.
@@ -118,15 +129,17 @@ impl<'a, T: Real, const N: usize, const PACKED: usize> Merged<'a, T, N, PACKED> 
         means.map_or(T::zero(), |(mean, apart)| *mean + *apart * self.share)
     }
 
-    /// Covariance of two channels (divisor n); zero for an unknown channel.
-    pub fn covariance(&self, i: usize, j: usize) -> T {
-        let [first, second] = self.parts.map(|part| &part.products);
-        let apart = self.apart.get(i).zip(self.apart.get(j));
-        let at = place::<N>(i, j);
-        let products = first.get(at).zip(second.get(at)).zip(apart);
-        products.map_or(T::zero(), |((first, second), (a, b))| {
-            (*first + (*second + *a * *b * self.pull)) / self.samples
-        })
+    /// Covariances (divisor n) of a channel with successive ones, the first of which is `from`, not before it. Those
+    /// of unknown channels are left as they are.
+    pub fn covariances(&self, channel: usize, from: usize, covariances: &mut [T]) {
+        let at = place::<N>(channel, from);
+        let [first, second] = self.parts.map(|part| part.products.get(at..).unwrap_or(&[]));
+        let apart = self.apart.get(channel).zip(self.apart.get(from..));
+        let Some((a, others)) = apart else { return };
+        let row = first.iter().zip(second).zip(others);
+        for (covariance, ((first, second), b)) in covariances.iter_mut().zip(row) {
+            *covariance = (*first + (*second + *a * *b * self.pull)) / self.samples;
+        }
     }
 }
 
@@ -175,6 +188,11 @@ mod tests {
                 for j in 0..3 {
                     prop_assert!((joint.covariance(i, j) - covariance(&samples, i, j)).abs() < 1e-8);
                 }
+                let mut row = [0.0; 3];
+                joint.covariances(i, i, &mut row);
+                for (j, covariance) in (i..3).zip(row) {
+                    prop_assert_eq!(covariance, joint.covariance(i, j));
+                }
             }
         }
 
@@ -188,7 +206,9 @@ mod tests {
             for i in 0..3 {
                 prop_assert!((merged.mean(i) - whole.mean()[i]).abs() < 1e-9);
                 for j in 0..3 {
-                    prop_assert!((merged.covariance(i, j) - whole.covariance(i, j)).abs() < 1e-8);
+                    let mut covariance = [0.0];
+                    merged.covariances(i.min(j), i.max(j), &mut covariance);
+                    prop_assert!((covariance[0] - whole.covariance(i, j)).abs() < 1e-8);
                 }
             }
         }

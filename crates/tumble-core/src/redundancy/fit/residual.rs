@@ -17,8 +17,17 @@ pub trait PairMoments<T: Real> {
     fn samples(&self) -> u32;
     /// Mean of a channel.
     fn mean_of(&self, channel: usize) -> T;
-    /// Covariance of two channels.
-    fn covariance_of(&self, i: usize, j: usize) -> T;
+    /// Covariances of a channel with successive ones, the first of which is `from`, not before it. Those of unknown
+    /// channels are left as they are.
+    fn covariances_of(&self, channel: usize, from: usize, covariances: &mut [T]);
+}
+
+/// Covariance of two channels; zero for an unknown channel.
+pub fn covariance_of<T: Real>(pairs: &dyn PairMoments<T>, i: usize, j: usize) -> T {
+    let mut covariance = [T::zero()];
+    pairs.covariances_of(i.min(j), i.max(j), &mut covariance);
+    let [covariance] = covariance;
+    covariance
 }
 
 impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for JointMoments<T, N, PACKED> {
@@ -30,8 +39,8 @@ impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for JointMomen
         self.mean().get(channel).copied().unwrap_or(T::zero())
     }
 
-    fn covariance_of(&self, i: usize, j: usize) -> T {
-        self.covariance(i, j)
+    fn covariances_of(&self, channel: usize, from: usize, covariances: &mut [T]) {
+        self.covariances(channel, from, covariances);
     }
 }
 
@@ -44,8 +53,8 @@ impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for Merged<'_,
         self.mean(channel)
     }
 
-    fn covariance_of(&self, i: usize, j: usize) -> T {
-        self.covariance(i, j)
+    fn covariances_of(&self, channel: usize, from: usize, covariances: &mut [T]) {
+        self.covariances(channel, from, covariances);
     }
 }
 
@@ -105,7 +114,7 @@ impl<T: Real> RowResidual<T> {
         let bias = |error: &RelativeError<T>| error.bias.get(row).copied().unwrap_or(T::zero());
         Self {
             weights,
-            channels: layout.second + 3,
+            channels: layout.second + row + 1,
             offset: bias(stored) - bias(error),
         }
     }
@@ -120,20 +129,31 @@ impl<T: Real> RowResidual<T> {
     pub fn covariance_with(&self, pairs: &dyn PairMoments<T>, channel: usize) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         terms.fold(T::zero(), |sum, (i, w)| {
-            sum + *w * pairs.covariance_of(i, channel)
+            sum + *w * covariance_of(pairs, i, channel)
         })
     }
 
     /// Variance of the residual.
     pub fn variance(&self, pairs: &dyn PairMoments<T>) -> T {
-        // Most weights are zero without an estimated lever arm.
-        let counts = |(_, w): &(usize, &T)| **w != T::zero();
-        let terms = || self.weights.iter().take(self.channels).enumerate().filter(counts);
-        let sum = terms().fold(T::zero(), |sum, (i, a)| {
-            let after = terms().filter(|(j, _)| *j > i);
-            let twice = after.fold(T::zero(), |sum, (j, b)| sum + *b * pairs.covariance_of(i, j));
-            sum + *a * (*a * pairs.covariance_of(i, i) + twice + twice)
-        });
+        let mut sum = T::zero();
+        let mut covariances = [T::zero(); FORCE_CHANNELS];
+        for (i, a) in self.weights.iter().enumerate().take(self.channels) {
+            // Most weights are zero without an estimated lever arm.
+            if *a == T::zero() {
+                continue;
+            }
+            let (row, weights) = (covariances.get_mut(i..self.channels), self.weights.get(i + 1..));
+            let Some((row, weights)) = row.zip(weights) else {
+                continue;
+            };
+            pairs.covariances_of(i, i, row);
+            let Some((own, others)) = row.split_first() else {
+                continue;
+            };
+            let terms = weights.iter().zip(others);
+            let twice = terms.fold(T::zero(), |sum, (b, covariance)| sum + *b * *covariance);
+            sum += *a * (*a * *own + twice + twice);
+        }
         sum.max(T::zero())
     }
 

@@ -6,7 +6,7 @@ use crate::eigen;
 use crate::products::{columns, outer, product, zeros};
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::joint_moments::{JointMoments, packed};
-use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual, covariance_of};
 use crate::redundancy::fit::{Fit, FitProblem, SHARED};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::FORCE_CHANNELS;
@@ -99,7 +99,7 @@ impl<T: Real> Rests<T> {
 
     /// Covariance of the readings of the primary.
     pub(super) fn motion(&self) -> Matrix3<T> {
-        Matrix3::from_fn(|j, k| self.moments.covariance_of(j, k))
+        Matrix3::from_fn(|j, k| self.moments.covariance(j, k))
     }
 
     /// Mean and variance of the residual of an error on an axis, from data minus the prediction of the stored
@@ -288,12 +288,14 @@ pub(super) struct RowPairs<'a, T: Real> {
     within: T,
     /// Share of the rests in the mean.
     share: T,
+    /// Prior of no drift, as a variance of time, s^2.
+    steady: T,
     /// Difference of the rests from the pairs in each channel; at rest no lever arm shows. It is stored, like
     /// the next, because hundreds of covariances use it.
     apart: [T; FORCE_CHANNELS],
     /// Covariance of each channel with time.
     with_time: [T; FORCE_CHANNELS],
-    /// Inverse variance of time, with the prior of the drift; zero for pairs alone.
+    /// Inverse variance of time, with the prior of the drift; zero until drift is taken off, and for pairs alone.
     per_time: T,
 }
 
@@ -307,9 +309,13 @@ impl<'a, T: Real> RowPairs<'a, T> {
     ) -> Self {
         let number: T = count(pairs.samples().max(1));
         let weighed = rests.and_then(|all| Some((all.rests, all.weights.get(row)?)));
-        let (within, share) = weighed.map_or((T::zero(), T::zero()), |(rests, weight)| {
+        let (within, share, steady) = weighed.map_or([T::zero(); 3].into(), |(rests, weight)| {
             let within = weight.each * count(rests.number()) / number;
-            (within.min(real(MOST)), weight.mean / (weight.mean + number))
+            (
+                within.min(real(MOST)),
+                weight.mean / (weight.mean + number),
+                weight.steady / number,
+            )
         });
         let mut row = Self {
             pairs,
@@ -317,48 +323,42 @@ impl<'a, T: Real> RowPairs<'a, T> {
             rests: weighed.map(|(rests, _)| rests),
             within,
             share,
+            steady,
             apart: [T::zero(); FORCE_CHANNELS],
             with_time: [T::zero(); FORCE_CHANNELS],
             per_time: T::zero(),
         };
-        if let Some((rests, weight)) = weighed {
-            row.weigh(rests, weight, number);
+        if let Some((rests, _)) = weighed {
+            row.compare(rests);
         }
         row
     }
 
     // Apart, so that the pairs are made where the caller wants them and not copied there.
     #[inline(never)]
-    fn weigh(&mut self, rests: &Rests<T>, weight: &RestWeight<T>, number: T) {
+    fn compare(&mut self, rests: &Rests<T>) {
         let (pairs, layout) = (self.pairs, self.layout);
         for (channel, apart) in self.apart.iter_mut().enumerate() {
             let rest = at_rest(layout, channel);
             *apart = rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel);
         }
-        for channel in 0..FORCE_CHANNELS {
-            let with_time = self.joint(channel, layout.time);
-            if let Some(place) = self.with_time.get_mut(channel) {
-                *place = with_time;
-            }
-        }
-        let time = self.joint(layout.time, layout.time) + weight.steady / number;
-        self.per_time = if time > T::zero() {
-            T::one() / time
-        } else {
-            T::zero()
-        };
     }
 
-    /// Covariance of two channels, time included.
-    fn joint(&self, i: usize, j: usize) -> T {
-        let pairs = self.pairs.covariance_of(i, j);
-        let Some(rests) = self.rests else {
-            return pairs;
-        };
-        let among = at_rest(self.layout, i).zip(at_rest(self.layout, j));
-        let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
-        let apart = of_channel(&self.apart, i) * of_channel(&self.apart, j);
-        pairs + within * self.within + apart * self.share // eq. 16
+    /// Takes the part that time explains, as far as drift is likely, off the covariances of pairs and rests.
+    #[inline(never)]
+    pub fn take_off_drift(&mut self) {
+        if self.rests.is_none() {
+            return;
+        }
+        let at = self.layout.time;
+        let mut with_time = [T::zero(); FORCE_CHANNELS];
+        for (channel, covariance) in with_time.iter_mut().enumerate() {
+            *covariance = covariance_of(self, channel, at);
+        }
+        let time = of_channel(&with_time, at) + self.steady;
+        if time > T::zero() {
+            (self.with_time, self.per_time) = (with_time, T::one() / time);
+        }
     }
 
     /// Variance of the mean of pairs and rests, over that of the mean of pairs alone.
@@ -390,13 +390,22 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
         self.pairs.mean_of(channel) + of_channel(&self.apart, channel) * self.share // eq. 16
     }
 
-    /// Covariance without the part that time explains, as far as drift is likely: a linear drift of the bias is
-    /// no part of M.
-    fn covariance_of(&self, i: usize, j: usize) -> T {
-        if self.rests.is_none() {
-            return self.pairs.covariance_of(i, j);
+    /// Covariances without the part that was taken off: a linear drift of the bias is no part of M.
+    fn covariances_of(&self, channel: usize, from: usize, covariances: &mut [T]) {
+        self.pairs.covariances_of(channel, from, covariances);
+        let Some(rests) = self.rests else { return };
+        let rest = at_rest(self.layout, channel);
+        let (apart, with_time) = (
+            of_channel(&self.apart, channel),
+            of_channel(&self.with_time, channel),
+        );
+        let others = self.apart.iter().zip(&self.with_time).enumerate().skip(from);
+        for (covariance, (other, (apart_of_other, with_time_of_other))) in covariances.iter_mut().zip(others) {
+            let among = rest.zip(at_rest(self.layout, other));
+            let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
+            let pulled = apart * *apart_of_other * self.share;
+            let drift = with_time * *with_time_of_other * self.per_time;
+            *covariance = *covariance + within * self.within + pulled - drift; // eq. 16, 19
         }
-        let drift = of_channel(&self.with_time, i) * of_channel(&self.with_time, j) * self.per_time;
-        self.joint(i, j) - drift // eq. 19
     }
 }

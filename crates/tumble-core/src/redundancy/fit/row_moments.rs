@@ -5,8 +5,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::products::product;
 use crate::real::Real;
+use crate::redundancy::components::dot;
 use crate::redundancy::fit::FitProblem;
 use crate::redundancy::fit::residual::PairMoments;
+use crate::redundancy::samples::pair::FORCE_CHANNELS;
 
 /// Channels of a row: motion 3, reading of the secondary minus the stored prediction, and lever 9, row by row.
 const CHANNELS: usize = 13;
@@ -82,14 +84,21 @@ impl<T: Real> EstimatedRow<T> {
     /// minus the stored prediction there, and row of M times lever 3.
     fn sums(&self, channels: &mut [T; CHANNELS]) {
         let [mx, my, mz, beyond, xx, xy, xz, yx, yy, yz, zx, zy, zz] = channels;
-        let rows = [[*xx, *xy, *xz], [*yx, *yy, *yz], [*zx, *zy, *zz]].map(Vector3::from);
-        let arm = Vector3::from(rows.map(|row| row.dot(&self.change)));
+        let (x, y, z) = (
+            Vector3::new(*xx, *xy, *xz),
+            Vector3::new(*yx, *yy, *yz),
+            Vector3::new(*zx, *zy, *zz),
+        );
+        let change = &self.change;
+        let arm = Vector3::new(dot(&x, change), dot(&y, change), dot(&z, change));
         *mx += arm.x; // eq. 7: u'' = u' + R W delta
         *my += arm.y;
         *mz += arm.z;
-        *beyond -= self.stored.dot(&arm); // eq. 7: d_i - (M_0 R W delta)_i
-        let ([x, y, z], m) = (rows, &self.matrix);
-        [*xx, *xy, *xz] = (x * m.x + y * m.y + z * m.z).into(); // eq. 7: (M_k R W)_i
+        *beyond -= dot(&self.stored, &arm); // eq. 7: d_i - (M_0 R W delta)_i
+        let m = &self.matrix;
+        *xx = x.x * m.x + y.x * m.y + z.x * m.z; // eq. 7: (M_k R W)_i
+        *xy = x.y * m.x + y.y * m.y + z.y * m.z;
+        *xz = x.z * m.x + y.z * m.y + z.z * m.z;
     }
 
     /// Replaces covariances of channels by those of the sums: rows first, then columns.
@@ -124,18 +133,27 @@ impl<T: Real> FitProblem<'_, T> {
     /// Covariances of the channels of row `i`.
     #[inline(never)]
     fn covariances(&self, i: usize, covariances: &mut Covariances<T>) {
-        let (pairs, layout) = (self.row_pairs(i), self.layout);
-        let channel = |at: usize| match at {
-            0..BEYOND => Some(at),
-            BEYOND => Some(layout.second + i),
-            _ => layout.lever.map(|first| first + at - LEVER),
+        let (mut pairs, layout) = (self.row_pairs(i), self.layout);
+        pairs.take_off_drift();
+        let beyond = layout.second + i;
+        let last = if self.finds_lever_arm() { layout.time } else { BEYOND };
+        let place = |channel: usize| match channel.checked_sub(BEYOND) {
+            None => Some(channel),
+            Some(_) if channel == beyond => Some(BEYOND),
+            Some(after) => Some(LEVER + after).filter(|_| channel < last),
         };
-        for a in 0..self.channels() {
-            let Some(first) = channel(a) else { return };
-            for b in 0..=a {
-                let covariance = channel(b).map_or(T::zero(), |second| pairs.covariance_of(second, first));
-                put(covariances, a, b, covariance);
-                put(covariances, b, a, covariance);
+        let mut row = [T::zero(); FORCE_CHANNELS];
+        for first in (0..last).chain([beyond]) {
+            let later = row.get_mut(first..=beyond);
+            let Some((a, later)) = place(first).zip(later) else {
+                continue;
+            };
+            pairs.covariances_of(first, first, later);
+            for (second, covariance) in (first..).zip(later) {
+                if let Some(b) = place(second) {
+                    put(covariances, a, b, *covariance);
+                    put(covariances, b, a, *covariance);
+                }
             }
         }
     }
