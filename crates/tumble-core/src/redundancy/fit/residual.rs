@@ -96,20 +96,20 @@ impl<T: Real> RowResidual<T> {
     pub fn new(error: &RelativeError<T>, stored: &RelativeError<T>, layout: &Layout, row: usize) -> Self {
         let mut weights = [T::zero(); FORCE_CHANNELS];
         let change = error.lever_arm - stored.lever_arm;
-        let m = |error: &RelativeError<T>, l: usize| error.matrix.get((row, l)).copied();
-        for (channel, weight) in weights.iter_mut().enumerate() {
-            let lever = layout
-                .lever
-                .and_then(|first| channel.checked_sub(first))
-                .filter(|k| *k < 9);
-            let of_channel = match (channel, lever) {
-                (0..3, _) => m(stored, channel)
-                    .zip(m(error, channel))
-                    .map(|(before, now)| before - now),
-                (_, Some(at)) => m(error, at / 3).zip(change.get(at % 3)).map(|(m, arm)| -m * *arm),
-                _ => (channel == layout.second + row).then(T::one),
-            };
-            *weight = of_channel.unwrap_or(T::zero());
+        let m = |error: &RelativeError<T>, l: usize| error.matrix.get((row, l)).copied().unwrap_or(T::zero());
+        for (l, weight) in weights.iter_mut().enumerate().take(3) {
+            *weight = m(stored, l) - m(error, l);
+        }
+        if let Some(first) = layout.lever {
+            let mut weights = weights.iter_mut().skip(first);
+            for l in 0..3 {
+                for (arm, weight) in change.iter().zip(weights.by_ref()) {
+                    *weight = -m(error, l) * *arm;
+                }
+            }
+        }
+        if let Some(weight) = weights.get_mut(layout.second + row) {
+            *weight = T::one();
         }
         let bias = |error: &RelativeError<T>| error.bias.get(row).copied().unwrap_or(T::zero());
         Self {

@@ -352,8 +352,11 @@ impl<'a, T: Real> RowPairs<'a, T> {
         }
         let at = self.layout.time;
         let mut with_time = [T::zero(); FORCE_CHANNELS];
-        for (channel, covariance) in with_time.iter_mut().enumerate() {
+        for (channel, covariance) in with_time.iter_mut().enumerate().take(at) {
             *covariance = covariance_of(self, channel, at);
+        }
+        if let Some(later) = with_time.get_mut(at..) {
+            self.covariances_of(at, at, later);
         }
         let time = of_channel(&with_time, at) + self.steady;
         if time > T::zero() {
@@ -394,18 +397,22 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
     fn covariances_of(&self, channel: usize, from: usize, covariances: &mut [T]) {
         self.pairs.covariances_of(channel, from, covariances);
         let Some(rests) = self.rests else { return };
-        let rest = at_rest(self.layout, channel);
+        if let Some(rest) = at_rest(self.layout, channel) {
+            for (other, covariance) in (from..).zip(covariances.iter_mut()) {
+                if let Some(other) = at_rest(self.layout, other) {
+                    *covariance += rests.moments.covariance(rest, other) * self.within; // eq. 16
+                }
+            }
+        }
         let (apart, with_time) = (
             of_channel(&self.apart, channel),
             of_channel(&self.with_time, channel),
         );
-        let others = self.apart.iter().zip(&self.with_time).enumerate().skip(from);
-        for (covariance, (other, (apart_of_other, with_time_of_other))) in covariances.iter_mut().zip(others) {
-            let among = rest.zip(at_rest(self.layout, other));
-            let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
+        let others = self.apart.iter().zip(&self.with_time).skip(from);
+        for (covariance, (apart_of_other, with_time_of_other)) in covariances.iter_mut().zip(others) {
             let pulled = apart * *apart_of_other * self.share;
             let drift = with_time * *with_time_of_other * self.per_time;
-            *covariance = *covariance + within * self.within + pulled - drift; // eq. 16, 19
+            *covariance = *covariance + pulled - drift; // eq. 16, 19
         }
     }
 }

@@ -7,19 +7,19 @@ use crate::products::product;
 use crate::real::Real;
 use crate::redundancy::components::dot;
 use crate::redundancy::fit::FitProblem;
-use crate::redundancy::fit::residual::PairMoments;
+use crate::redundancy::fit::residual::{PairMoments, covariance_of};
 use crate::redundancy::samples::pair::FORCE_CHANNELS;
 
-/// Channels of a row: motion 3, reading of the secondary minus the stored prediction, and lever 9, row by row.
+/// Channels of a row: motion 3, lever 9, row by row, and reading of the secondary minus the stored prediction.
 const CHANNELS: usize = 13;
 
-/// Channel of the secondary.
-const BEYOND: usize = 3;
-
 /// First channel of the lever.
-const LEVER: usize = 4;
+const LEVER: usize = 3;
 
-/// Covariances of the channels; the upper corner later holds those of their sums.
+/// Channel of the secondary.
+const BEYOND: usize = 12;
+
+/// Covariances of the channels; those of their sums later take the places of the first of them.
 type Covariances<T> = [[T; CHANNELS]; CHANNELS];
 
 /// Current estimate of a row, whose values weight the channels in the sums of a step.
@@ -56,7 +56,10 @@ impl<T: Real> RowMoments<T> {
     pub fn of(problem: &FitProblem<'_, T>, row: &EstimatedRow<T>) -> Self {
         let mut moments = [[T::zero(); CHANNELS]; CHANNELS];
         problem.covariances(row.number, &mut moments);
-        row.sum(&mut moments, problem.channels());
+        // Without a lever arm to estimate, a sum equals its channel.
+        if problem.finds_lever_arm() {
+            row.sum(&mut moments);
+        }
         Self::out_of(&moments, &problem.noise.reading, &row.stored)
     }
 
@@ -80,10 +83,10 @@ impl<T: Real> RowMoments<T> {
 }
 
 impl<T: Real> EstimatedRow<T> {
-    /// Replaces channels by sums: motion at the estimated place of the secondary 3, reading of the secondary
-    /// minus the stored prediction there, and row of M times lever 3.
+    /// Replaces channels by sums: motion at the estimated place of the secondary 3, row of M times lever 3, and reading of
+    /// the secondary minus the stored prediction there.
     fn sums(&self, channels: &mut [T; CHANNELS]) {
-        let [mx, my, mz, beyond, xx, xy, xz, yx, yy, yz, zx, zy, zz] = channels;
+        let [mx, my, mz, xx, xy, xz, yx, yy, yz, zx, zy, zz, beyond] = channels;
         let (x, y, z) = (
             Vector3::new(*xx, *xy, *xz),
             Vector3::new(*yx, *yy, *yz),
@@ -103,13 +106,9 @@ impl<T: Real> EstimatedRow<T> {
 
     /// Replaces covariances of channels by those of the sums: rows first, then columns.
     #[inline(never)]
-    fn sum(&self, covariances: &mut Covariances<T>, channels: usize) {
-        // Without a lever arm to estimate, a sum equals its channel.
-        if channels <= LEVER {
-            return;
-        }
+    fn sum(&self, covariances: &mut Covariances<T>) {
         covariances.iter_mut().for_each(|row| self.sums(row));
-        for j in 0..LEVER + 3 {
+        for j in (0..LEVER + 3).chain([BEYOND]) {
             let mut column = [T::zero(); CHANNELS];
             for (value, row) in column.iter_mut().zip(covariances.iter()) {
                 *value = row.get(j).copied().unwrap_or(T::zero());
@@ -125,42 +124,32 @@ impl<T: Real> EstimatedRow<T> {
 }
 
 impl<T: Real> FitProblem<'_, T> {
-    /// Number of channels in use.
-    fn channels(&self) -> usize {
-        if self.finds_lever_arm() { CHANNELS } else { LEVER }
-    }
-
-    /// Covariances of the channels of row `i`.
+    /// Covariances of the channels of row `i`; zero for a lever that is not estimated.
     #[inline(never)]
     fn covariances(&self, i: usize, covariances: &mut Covariances<T>) {
-        let (mut pairs, layout) = (self.row_pairs(i), self.layout);
+        let mut pairs = self.row_pairs(i);
         pairs.take_off_drift();
-        let beyond = layout.second + i;
-        let last = if self.finds_lever_arm() { layout.time } else { BEYOND };
-        let place = |channel: usize| match channel.checked_sub(BEYOND) {
-            None => Some(channel),
-            Some(_) if channel == beyond => Some(BEYOND),
-            Some(after) => Some(LEVER + after).filter(|_| channel < last),
-        };
-        let mut row = [T::zero(); FORCE_CHANNELS];
-        for first in (0..last).chain([beyond]) {
-            let later = row.get_mut(first..=beyond);
-            let Some((a, later)) = place(first).zip(later) else {
-                continue;
+        let channels = if self.finds_lever_arm() { BEYOND } else { LEVER };
+        let beyond = self.layout.second + i;
+        let mut later = [T::zero(); FORCE_CHANNELS];
+        for (channel, row) in covariances.iter_mut().enumerate().take(channels) {
+            let Some(later) = later.get_mut(channel..=beyond) else {
+                return;
             };
-            pairs.covariances_of(first, first, later);
-            for (second, covariance) in (first..).zip(later) {
-                if let Some(b) = place(second) {
-                    put(covariances, a, b, *covariance);
-                    put(covariances, b, a, *covariance);
-                }
+            pairs.covariances_of(channel, channel, later);
+            let places = row.iter_mut().take(channels).skip(channel);
+            for (place, covariance) in places.zip(later.iter()) {
+                *place = *covariance;
+            }
+            if let Some(covariance) = later.last() {
+                row[BEYOND] = *covariance;
             }
         }
-    }
-}
-
-fn put<T: Real>(table: &mut Covariances<T>, i: usize, j: usize, value: T) {
-    if let Some(place) = table.get_mut(i).and_then(|row| row.get_mut(j)) {
-        *place = value;
+        covariances[BEYOND][BEYOND] = covariance_of(&pairs, beyond, beyond);
+        for row in 1..CHANNELS {
+            for column in 0..row {
+                covariances[row][column] = covariances[column][row];
+            }
+        }
     }
 }
