@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::eigen;
-use crate::products::{columns, outer, zeros};
+use crate::products::{add, columns, outer, zeros};
 use crate::real::Real;
 
 /// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
@@ -23,8 +23,10 @@ impl<T: Real> ExcitedDirections<T> {
         for (value, v) in values.iter().zip(columns(&vectors)) {
             if *value >= least {
                 let along = outer(&v, &v);
-                excited.inverse += along / *value;
-                excited.projection += along;
+                for (sum, along) in excited.inverse.as_mut_slice().iter_mut().zip(along.as_slice()) {
+                    *sum += *along / *value;
+                }
+                add(&mut excited.projection, &along);
                 excited.directions += 1;
             }
         }

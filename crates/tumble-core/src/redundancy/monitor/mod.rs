@@ -82,6 +82,8 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDE
     /// First samples of each unit that came too slowly for the windows; [`QUICK`] once one did not.
     slow: [u8; UNITS],
     known_healthy: [bool; UNITS],
+    /// True if the fit under way took no step with the latest sample.
+    fit_waits: bool,
     /// Time at which all units were at the ends of their ranges last, microseconds.
     overloaded: Option<u64>,
     selection: Selection,
@@ -117,6 +119,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             stretch: 1,
             slow: [0; UNITS],
             known_healthy: [true; UNITS],
+            fit_waits: false,
             overloaded: None,
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
@@ -142,6 +145,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
             stretch,
             slow,
             known_healthy,
+            fit_waits,
             overloaded,
             selection,
             lever_arm_correction,
@@ -161,6 +165,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         *stretch = 1;
         slow.fill(0);
         known_healthy.fill(true);
+        *fit_waits = false;
         *overloaded = None;
         *selection = Selection::new();
         *lever_arm_correction = LeverArmCorrection::new();
@@ -211,7 +216,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
 
     /// Processes the next sample of a unit and returns the output, if the unit is the source. Samples of
     /// different units may come in any order as long as none is more than a window behind the others. A
-    /// calibration whose pairs are complete is fitted in steps, one with each sample.
+    /// calibration whose pairs are complete is fitted in steps, one with each sample that completes no window.
     pub fn push(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -219,8 +224,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize, const AIDED: usize>
         sample: &Sample<T>,
         report: Report<'_, T>,
     ) -> Option<Output<T>> {
-        self.fit_on(platform, report);
-        self.take(platform, number, sample, report)
+        let before = self.latest_window;
+        let output = self.take(platform, number, sample, report);
+        // A window is enough work for a sample, unless each sample completes one.
+        self.fit_waits = self.latest_window != before && !self.fit_waits;
+        if !self.fit_waits {
+            self.fit_on(platform, report);
+        }
+        output
     }
 
     #[inline(never)]
