@@ -25,7 +25,7 @@ pub use fault::{FaultFigures, HealthFault};
 pub use watch::Surroundings;
 
 use crate::real::{Real, seconds};
-use crate::redundancy::health::watch::{Followed, Reading, SensorWatch};
+use crate::redundancy::health::watch::{Context, Followed, Reading, SensorWatch};
 use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
 use crate::redundancy::selection::Condition;
@@ -301,7 +301,12 @@ impl<T: Real> Health<T> {
         self.time = now;
         let (mut usable, mut is_live) = ([false; 2], true);
         let mut followed = [None; 2];
-        let surroundings = self.surroundings();
+        let context = Context {
+            lapse,
+            surroundings: self.surroundings(),
+            shown_late: self.shown_late,
+            settings,
+        };
         for sensor in SENSORS {
             let (triad, stated) = match sensor {
                 Sensor::Accelerometer => (&sample.specific_force, range.specific_force),
@@ -313,10 +318,7 @@ impl<T: Real> Health<T> {
                 values: (*triad).into(),
                 axes: axes.of(sensor),
                 end: watch.end(stated),
-                lapse,
-                surroundings,
-                shown_late: self.shown_late,
-                settings,
+                context: &context,
             });
             *sensor.of_mut(&mut followed) = check.followed;
             *sensor.of_mut(&mut usable) = check.usable;
@@ -474,8 +476,10 @@ impl<T: Real> Health<T> {
 
     #[inline]
     fn find_late(&mut self, now: u64, settings: &HealthSettings<T>) {
-        if now > self.time.saturating_add(self.patience(settings)) {
-            self.is_late(now - self.time, now);
+        let pause = now.saturating_sub(self.time);
+        // Most samples end here: no unit is late earlier.
+        if pause > settings.late && pause > self.patience(settings) {
+            self.is_late(pause, now);
         }
     }
 

@@ -20,6 +20,17 @@ pub enum Surroundings {
     Motion,
 }
 
+/// Circumstances of the readings of a sample.
+pub(super) struct Context<'a, T: Real> {
+    /// Time since the previous sample.
+    pub lapse: Lapse,
+    pub surroundings: Surroundings,
+    /// Additional delay of the detection of a rest if windows are longer than those of the settings,
+    /// microseconds.
+    pub shown_late: u32,
+    pub settings: &'a HealthSettings<T>,
+}
+
 /// Next reading of a sensor, with its context.
 pub(super) struct Reading<'a, T: Real> {
     pub sensor: Sensor,
@@ -27,13 +38,7 @@ pub(super) struct Reading<'a, T: Real> {
     pub axes: &'a [bool; 3],
     /// End of the range, if known.
     pub end: Option<T>,
-    /// Time since the previous reading.
-    pub lapse: Lapse,
-    pub surroundings: Surroundings,
-    /// Additional delay of the detection of a rest if windows are longer than those of the settings,
-    /// microseconds.
-    pub shown_late: u32,
-    pub settings: &'a HealthSettings<T>,
+    pub context: &'a Context<'a, T>,
 }
 
 /// Share of the range above which a reading is at its end: converters have a count less on one side than on the
@@ -61,7 +66,7 @@ impl<T: Real> Reading<'_, T> {
     }
 
     fn spike(&self) -> T {
-        self.settings.spike.of(self.sensor)
+        self.context.settings.spike.of(self.sensor)
     }
 
     /// Compares the axes with their latest values; missing axes are zero. Branches on random readings are slow,
@@ -267,7 +272,7 @@ impl<T: Real> SensorWatch<T> {
     #[inline(never)]
     pub fn push(&mut self, reading: &Reading<'_, T>) -> ReadingCheck<T> {
         let look = reading.look(&self.latest);
-        self.spiking.drain(reading.lapse.whole);
+        self.spiking.drain(reading.context.lapse.whole);
         let useless = self.find_useless(look.at_end || !look.finite, reading);
         if !look.finite || *reading.axes == [false; 3] {
             let bad = useless
@@ -398,11 +403,11 @@ impl<T: Real> SensorWatch<T> {
         if !is_useless && self.useless.is_empty() {
             return false;
         }
-        let limit = ticks(reading.settings.saturated);
+        let limit = ticks(reading.context.settings.saturated);
         if is_useless {
-            self.useless.fill(reading.lapse.whole, limit, FEWEST);
+            self.useless.fill(reading.context.lapse.whole, limit, FEWEST);
         } else {
-            self.useless.drain(reading.lapse.quarter);
+            self.useless.drain(reading.context.lapse.quarter);
         }
         self.useless.is_over(limit)
     }
@@ -467,16 +472,21 @@ impl<T: Real> SensorWatch<T> {
             return longest >= STUCK;
         }
         self.repeated = self.repeated.saturating_add(1);
-        if reading.surroundings == Surroundings::Rest {
+        if reading.context.surroundings == Surroundings::Rest {
             self.repeating.empty();
             return false;
         }
-        let allowed = reading.settings.frozen.saturating_add(reading.shown_late.into());
+        let allowed = reading
+            .context
+            .settings
+            .frozen
+            .saturating_add(reading.context.shown_late.into());
         let limit = ticks(allowed).saturating_mul(3) / present.max(1);
-        self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
+        self.repeating
+            .fill(reading.context.lapse.whole, limit, FEWEST_REPEATED);
         let coarse = self.usual_change < self.resolution() * real(COARSE);
         let needed = if coarse { limit.saturating_mul(2) } else { limit };
-        self.repeating.is_over(needed) && self.is_no_chance(reading.surroundings)
+        self.repeating.is_over(needed) && self.is_no_chance(reading.context.surroundings)
     }
 
     /// Returns whether the resolution cannot explain so many repetitions: readings whose mean change is a share

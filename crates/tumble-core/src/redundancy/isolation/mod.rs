@@ -32,7 +32,7 @@ use crate::redundancy::components::{difference, follow, smaller, sum};
 use crate::redundancy::isolation::attribution::Proof;
 use crate::redundancy::isolation::delay::Delays;
 use crate::redundancy::isolation::motion::SetMotion;
-use crate::redundancy::isolation::pair::ShownByPairs;
+use crate::redundancy::isolation::pair::{Comparisons, ShownByPairs};
 use crate::redundancy::isolation::sensor_isolator::{FindAided, SensorIsolator};
 use crate::redundancy::isolation::turn::{Turned, UsualError};
 use crate::redundancy::isolation::unit::CarriedGravity;
@@ -437,6 +437,8 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
             &*aiding_evidence
         });
         let find_aided = aiding_evidence.map(|_| SensorIsolator::find_aided as FindAided<T, UNITS>);
+        let usual_error = self.usual_error.variance(&self.turned);
+        let mut comparisons = Comparisons::none();
         for sensor in SENSORS {
             let measured = match sensor {
                 Sensor::Accelerometer => &f,
@@ -458,16 +460,17 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
                 evidence: &self.evidence,
                 aiding_evidence,
                 find_aided,
-                usual_error: self.usual_error.variance(&self.turned),
+                usual_error,
                 temperatures: &self.temperatures,
                 turned: &self.turned,
                 force: f,
                 change: sensor.of(&strains).change(),
                 voters: *sensor.of(&voters),
                 known: *sensor.of(&known),
-                late: self.delays.late(window.length),
+                delays: &self.delays,
             };
-            isolator.isolate(&case, &mut self.shown, &mut |found| emit(sensor, found));
+            let pairs = (&mut self.shown, &mut comparisons);
+            isolator.isolate(&case, pairs, &mut |found| emit(sensor, found));
         }
         if let Some(acceleration) = acceleration.filter(|_| !window.means_only) {
             self.find_late(window, &acceleration, emit);
@@ -588,6 +591,7 @@ impl<T: Real, const UNITS: usize> FaultIsolator<T, UNITS> {
 
     /// Second smallest variance of scatter, or the smaller one of two units: a unit that shakes alone shows no
     /// vibration of the set.
+    #[inline(never)]
     fn vibration(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> T {
         let mut least = [real::<T>(f64::INFINITY); 2];
         let mut voters = 0_u8;

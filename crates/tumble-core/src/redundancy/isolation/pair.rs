@@ -8,6 +8,7 @@ use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::isolation::motion::{Strain, Tolerance};
 use crate::redundancy::isolation::scales::{SCALES, SECONDS};
+use crate::redundancy::isolation::shaking::LeftByVibration;
 use crate::redundancy::sensor::Sensor;
 
 /// Constants of one scale (docs/theory/isolation.md, table 1).
@@ -292,6 +293,13 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
         }))
     }
 
+    /// Empties all comparisons.
+    pub fn clear(&mut self) {
+        for comparison in self.0.iter_mut().flatten() {
+            (comparison.scales, comparison.worst) = (0, T::zero());
+        }
+    }
+
     /// Returns the comparison of a pair, in either order.
     pub fn of(&self, i: usize, j: usize) -> Option<&Comparison<T>> {
         self.0.get(i.min(j))?.get(i.max(j))
@@ -304,7 +312,7 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
 }
 
 /// Prior knowledge about two units that are compared.
-pub struct Knowledge<'a, T: Real> {
+pub struct Knowledge<T: Real> {
     /// Uncertainties that turn motion into a difference.
     pub tolerance: Tolerance<T>,
     /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
@@ -314,8 +322,8 @@ pub struct Knowledge<'a, T: Real> {
     /// Square of the difference that drift since the calibrations may have caused, by temperature or common to
     /// all units.
     pub drifted: T,
-    /// Variance that vibration leaves in a window of the two together, given the largest possible one.
-    pub shaken: &'a dyn Fn(T) -> T,
+    /// Variance that vibration leaves in a window of each.
+    pub shaken: [LeftByVibration<T>; 2],
 }
 
 /// Means of two units over scales, the shortest first.
@@ -329,7 +337,7 @@ impl<T: Real> Comparison<T> {
         tolerated: T,
         (first, second): TwoMeans<'_, T>,
         strains: &[Strain<T>; SCALES],
-        known: &Knowledge<'_, T>,
+        known: &Knowledge<T>,
         shown: &Shown<T>,
     ) {
         let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
@@ -338,7 +346,8 @@ impl<T: Real> Comparison<T> {
             let drift = tolerated * tabulated(of.tolerated);
             let tail = tabulated::<T>(of.tail);
             let vibration = strain.vibration;
-            let shaken = (known.shaken)(vibration) * tabulated::<T>(of.shaken);
+            let [a, b] = &known.shaken;
+            let shaken = (a.variance(vibration) + b.variance(vibration)) * tabulated::<T>(of.shaken);
             let shaken = smaller(vibration, shaken + shaken); // isolation.md, eq. 24
             let straight = known.tolerance.straight_lines(strain) * real(STRAIGHT * STRAIGHT);
             let strain = known.tolerance.variance(strain);

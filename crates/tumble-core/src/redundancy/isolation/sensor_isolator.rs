@@ -7,11 +7,13 @@ use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::aiding::AidingEvidence;
 use crate::redundancy::components::{difference, larger, smaller, sum};
 use crate::redundancy::isolation::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
+use crate::redundancy::isolation::delay::Delays;
 use crate::redundancy::isolation::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::isolation::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::isolation::odd_one::{DWELL, Finding, isolate};
 use crate::redundancy::isolation::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::isolation::scales::{LatestShares, SCALES, SECONDS};
+use crate::redundancy::isolation::shaking::LeftByVibration;
 use crate::redundancy::isolation::turn::Turned;
 use crate::redundancy::isolation::unit::SensorDeviation;
 use crate::redundancy::isolation::warmth::Temperatures;
@@ -158,8 +160,7 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     /// Units that may be compared, and those of them that are better known than uncalibrated ones.
     pub voters: UnitSet,
     pub known: UnitSet,
-    /// Units whose clocks drift: their agreement is no evidence.
-    pub late: UnitSet,
+    pub delays: &'a Delays<T, UNITS>,
 }
 
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
@@ -365,32 +366,30 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         }
     }
 
-    /// Compares all pairs, isolates faulty units, and learns from healthy ones. One copy of the code serves
-    /// both kinds of sensor.
+    /// Compares all pairs, isolates faulty units, and learns from healthy ones. `comparisons` is overwritten. One copy of
+    /// the code serves both kinds of sensor.
     #[inline(never)]
     pub fn isolate(
         &mut self,
         case: &Case<'_, T, UNITS>,
-        shown: &mut ShownByPairs<T, UNITS>,
+        (shown, comparisons): (&mut ShownByPairs<T, UNITS>, &mut Comparisons<T, UNITS>),
         emit: Emit<'_, T>,
     ) {
         self.find_noisy(case, emit);
-        let mut comparisons = Comparisons::none();
-        let mut disagrees = self.compare(case, shown, T::zero(), &mut comparisons);
+        let mut disagrees = self.compare(case, shown, T::zero(), comparisons);
         if disagrees {
             let shared = self.shared_drift(case);
             if shared > T::zero() {
-                comparisons = Comparisons::none();
-                disagrees = self.compare(case, shown, shared, &mut comparisons);
+                disagrees = self.compare(case, shown, shared, comparisons);
             }
         }
-        self.find_odd(case, &comparisons, disagrees, emit);
+        self.find_odd(case, comparisons, disagrees, emit);
         if let Some(find) = case.find_aided {
-            find(self, case, &comparisons, emit);
+            find(self, case, comparisons, emit);
         }
-        self.settle_dispute(case, &comparisons, emit);
-        self.reinstate(case, &comparisons, emit);
-        self.learn(case, &comparisons, shown, disagrees);
+        self.settle_dispute(case, comparisons, emit);
+        self.reinstate(case, comparisons, emit);
+        self.learn(case, comparisons, shown, disagrees);
     }
 
     /// Square of the drift since their calibrations by which calibrated units differ, whichever unit is left
@@ -460,6 +459,7 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
         shared: T,
         comparisons: &mut Comparisons<T, UNITS>,
     ) -> bool {
+        comparisons.clear();
         self.worst_squared = [T::zero(); UNITS];
         let voters = case.voters.without(self.faulty);
         let mut disagree = false;
@@ -503,14 +503,17 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
             let means = self.deviations.get(unit)?.means();
             Some(means.get(..compared).unwrap_or(means))
         };
-        let shaken = |unit: usize, most: T| self.deviations.get(unit).map_or(most, |unit| unit.shaken(most));
+        let shaken = |unit: usize| {
+            let deviation = self.deviations.get(unit);
+            deviation.map_or(LeftByVibration::all(), SensorDeviation::shaken)
+        };
         if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
             comparison.fill(
                 sensor,
                 case.window.tolerated.of(sensor),
                 (first, second),
                 self.strains.scales(),
-                &known(sensor, units, drifted, &|most| shaken(i, most) + shaken(j, most)),
+                &known(sensor, units, drifted, [shaken(i), shaken(j)]),
                 shown,
             );
         }
@@ -812,7 +815,13 @@ impl<T: Real, const UNITS: usize> SensorIsolator<T, UNITS> {
     ) {
         let faulty = self.faulty;
         // An uncalibrated unit may agree by chance for a while; only a calibrated one is reinstated.
-        for unit in faulty.and(case.known).without(case.late).units() {
+        let calibrated = faulty.and(case.known);
+        if calibrated.count() == 0 {
+            return;
+        }
+        // The agreement of a unit whose clock drifts is no evidence.
+        let late = case.delays.late(case.window.length);
+        for unit in calibrated.without(late).units() {
             let Some(reinstated) = self.reinstated.get_mut(unit) else {
                 continue;
             };
@@ -917,12 +926,12 @@ fn seconds_of<T: Real>(scale: usize) -> T {
 }
 
 /// Prior knowledge about two units (docs/theory/isolation.md, table 1).
-fn known<'a, T: Real>(
+fn known<T: Real>(
     sensor: Sensor,
     [a, b]: [&UnitReading<T>; 2],
     drifted: T,
-    shaken: &'a dyn Fn(T) -> T,
-) -> Knowledge<'a, T> {
+    shaken: [LeftByVibration<T>; 2],
+) -> Knowledge<T> {
     let [matrix_unknown, matrix_known] = MATRIX.map(tabulated::<T>);
     let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
     let matrix = if shown { matrix_known } else { matrix_unknown };

@@ -29,6 +29,30 @@ pub(super) struct Shaking<T: Real> {
     most: T,
 }
 
+/// Variance that vibration leaves in a window of a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftByVibration<T: Real> {
+    /// Recent scatter.
+    scatter: T,
+    /// Share of the largest possible variance.
+    share: T,
+}
+
+impl<T: Real> LeftByVibration<T> {
+    /// All of the largest possible variance.
+    pub fn all() -> Self {
+        Self {
+            scatter: T::zero(),
+            share: T::one(),
+        }
+    }
+
+    /// Variance, given the largest possible one.
+    pub fn variance(&self, most: T) -> T {
+        larger(self.scatter, self.share * most)
+    }
+}
+
 impl<T: Real> Shaking<T> {
     pub fn new() -> Self {
         Self {
@@ -68,13 +92,15 @@ impl<T: Real> Shaking<T> {
         before
     }
 
-    /// Variance that vibration leaves in a window, given the largest possible one.
-    pub fn variance(&self, most: T) -> T {
-        let share = if self.most > T::zero() {
-            self.left / self.most
-        } else {
-            T::one()
-        };
-        larger(self.scatter, share * most)
+    /// Variance that vibration leaves in a window.
+    pub fn left(&self) -> LeftByVibration<T> {
+        LeftByVibration {
+            scatter: self.scatter,
+            share: if self.most > T::zero() {
+                self.left / self.most
+            } else {
+                T::one()
+            },
+        }
     }
 }

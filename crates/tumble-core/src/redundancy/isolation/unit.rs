@@ -6,7 +6,7 @@ use crate::products::{Length, cross, squared, zeros};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, sum};
 use crate::redundancy::isolation::scales::{LatestShares, SCALES, filled};
-use crate::redundancy::isolation::shaking::Shaking;
+use crate::redundancy::isolation::shaking::{LeftByVibration, Shaking};
 use crate::redundancy::sensor::{SLOW_OFFSET, Sensor};
 
 /// Largest rate of change of a slow offset, m/s^2 and rad/s per second. Consumer units warm up no faster
@@ -71,9 +71,9 @@ impl<T: Real> SensorDeviation<T> {
         self.successive = 0;
     }
 
-    /// Variance that vibration leaves in a window, given the largest possible one.
-    pub fn shaken(&self, most: T) -> T {
-        self.shaking.variance(most)
+    /// Variance that vibration leaves in a window.
+    pub fn shaken(&self) -> LeftByVibration<T> {
+        self.shaking.left()
     }
 
     /// Lets the slow offset follow the mean, while no fault is suspected.
