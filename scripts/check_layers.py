@@ -173,7 +173,7 @@ LAYERS: dict[str, set[str]] = {
         "logs",
         "bounded_yaml",
     }
-    | {"clock_skew", "debugging"},
+    | {"clock_skew", "debugging", "magnetic"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "_core"},
     "procedure": DATA

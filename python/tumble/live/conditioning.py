@@ -15,7 +15,8 @@ from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGat
 from tumble.live.readings import Readings, StreamFacts, joined
 from tumble.live.reordering import ReorderBuffer
 from tumble.live.source import LiveChunk, PolledSource
-from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
+from tumble.logs.conversion import Conversion, case_from_log, conversion_for, notices_on_axes
+from tumble.logs.magnetometer import field_scale
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
@@ -59,6 +60,8 @@ class Conditioner:
         self._head: list[Readings] = []
         self._facts: StreamFacts | None = None
         self._conversion: Conversion | None = None
+        self._from_field: FloatArray | None = None
+        """(3, 3) from the axes and unit of a magnetometer to the case and uT."""
         self._gate = StampGate()
         self._order = ReorderBuffer(reorder_window) if reorder_window > 0.0 and options.rate is None else None
         self._without_number_in_succession = 0
@@ -108,15 +111,27 @@ class Conditioner:
         """
         samples = readings.samples
         samples.time = self._stamps(samples, arrival)
+        magnetic = self._microtesla(readings.magnetic, facts)
         if self._conversion is not None:
-            return self._ordered(Readings(self._conversion(samples), readings.moving), arrival)
-        self._head.append(Readings(_with_numbers(samples), readings.moving))
+            return self._ordered(Readings(self._conversion(samples), readings.moving, magnetic), arrival)
+        self._head.append(Readings(_with_numbers(samples), readings.moving, magnetic))
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
         head, self._head = self._without_stray_stamps(joined(self._head)), []
         self._facts = facts
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
-        return self._ordered(Readings(self._conversion(head.samples), head.moving), arrival)
+        return self._ordered(Readings(self._conversion(head.samples), head.moving, head.magnetic), arrival)
+
+    def _microtesla(self, magnetic: FloatArray | None, facts: StreamFacts) -> FloatArray | None:
+        """Returns readings of a magnetometer in uT and the case frame; rows of zeros hold none."""
+        if magnetic is None:
+            return None
+        if self._from_field is None:
+            _, scale = field_scale(facts.magnetometer_unit, self._options)
+            self._from_field = case_from_log(self._options.axes) * scale
+        found = magnetic @ self._from_field.T
+        found[~magnetic.any(axis=1)] = np.nan
+        return found if np.isfinite(found).any() else None
 
     def due(self) -> LiveChunk:
         """Returns samples that have waited long enough for others by now."""
@@ -144,18 +159,24 @@ class Conditioner:
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
 
     def _checked(self, readings: Readings, arrival: float) -> LiveChunk:
-        samples, moving = readings.samples, readings.moving
+        samples, moving, magnetic = readings.samples, readings.moving, readings.magnetic
         assert samples.time is not None, "every sample was stamped"
         if not self._are_ordinary(samples.time, samples.accelerometer, samples.gyroscope):
             samples = _with_numbers(samples)
             kept = self._fit_to_use(samples)
             if not kept.any():
                 return EMPTY
-            readings = Readings(samples, moving).part(kept)
-            samples, moving = readings.samples, readings.moving
+            readings = Readings(samples, moving, magnetic).part(kept)
+            samples, moving, magnetic = readings.samples, readings.moving, readings.magnetic
         assert samples.time is not None, "every sample was stamped"
         return LiveChunk(
-            samples.time, samples.accelerometer, samples.gyroscope, samples.temperature, moving, arrival
+            samples.time,
+            samples.accelerometer,
+            samples.gyroscope,
+            samples.temperature,
+            moving,
+            arrival,
+            field=magnetic,
         )
 
     def _fit_to_use(self, samples: RawSamples) -> NDArray[np.bool_]:

@@ -22,6 +22,7 @@ from tumble.logs.mavlink_messages import (
     MavlinkMessage,
     coarseness,
     holds_both_triads,
+    magnetic_of,
     samples_of,
 )
 from tumble.logs.optional import imported
@@ -136,7 +137,9 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         messages = self._mine(parts)
         if not messages or self._chosen is None:
             return None
-        return Readings(samples_of(messages, KINDS[self._chosen.message])), self._facts(self._chosen)
+        kind = KINDS[self._chosen.message]
+        field = None if kind.magnetometer_unit is None else magnetic_of(messages, kind).field
+        return Readings(samples_of(messages, kind), magnetic=field), self._facts(self._chosen)
 
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Returns the messages of the chosen sender; keeps them back until there is one."""
@@ -214,6 +217,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
             _stated(kind.gyroscope_unit),
             _stated(kind.time_unit),
             _stated("degC"),
+            _stated(kind.magnetometer_unit),
             notices=tuple(notices),
         )
 

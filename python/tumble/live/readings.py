@@ -19,6 +19,8 @@ class Readings:
     samples: RawSamples
     moving: FloatArray | None = None
     """State of the wheels, as in `LiveChunk`."""
+    magnetic: FloatArray | None = None
+    """(n, 3) of a magnetometer; NaN in rows without a reading."""
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -34,6 +36,7 @@ class Readings:
                 None if samples.temperature is None else samples.temperature[which],
             ),
             None if self.moving is None else self.moving[which],
+            None if self.magnetic is None else self.magnetic[which],
         )
 
 
@@ -49,6 +52,7 @@ class StreamFacts:
     gyroscope_unit: StatedUnit | None = None
     time_unit: StatedUnit | None = None
     temperature_unit: StatedUnit | None = None
+    magnetometer_unit: StatedUnit | None = None
     rate: None = None
     notices: tuple[str, ...] = ()
 
@@ -69,4 +73,14 @@ def joined(pieces: Sequence[Readings]) -> Readings:
             together([each.temperature for each in samples]),
         ),
         together([piece.moving for piece in pieces]),
+        _fields(pieces),
+    )
+
+
+def _fields(pieces: Sequence[Readings]) -> FloatArray | None:
+    """Returns the readings of a magnetometer, NaN for pieces that came without; None where all did."""
+    if all(piece.magnetic is None for piece in pieces):
+        return None
+    return np.concatenate(
+        [np.full((len(each), 3), np.nan) if each.magnetic is None else each.magnetic for each in pieces]
     )

@@ -14,6 +14,7 @@ from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY
 from tumble.live.source import LOG_CLOCK, LiveChunk, PolledSource
 from tumble.logs import open_recording
+from tumble.logs.magnetic_rows import MagneticRows
 from tumble.logs.options import ReadOptions
 from tumble.logs.session import RecordedColumn, wheels_of
 
@@ -51,6 +52,10 @@ class ReplaySource(PolledSource):
         self._wheels = wheels
         self._moving: FloatArray | None = None
         """State of the wheels in the chunk."""
+        track = recording.magnetic
+        self._rows = None if track is None else MagneticRows(track)
+        self._field: FloatArray | None = None
+        """(n, 3) uT in the rows of the chunk."""
         self._done = 0
         """Samples of the chunk that were given."""
         self._began, self._start = math.nan, math.nan
@@ -88,6 +93,8 @@ class ReplaySource(PolledSource):
             self._chunk, self._done = next(self._chunks, None), 0
             if self._wheels is not None and self._chunk is not None:
                 self._moving = self._wheels.take(len(self._chunk))
+            if self._rows is not None and self._chunk is not None:
+                self._field = self._rows.beside(self._chunk).field
         if self._chunk is None:
             raise EOFError
         if math.isnan(self._began):
@@ -104,5 +111,11 @@ class ReplaySource(PolledSource):
         temperature = None if chunk.temperature is None else chunk.temperature[part]
         moving = None if self._moving is None else self._moving[part]
         return LiveChunk(
-            chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature, moving, arrival
+            chunk.time[part],
+            chunk.accelerometer[part],
+            chunk.gyroscope[part],
+            temperature,
+            moving,
+            arrival,
+            field=None if self._field is None else self._field[part],
         )

@@ -56,12 +56,17 @@ class _Layout:
         self.notices = notices
         self._delimiter = None if delimiter == BLANKS else delimiter
         triads = (*(columns.accelerometer or ()), *(columns.gyroscope or ()))
-        self.wanted = [*triads, *(name for name in (columns.time, columns.temperature, moving) if name)]
-        """Names of the fields to read: both triads first."""
+        magnetic = columns.magnetometer.axes if columns.magnetometer else ()
+        further = (name for name in (columns.time, columns.temperature, moving) if name)
+        self.wanted = [*triads, *further, *magnetic]
+        """Names of the fields to read: both triads first, the magnetometer last."""
+        self.fields_of_imu = len(self.wanted) - len(magnetic)
+        """Number of those that are not the magnetometer's."""
         self._places = [names.index(name) for name in self.wanted]
         self._time = len(triads) if columns.time else None
         self._temperature = self.wanted.index(columns.temperature) if columns.temperature else None
-        self._moving = len(self.wanted) - 1 if moving else None
+        self._moving = self.wanted.index(moving) if moving else None
+        self._magnetic = len(self.wanted) - 3 if magnetic else None
 
     def numbers(self, text: str) -> list[float] | None:
         """Reads a row; None where it has not as many fields as columns, or a wanted one is no number."""
@@ -86,7 +91,8 @@ class _Layout:
             column(self._time), rows[:, 0:3].copy(), rows[:, 3:6].copy(), column(self._temperature)
         )
         moving = column(self._moving)
-        return Readings(samples, None if moving is None else _state(moving))
+        magnetic = None if self._magnetic is None else rows[:, self._magnetic :].copy()
+        return Readings(samples, None if moving is None else _state(moving), magnetic)
 
 
 class RowReader:
@@ -277,7 +283,7 @@ class RowReader:
             if self._layout is None:
                 return []
         row = [numbers.get(name, math.nan) for name in self._layout.wanted]
-        if not any(map(math.isfinite, row)):
+        if not any(map(math.isfinite, row[: self._layout.fields_of_imu])):
             # An object without any of its fields is that of another unit.
             return [] if self.prefix else self._sample_or_complaint(str(value), None)
         self._unreadable_in_succession = 0

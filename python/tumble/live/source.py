@@ -10,7 +10,10 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol
 
+import numpy as np
+
 from tumble.foundation.errors import LogError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, FloatArray
 
 HEARTBEAT = 0.1
@@ -41,6 +44,16 @@ class LiveChunk(Chunk):
     """s of `time.monotonic()` when they came; None where none came, or a log is read as fast as can be."""
     sensor_time: FloatArray | None = None
     """(n,) s of the sensor's own clock, where `time` is that of another."""
+    field: FloatArray | None = None
+    """(n, 3) uT of a magnetometer, in the case frame; NaN in rows without a reading, None where none is."""
+
+    @property
+    def magnetic(self) -> MagneticTrack | None:
+        """Returns the readings of the magnetometer among these samples; None where there are none."""
+        if self.field is None:
+            return None
+        rows = np.isfinite(self.field).all(axis=1)
+        return MagneticTrack(self.time[rows], self.field[rows]) if rows.any() else None
 
     def on_clock(self, time: FloatArray) -> LiveChunk:
         """Returns the samples with times of another clock, (n,) s; their own become `sensor_time`."""
@@ -52,6 +65,7 @@ class LiveChunk(Chunk):
             self.moving,
             self.arrival,
             self.time,
+            self.field,
         )
 
     def part(self, which: slice) -> LiveChunk:
@@ -61,7 +75,7 @@ class LiveChunk(Chunk):
         )
 
 
-_COLUMNS = ("time", "accelerometer", "gyroscope", "temperature", "moving", "sensor_time")
+_COLUMNS = ("time", "accelerometer", "gyroscope", "temperature", "moving", "sensor_time", "field")
 
 
 class Source(Protocol):

@@ -132,6 +132,7 @@ class TextUnit(LineUnit[LabelledRow]):
                 columns.gyroscope_unit,
                 columns.time_unit,
                 columns.temperature_unit,
+                columns.magnetometer.unit if columns.magnetometer else None,
             )
             self._stated = columns, facts
         return self._stated[1]

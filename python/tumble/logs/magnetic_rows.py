@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
+from dataclasses import field as stated
 
 import numpy as np
 
@@ -19,16 +20,21 @@ LOAD_COLUMN: Mapping[LoadUnit, str] = {"A": "current", "1": "throttle"}
 class ChunkWithField(Chunk):
     """Samples with the columns of a magnetometer, NaN in rows without a reading."""
 
-    mx: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
-    my: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
-    mz: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
+    mx: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
+    my: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
+    mz: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
     """(n,) uT each."""
-    magnetic_time: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
+    magnetic_time: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
     """(n,) s."""
-    current: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
+    current: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
     """(n,) A."""
-    throttle: FloatArray = field(default_factory=lambda: np.empty(0), kw_only=True)
+    throttle: FloatArray = stated(default_factory=lambda: np.empty(0), kw_only=True)
     """(n,) from 0 to 1."""
+
+    @property
+    def field(self) -> FloatArray:
+        """(n, 3) uT."""
+        return np.column_stack([self.mx, self.my, self.mz])
 
 
 class MagneticRows:

@@ -108,7 +108,7 @@ def magnetic_track(
     Raises `LogError` where the unit that an option names is none of the magnetic field.
     """
     raw = magnetometer.read()
-    unit, scale = _scale(magnetometer, options)
+    unit, scale = field_scale(magnetometer.unit, options)
     remarks = [*magnetometer.notices]
     time = _times(raw, magnetometer, options, rate, time_scale, remarks)
     field = (raw.field * scale) @ case_from_log(options.axes).T
@@ -135,9 +135,12 @@ def _known(current: FloatArray | None, kept: Rows) -> FloatArray | None:
     return None if current is None or not np.isfinite(current).any() else current[kept]
 
 
-def _scale(magnetometer: LoggedMagnetometer, options: ReadOptions) -> tuple[StatedUnit, FloatArray]:
-    """Returns the unit of the log, and the uT of one of it for each of (3,) axes."""
-    stated = stated_unit("magnetometer", magnetometer.unit, options.magnetometer_unit)
+def field_scale(found: StatedUnit | None, options: ReadOptions) -> tuple[StatedUnit, FloatArray]:
+    """Returns the unit of a log or stream, and the uT of one of it for each of (3,) axes.
+
+    `found` is what the log states. Raises `LogError` where an option names no unit of the magnetic field.
+    """
+    stated = stated_unit("magnetometer", found, options.magnetometer_unit)
     unit = stated or StatedUnit(MICROTESLA, ASSUMED)
     scale = np.full(3, UNITS["magnetometer"][unit.name])
     if options.magnetometer_scale is None:

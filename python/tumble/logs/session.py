@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -20,14 +20,23 @@ from pydantic import Field, JsonValue
 from tumble.foundation.documents import Document, read_document
 from tumble.foundation.errors import LogError
 from tumble.foundation.file_names import SESSION_FILE
+from tumble.foundation.magnetic import MICROTESLA
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.schemas import SESSION
 from tumble.logs import parquet
 from tumble.logs.arrow_floats import as_floats
 from tumble.logs.options import ReadOptions
-from tumble.logs.session_clock import STAMP, lines_of, steady
+from tumble.logs.session_clock import STAMP, ClockLine, lines_of, steady
 from tumble.logs.spec import parse_spec
-from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import (
+    LoggedImu,
+    LoggedMagnetometer,
+    RawMagnetic,
+    RawSamples,
+    StatedUnit,
+    Transform,
+    choose,
+)
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
 SessionClock: TypeAlias = Literal["host", "sensor", "log"]
@@ -252,6 +261,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         gyroscope_unit=first.gyroscope_unit or StatedUnit("rad/s", _REASON),
         time_unit=first.time_unit or StatedUnit("s", _REASON),
         temperature_unit=first.temperature_unit or StatedUnit("degC", _REASON),
+        magnetometer=_magnetometer(tracks, lines),
         clock=str(path.resolve()),
         serial=unit.serial or first.serial,
         alone=len(session.units) == 1,
@@ -259,6 +269,24 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         expected=sum(track.expected or 0 for track in tracks),
         notices=(*first.notices, *unit.remarks, *_unfinished(session)),
     )
+
+
+def _magnetometer(tracks: Sequence[LoggedImu], lines: list[ClockLine]) -> LoggedMagnetometer | None:
+    """Returns the magnetometer of all files of a unit, with the times of its samples."""
+    parts = [track.magnetometer for track in tracks if track.magnetometer is not None]
+    if len(parts) < len(tracks):
+        return None
+
+    def samples(raw: RawMagnetic) -> RawSamples:
+        return RawSamples(raw.time, raw.field, raw.field)
+
+    def read() -> RawMagnetic:
+        rows = map(samples, (part.read() for part in parts))
+        found = list(steady(rows, lines) if lines else rows)
+        times = [each.time for each in found if each.time is not None]
+        return RawMagnetic(np.concatenate(times), np.concatenate([each.accelerometer for each in found]))
+
+    return replace(parts[0], read=read, unit=parts[0].unit or StatedUnit(MICROTESLA, _REASON))
 
 
 _REASON = "session"

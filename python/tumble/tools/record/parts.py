@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.foundation.files import prepare_folder, remove_made, replacing
+from tumble.foundation.magnetic import MAGNETIC_CHANNELS
 from tumble.foundation.recording import Chunk, FloatArray
 from tumble.live import LiveChunk
 from tumble.logs import Facts, open_writer
@@ -18,8 +19,10 @@ from tumble.logs.writers import FORMATS
 
 JOINED = 60
 """Parts of a kind that are joined into one: a day of parts of 1 s makes some hundred files."""
-OPTIONAL = ("temperature", "moving")
+OPTIONAL = ("temperature", "moving", "field")
 """Columns that only some units have."""
+COLUMN_OF = {"field": MAGNETIC_CHANNELS[0]}
+"""Column by which a file shows that it has one of another name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +35,33 @@ class RecordedChunk(Chunk):
     """(n,) s by the clock of `time` at which each came; NaN for a log that was read as fast as it can be."""
     moving: FloatArray | None = None
     """(n,) whether wheels turn, as in `LiveChunk`."""
+    field: FloatArray | None = None
+    """(n, 3) uT of a magnetometer, as in `LiveChunk`."""
+
+    @property
+    def mx(self) -> FloatArray:
+        """(n,) uT."""
+        return self._axis(0)
+
+    @property
+    def my(self) -> FloatArray:
+        """(n,) uT."""
+        return self._axis(1)
+
+    @property
+    def mz(self) -> FloatArray:
+        """(n,) uT."""
+        return self._axis(2)
+
+    def _axis(self, axis: int) -> FloatArray:
+        return np.full(len(self), np.nan) if self.field is None else self.field[:, axis]
 
     @property
     def further(self) -> tuple[str, ...]:
         """Names of columns that logs do not have."""
-        return tuple(name for name in ("sensor_time", "arrival", "moving") if getattr(self, name) is not None)
+        own = ("sensor_time", "arrival", "moving")
+        magnetic = MAGNETIC_CHANNELS if self.field is not None else ()
+        return (*(name for name in own if getattr(self, name) is not None), *magnetic)
 
 
 def optional_columns(chunk: LiveChunk) -> tuple[str, ...]:
@@ -50,7 +75,9 @@ def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float)
     def joined(name: str) -> FloatArray | None:
         if name not in optional:
             return None
-        unknown = (_all(chunk, np.nan) for chunk in chunks)
+        unknown = (
+            np.full((len(chunk), 3), np.nan) if name == "field" else _all(chunk, np.nan) for chunk in chunks
+        )
         return np.concatenate(
             [
                 nan if (column := getattr(chunk, name)) is None else column
@@ -67,6 +94,7 @@ def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float)
         np.concatenate([_all(chunk, np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks])
         + shift,
         joined("moving"),
+        joined("field"),
     )
 
 

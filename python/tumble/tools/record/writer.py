@@ -27,7 +27,7 @@ from tumble.logs.session import (
     joined_file,
     recorded_so_far,
 )
-from tumble.tools.record.parts import OPTIONAL, UnitParts, optional_columns, recorded
+from tumble.tools.record.parts import COLUMN_OF, OPTIONAL, UnitParts, optional_columns, recorded
 from tumble.tools.record.session_files import write_session
 
 FLUSH_EVERY = 1.0
@@ -237,7 +237,9 @@ class SessionWriter:
             before = recorded_so_far(self._folder, name)
             if before.samples:
                 unit.last = before.last
-                unit.optional = tuple(name for name in OPTIONAL if name in before.columns)
+                unit.optional = tuple(
+                    name for name in OPTIONAL if COLUMN_OF.get(name, name) in before.columns
+                )
 
     def _wait(self) -> None:
         """Waits for what is being written; raises what went wrong with it."""
