@@ -31,7 +31,7 @@ from tumble.logs.track import (
 )
 from tumble.logs.units import UNITS
 
-Rows: TypeAlias = NDArray[np.intp]
+RowNumbers: TypeAlias = NDArray[np.intp]
 
 EARTH = (15.0, 100.0)
 """uT: the field of the Earth is 22 to 67 uT, and iron beside a sensor adds to it or takes from it."""
@@ -130,7 +130,7 @@ def magnetic_track(
     return replace(track, remarks=(*remarks, *_unlikely(track, options)))
 
 
-def _known(current: FloatArray | None, kept: Rows) -> FloatArray | None:
+def _known(current: FloatArray | None, kept: RowNumbers) -> FloatArray | None:
     """Returns the current at some rows; None where no row has one."""
     return None if current is None or not np.isfinite(current).any() else current[kept]
 
@@ -167,7 +167,7 @@ def _times(
     return raw.time / round(1.0 / scale) if scale != 1.0 else raw.time
 
 
-def _sound(time: FloatArray, read: FloatArray, field: FloatArray, remarks: list[str]) -> Rows:
+def _sound(time: FloatArray, read: FloatArray, field: FloatArray, remarks: list[str]) -> RowNumbers:
     """Returns the rows that hold a reading; rows without any number hold none, and are no omission."""
     there = np.isfinite(read).any(axis=1) & np.isfinite(time)
     whole = there & np.isfinite(read).all(axis=1)
@@ -187,9 +187,9 @@ def _sound(time: FloatArray, read: FloatArray, field: FloatArray, remarks: list[
 def _of_its_own(
     time: FloatArray,
     read: FloatArray,
-    kept: Rows,
+    kept: RowNumbers,
     remarks: list[str],
-) -> Rows:
+) -> RowNumbers:
     """Keeps the first of each run of equal rows, where a slower magnetometer made them."""
     firsts = firsts_of_runs(read[kept])
     if firsts is None:

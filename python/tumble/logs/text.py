@@ -36,8 +36,6 @@ _DELIMITERS = (",", ";", "\t", "|", BLANKS)
 PLAIN_NAMES: Mapping[int, tuple[str, ...]] = {
     6: CHANNELS,
     7: ("time", *CHANNELS),
-    9: (*CHANNELS, *MAGNETIC_CHANNELS),
-    10: ("time", *CHANNELS, *MAGNETIC_CHANNELS),
 }
 """Names of columns that have none, by their number."""
 MAGNETIC_PLAIN_NAMES: Mapping[int, tuple[str, ...]] = {
@@ -359,21 +357,19 @@ def names_for(
         wanted = MAGNETIC_CHANNELS if count in MAGNETIC_PLAIN_NAMES else CHANNELS
         example = ",".join(f"{channel}={number}" for number, channel in enumerate(wanted, start=1))
         raise LogError(
-            f"{path}: {'seven' if count == 7 else count} columns without names, and the first is not time; "
+            f"{path}: {'seven' if count == 7 else 'four'} columns without names, and the first is not time; "
             f"say which is which, as --columns {example}"
         )
     assumed = "no column names: assumed to be "
-    if count in PLAIN_NAMES and _gyroscope_stands_first(rows, delimiter, names.index("ax")):
-        swapped: dict[str, str] = dict(zip(CHANNELS, (*CHANNELS[3:], *CHANNELS[:3]), strict=True))
-        names = tuple(swapped.get(name, name) for name in names)
-        last = "the last three" if count in (6, 7) else "ax, ay, az"
-        return names, (f"{assumed}{', '.join(names)}, as only {last} read gravity",)
+    if count in PLAIN_NAMES and _gyroscope_stands_first(rows, delimiter):
+        names = (*names[:-6], *names[-3:], *names[-6:-3])
+        return names, (f"{assumed}{', '.join(names)}, as only the last three read gravity",)
     return names, (f"{assumed}{', '.join(names)}",)
 
 
-def _gyroscope_stands_first(rows: Sequence[str], delimiter: str, begin: int) -> bool:
-    """Returns whether the last three of six columns, from `begin` on, have the length of gravity."""
-    fields = [split_line(row, delimiter)[begin : begin + len(CHANNELS)] for row in rows]
+def _gyroscope_stands_first(rows: Sequence[str], delimiter: str) -> bool:
+    """Returns whether the last three of six columns have the length of gravity."""
+    fields = [split_line(row, delimiter)[-6:] for row in rows]
     read = [
         [number_of(field, _decimal_point(row, delimiter)) for field in split]
         for row, split in zip(rows, fields, strict=True)
