@@ -323,3 +323,20 @@ def test_time_that_comes_sample_by_sample_shows_what_it_shows_at_once():
     assert (one_by_one.gaps, one_by_one.missing) == (at_once.gaps, at_once.missing)
     assert one_by_one.longest_gap == pytest.approx(at_once.longest_gap)
     assert one_by_one.duration == pytest.approx(at_once.duration)
+
+
+def test_magnetometer_is_summed_up_by_rate_and_strength(tmp_path):
+    time = np.arange(2000) / 200.0
+    field = np.array([20.0, 0.0, 40.0]) + np.random.default_rng(3).normal(0.0, 1.0, (2000, 3))
+    names = "time,ax,ay,az,gx,gy,gz,mx,my,mz"
+    still = np.tile([0.0, 0.0, 9.81, 0.0, 0.0, 0.0], (2000, 1))
+    still += np.random.default_rng(4).normal(0.0, 1e-3, still.shape)
+    table = np.column_stack([time, still, np.repeat(field[::10], 10, axis=0)])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header=names, comments="")
+    found = inspect(open_recording(path))
+    assert (found.magnetometer.readings, round(found.magnetometer.rate, 6)) == (200, 20.0)
+    assert abs(found.magnetometer.strength - 44.7) < 0.5
+    assert any(
+        "magnetometer in uT (assumed), 200 readings, 20 Hz: field of 44" in line for line in found.lines()
+    )

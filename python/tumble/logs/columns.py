@@ -336,14 +336,15 @@ def find_imus(
             return {"": _magnetometer_alone(alone, recognised, stated)}
         raise LogError(
             _without_gravity(names, path)
-            or _incomplete(names, path, recognised, stated) + (_READ_MAGNETOMETER if alone else "")
+            or _incomplete(names, path, recognised, stated) + (READ_MAGNETOMETER if alone else "")
         )
     # Beside whole IMUs, a triad of another name is another sensor.
     whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
     return whole or _with_shared_gyroscope(imus)
 
 
-_READ_MAGNETOMETER = "; a magnetometer is there: tumble magnetometer reads it"
+READ_MAGNETOMETER = "; a magnetometer is there: tumble magnetometer reads it"
+"""Ends the error of a log without an IMU."""
 
 
 def _magnetic_columns(

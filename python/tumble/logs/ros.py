@@ -11,6 +11,7 @@ import numpy as np
 from tumble.foundation.errors import LogError
 from tumble.foundation.recording import FloatArray
 from tumble.logs.bags import Bag, BagMessage, Topic
+from tumble.logs.columns import READ_MAGNETOMETER
 from tumble.logs.magnetic_messages import batched, magnetometer_beside, magnetometers_of
 from tumble.logs.message_form import Definition, JsonForm
 from tumble.logs.message_imu import (
@@ -153,9 +154,10 @@ def _imus(bag: Bag) -> dict[str, _Imu]:
                 found |= _of_topic(bag, topic, definition, by_names=True)
     if not found:
         topics = ", ".join(f"{name} ({kind})" for name, kind in bag.all_topics().items()) or "none"
+        beside = READ_MAGNETOMETER if magnetometers_of(bag) else ""
         raise LogError(
             f"{bag.path}: no topic holds sensor_msgs/Imu, or fields such as linear_acceleration and "
-            f"angular_velocity; topics found: {topics}"
+            f"angular_velocity; topics found: {topics}{beside}"
         )
     return dict(sorted(found.items()))
 

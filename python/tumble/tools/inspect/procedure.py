@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from tumble import _core
 from tumble.acquisition.acquire import push_recorded, rests_of, scale_notice
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.foundation.constants import STANDARD_GRAVITY
 from tumble.foundation.errors import LogError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Metadata, Recording, RecordingSource, SampleProgress
 from tumble.foundation.services import Evidence
 from tumble.foundation.words import count_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
-from tumble.tools.inspect.result import ChannelFacts, Inspection, Timing
+from tumble.tools.inspect.result import ChannelFacts, Inspection, MagnetometerFacts, Timing
 from tumble.tools.inspect.samples import CHANNELS, SampleWatch
 from tumble.tools.inspect.services import faults_of, services_of
 
 _FEW_HZ = 5.0
+_MOST_OF_IT = (0.05, 0.95)
+"""Quantiles between which the strength of a field is stated."""
 
 
 def inspect(
@@ -66,6 +71,7 @@ def _conclude(
     channels = _channels(watch, acquired)
     stuck = [channel.name for channel in channels if channel.stuck]
     timing = _timing(watch, counts)
+    magnetic = recording.magnetic
     evidence = Evidence(
         triads=triads,
         alone=metadata.alone,
@@ -82,6 +88,7 @@ def _conclude(
         timing=timing,
         channels=channels,
         temperature=acquired.temperature,
+        magnetometer=_facts_of(magnetic),
         rests=rests,
         not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
         directions=len(evidence.directions) if "accelerometer" in triads else 0,
@@ -90,8 +97,28 @@ def _conclude(
             *metadata.remarks,
             *counts.notices(),
             *scale_notice(acquired, STANDARD_GRAVITY),
+            *(magnetic.remarks if magnetic is not None else ()),
             *_warnings(metadata, timing, channels),
         ),
+    )
+
+
+def _facts_of(track: MagneticTrack | None) -> MagnetometerFacts | None:
+    """Sums up a magnetometer; None where there is none, or it has no reading."""
+    if track is None or not len(track):
+        return None
+    lengths = np.linalg.norm(track.field, axis=1)
+    low, high = np.quantile(lengths, _MOST_OF_IT)
+    return MagnetometerFacts(
+        track.name,
+        len(track),
+        track.rate,
+        track.unit,
+        track.unit_reason,
+        float(low),
+        track.strength,
+        float(high),
+        track.current is not None,
     )
 
 

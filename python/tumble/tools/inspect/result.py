@@ -65,6 +65,28 @@ class ChannelFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class MagnetometerFacts:
+    """A magnetometer, raw."""
+
+    name: str
+    """Name in the log; empty where it needs none."""
+    readings: int
+    rate: float
+    """Hz."""
+    unit: str
+    """Unit in the log."""
+    unit_reason: str
+    low: float
+    """uT: 5 % of the readings are shorter."""
+    strength: float
+    """uT, the median length of readings."""
+    high: float
+    """uT: 5 % of the readings are longer."""
+    has_current: bool
+    """Indicates whether a current or throttle was recorded beside it."""
+
+
+@dataclass(frozen=True, slots=True)
 class Inspection(Tabular):
     """One recording looked at from beginning to end."""
 
@@ -73,6 +95,8 @@ class Inspection(Tabular):
     channels: tuple[ChannelFacts, ...]
     temperature: tuple[float, float, float] | None
     """Lowest, mean and highest, degC."""
+    magnetometer: MagnetometerFacts | None
+    """The magnetometer beside it; None where none was recorded."""
     rests: tuple[Rest, ...]
     not_rests: tuple[tuple[float, float, str], ...]
     """Start s, end s and why: segments that only look like rests."""
@@ -131,7 +155,20 @@ def head_lines(inspection: Inspection) -> list[str]:
     if inspection.temperature is not None:
         low, mean, high = inspection.temperature
         lines.append(f"temperature {low:.4g} to {high:.4g} degC, mean {mean:.4g}")
+    if inspection.magnetometer is not None:
+        lines.append(magnetometer_line(inspection.magnetometer))
     return lines
+
+
+def magnetometer_line(facts: MagnetometerFacts) -> str:
+    """Describes a magnetometer: rate, unit and strength of the field."""
+    name = f" {facts.name}" if facts.name else ""
+    current = ", with current" if facts.has_current else ""
+    return (
+        f"magnetometer{name} in {facts.unit} ({facts.unit_reason}), {count_of('reading', facts.readings)}, "
+        f"{facts.rate:.4g} Hz{current}: field of {facts.strength:.4g} uT, "
+        f"most between {facts.low:.4g} and {facts.high:.4g} uT"
+    )
 
 
 def channel_line(channel: ChannelFacts) -> str:
