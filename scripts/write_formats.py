@@ -18,12 +18,13 @@ PAGE = ROOT / "docs" / "how-to" / "read-logs.md"
 
 def table() -> Iterator[str]:
     """Returns the lines of the table."""
-    yield "| format | what | endings | needs | example |"
-    yield "|---|---|---|---|---|"
+    yield "| format | what | endings | magnetometer | needs | example |"
+    yield "|---|---|---|---|---|---|"
     for each in LOG_FORMATS:
         endings = " ".join(f"`{ending}`" for ending in each.endings)
         needs = f"`tumble-imu[{each.extra}]`" if each.extra else ""
-        yield f"| {each.name} | {each.what} | {endings} | {needs} | `{each.example}` |"
+        cells = (each.name, each.what, endings, each.magnetometer, needs, f"`{each.example}`")
+        yield f"| {' | '.join(cells)} |"
 
 
 def made() -> Iterator[tuple[Path, str]]:

@@ -45,6 +45,8 @@ class LogFormat:
     """Directions of its axes in a vehicle, as in `body_axes`, where its documentation defines them."""
     axes: str = ""
     """Directions of its axes, in words, where its documentation defines them; of its local frame too."""
+    magnetometer: str = ""
+    """Unit of a magnetometer, in words, where its reader takes one; empty where it takes none."""
     firmware: str = ""
     """Firmware whose parameters its logs hold, as after `--format`: its module has `parameters_in`."""
 
@@ -52,6 +54,8 @@ class LogFormat:
 _FRD = f"{in_words(FRD)}, so that z reads -g when level; local frame NED"
 _FLU_OF_ROS = f"{in_words(FLU)}, where the driver keeps to REP 103; local frame ENU"
 _PHONE = "x to the right, y to the top, z out of the screen"
+
+_BY_COLUMN = "by the name of the column, else µT"
 
 LOG_FORMATS = (
     LogFormat(
@@ -62,6 +66,7 @@ LOG_FORMATS = (
         (".parquet", ".pq"),
         (b"PAR1",),
         binary=True,
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "feather",
@@ -71,6 +76,7 @@ LOG_FORMATS = (
         (".feather", ".arrow", ".ipc"),
         (b"ARROW1", b"FEA1"),
         binary=True,
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "ros1",
@@ -82,6 +88,7 @@ LOG_FORMATS = (
         binary=True,
         body=FLU,
         axes=_FLU_OF_ROS,
+        magnetometer="T",
     ),
     LogFormat(
         "ulog",
@@ -95,6 +102,7 @@ LOG_FORMATS = (
         firmware="px4",
         body=FRD,
         axes=_FRD,
+        magnetometer="G",
     ),
     LogFormat(
         "dataflash",
@@ -108,6 +116,7 @@ LOG_FORMATS = (
         firmware="ardupilot",
         body=FRD,
         axes=_FRD,
+        magnetometer="mG",
     ),
     LogFormat(
         "mcap",
@@ -119,6 +128,7 @@ LOG_FORMATS = (
         binary=True,
         body=FLU,
         axes=_FLU_OF_ROS,
+        magnetometer="T",
     ),
     LogFormat(
         "ros2",
@@ -131,6 +141,7 @@ LOG_FORMATS = (
         folder_with="metadata.yaml",
         body=FLU,
         axes=_FLU_OF_ROS,
+        magnetometer="T",
     ),
     LogFormat(
         "session",
@@ -138,6 +149,7 @@ LOG_FORMATS = (
         "session",
         "tumble inspect session:target_1",
         folder_with=SESSION_FILE,
+        magnetometer="µT",
     ),
     LogFormat(
         "npy",
@@ -149,6 +161,7 @@ LOG_FORMATS = (
         rb"\APK\x03\x04",
         looks_inside=True,
         binary=True,
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "hdf5",
@@ -159,6 +172,7 @@ LOG_FORMATS = (
         (b"\x89HDF\r\n\x1a\n", b"MATLAB 7.3 MAT-file"),
         binary=True,
         extra="formats",
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "mat",
@@ -168,6 +182,7 @@ LOG_FORMATS = (
         (".mat",),
         pattern=rb"\AMATLAB 5|\A(?s:..)\x00\x00|\A\x00\x00",
         looks_inside=True,
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "tlog",
@@ -180,6 +195,7 @@ LOG_FORMATS = (
         extra="formats",
         body=FRD,
         axes=_FRD,
+        magnetometer="mG; G of `HIGHRES_IMU`",
     ),
     LogFormat(
         "euroc",
@@ -207,6 +223,7 @@ LOG_FORMATS = (
         pattern=rb"\$VN[A-Z]{3},",
         body=FRD,
         axes=f"{in_words(FRD)}, as marked on the case; local frame NED",
+        magnetometer="G",
     ),
     LogFormat(
         "xsens",
@@ -215,6 +232,7 @@ LOG_FORMATS = (
         "tumble inspect MT_0120067F-000.txt",
         pattern=rb"(?m)^PacketCounter[\t,; ]|^Counter\t(?:.*\t)?(?:Free)?Acc_X",
         axes="as marked on the case, z up when level; local frame ENU, unless the log names another",
+        magnetometer="of its own: one at the place of calibration",
     ),
     LogFormat(
         "ros_echo",
@@ -232,6 +250,7 @@ LOG_FORMATS = (
         "tumble inspect sensorlog.csv",
         pattern=rb"accelerometerAccelerationX",
         axes=_PHONE,
+        magnetometer="µT",
     ),
     LogFormat(
         "physics_toolbox",
@@ -240,6 +259,7 @@ LOG_FORMATS = (
         "tumble inspect toolbox.csv",
         pattern=rb"(?m)^[^\w\n]*time.{0,9}gFx",
         axes=_PHONE,
+        magnetometer="µT",
     ),
     LogFormat(
         "betaflight",
@@ -247,6 +267,7 @@ LOG_FORMATS = (
         "programs",
         "tumble inspect LOG00007.01.csv",
         pattern=rb"accSmooth\[0\]",
+        magnetometer="counts",
     ),
     LogFormat(
         "picoquake",
@@ -260,8 +281,9 @@ LOG_FORMATS = (
         "MetaBase of MetaWear: a file a sensor",
         "metawear",
         "tumble inspect bench_MetaWear_C42732BE255C_Accelerometer_100.000Hz_1.4.4.csv --interpolate",
-        pattern=rb"\A(?:\xef\xbb\xbf)?epoch? \(ms\),[^\r\n]*[xyz]-axis \((?:g|deg/s)\)",
+        pattern=rb"\A(?:\xef\xbb\xbf)?epoch? \(ms\),[^\r\n]*[xyz]-axis \((?:g|deg/s|T)\)",
         looks_inside=True,
+        magnetometer="T",
     ),
     LogFormat(
         "phone",
@@ -271,6 +293,7 @@ LOG_FORMATS = (
         pattern=rb"\A.{0,60}(?i:time)[^\r\n]*(?i:x)",
         looks_inside=True,
         axes=_PHONE,
+        magnetometer="µT",
     ),
     LogFormat(
         "imu_tk",
@@ -285,6 +308,7 @@ LOG_FORMATS = (
         "labelled",
         "tumble inspect monitor.txt --rate 100",
         looks_inside=True,
+        magnetometer=_BY_COLUMN,
     ),
     LogFormat(
         "csv",
@@ -292,6 +316,7 @@ LOG_FORMATS = (
         "csv",
         "tumble inspect log.csv --accelerometer-unit g",
         (".csv", ".tsv", ".txt", ".log", ".dat"),
+        magnetometer=_BY_COLUMN,
     ),
 )
 """Formats in the order in which they are tried: those with first bytes of their own, then those that look

@@ -92,7 +92,7 @@ def imu_of(bag: Bag, imu: str | None, options: ReadOptions) -> LoggedImu:
 
 
 def _may_hold_imus(bag: Bag) -> bool:
-    """Returns whether an IMU is found; one that cannot be read is told apart from none by reading it."""
+    """Returns whether an IMU is found, or nothing is, so that the error is that of an IMU."""
     try:
         return bool(_imus(bag))
     except LogError:
