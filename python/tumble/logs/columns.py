@@ -170,14 +170,14 @@ _MAGNETIC = (
         f"{_PREFIX}m[_.]?(?P<axis>[xyz])(?:_(?P<unit>{_any(list(SPELLINGS['magnetometer']))}))?",
     ),
 )
-_MAGNETIC_TIME = re.compile(
+_MAGNETIC_TIME = (
     r"(?i)mag(?:n|netic(?:_?field)?|netometer)?[\s_./]*(?:time_?stamp|time|stamp)"
     rf"(?:_(?P<unit>{_any(_UNITS_OF_TIME)}|s))?"
 )
-"""Time of a magnetometer that is no reading of the IMU."""
-_LOADS: Mapping[LoadUnit, re.Pattern[str]] = {
-    "A": re.compile(r"(?i)(?:motor_?|battery_?)?current(?:_?a| ?[\[(]a[\])])?"),
-    "1": re.compile(r"(?i)throttle"),
+"""Time of a magnetometer that is no reading of the IMU; compiled where there is one."""
+_LOADS: Mapping[LoadUnit, str] = {
+    "A": r"(?i)(?:motor_?|battery_?)?current(?:_?a| ?[\[(]a[\])])?",
+    "1": r"(?i)throttle",
 }
 """Names of what disturbs a magnetometer, by its unit."""
 _COUNTER = f"(?!(?:d|dt|delta|diff|latency|delay|age|period|exposure)_).+_(?P<unit>{_any(_FRACTIONS)})"
@@ -373,7 +373,7 @@ def _magnetic_columns(
     wanted = (options.magnetometer, prefix, "")
     name = next((each for each in wanted if each in found), next(iter(found)))
     others = [f"{each}" for each in found if each not in (name, "")]
-    time = next((each for each in recognised if _MAGNETIC_TIME.fullmatch(each)), None)
+    time = next((each for each in recognised if re.fullmatch(_MAGNETIC_TIME, each)), None)
     current, current_unit = _load(recognised, stated, path, options)
     return MagneticColumns(
         found[name],
@@ -407,13 +407,13 @@ def _load(
             raise LogError(
                 f"{path}: --current {options.current}: no such column; found: {listed(list(recognised))}"
             )
-        return options.current, "1" if _LOADS["1"].search(options.current) else "A"
+        return options.current, "1" if re.search(_LOADS["1"], options.current) else "A"
     for key, unit in (("current", "A"), ("throttle", "1")):
         if key in stated:
             return stated[key], unit  # type: ignore[return-value]
     for unit, spelling in _LOADS.items():
         for name in recognised:
-            if spelling.fullmatch(name.strip()):
+            if re.fullmatch(spelling, name.strip()):
                 return name, unit
     return None, "A"
 
@@ -425,7 +425,7 @@ def _stated_in(column: Column | None, quantity: Quantity) -> StatedUnit | None:
 
 
 def _time_stated_in(name: str | None) -> StatedUnit | None:
-    match = _MAGNETIC_TIME.fullmatch(name) if name else None
+    match = re.fullmatch(_MAGNETIC_TIME, name) if name else None
     unit = find_unit(match["unit"] or "", "time") if match else None
     return StatedUnit(unit, COLUMN_NAME) if unit else None
 
