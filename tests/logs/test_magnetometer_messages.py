@@ -45,9 +45,9 @@ def test_magnetic_field_of_a_bag_is_that_of_rosbags(tmp_path, write):
     assert found.name == "/imu/mag"
     assert np.array_equal(found.field, 1e6 * np.array([(each.x, each.y, each.z) for each in read]))
     assert np.allclose(found.time, TIME, atol=1e-9, rtol=0.0)
-    assert np.allclose(magnetic(path, magnetometer="/gps/mag").field, other.field)
+    assert np.allclose(magnetic(path, magnetometer_name="/gps/mag").field, other.field)
     with pytest.raises(LogError, match="no magnetometer '/mag'; found: /gps/mag, /imu/mag"):
-        magnetic(path, magnetometer="/mag")
+        magnetic(path, magnetometer_name="/mag")
 
 
 def test_bag_of_a_magnetometer_alone_is_read(tmp_path):
@@ -96,7 +96,7 @@ def test_raw_magnetometer_of_px4_comes_before_the_corrected_one(tmp_path):
     assert np.allclose(found.field, 0.1 * RAW[:80] + 100.0, rtol=1e-6)
     assert np.allclose(found.current[:76], np.arange(76) / 5)
     assert any("CAL_MAG1_ROT = 6 turns" in remark for remark in found.remarks)
-    assert magnetic(path, magnetometer="vehicle_magnetometer_0").already_corrected
+    assert magnetic(path, magnetometer_name="vehicle_magnetometer_0").already_corrected
 
 
 @pytest.mark.parametrize("ending", [".bin", ".log"])

@@ -35,7 +35,8 @@ class ReadingOptions(Options):
         str | None,
         _option(
             "ax=NAME,...",
-            "Column for any of time ax ay az gx gy gz mx my mz temperature: name, or position from 1.",
+            "Column for any of time ax ay az gx gy gz mx my mz temperature current throttle: name, or "
+            "position from 1.",
         ),
     ] = None
     accelerometer_unit: Annotated[str | None, _option("m/s^2|g|mg", "Unit of the accelerometer.")] = None
@@ -73,11 +74,8 @@ class ReadingOptions(Options):
     ] = "x,y,z"
     rate: Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")] = None
     topic: Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")] = None
-    magnetometer: Annotated[
+    magnetometer_name: Annotated[
         str | None, _option("NAME", "Which magnetometer of the file: a topic, or a column prefix.")
-    ] = None
-    current: Annotated[
-        str | None, _option("COLUMN", "Current of the motors, A, or throttle, beside a magnetometer.")
     ] = None
     skip_lines: Annotated[int, _option("N", "Lines to skip before the column names.")] = 0
     skip_bad_lines: Annotated[

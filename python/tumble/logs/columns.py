@@ -363,18 +363,18 @@ def _magnetic_columns(
         found = {"": (x, y, z)}
     else:
         found = _magnetometers(recognised)
-    if options.magnetometer is not None and options.magnetometer not in found:
+    if options.magnetometer_name is not None and options.magnetometer_name not in found:
         raise LogError(
-            f"{path}: no magnetometer {options.magnetometer!r}; "
+            f"{path}: no magnetometer {options.magnetometer_name!r}; "
             f"found: {', '.join(filter(None, found)) or 'none with a name'}"
         )
     if not found:
         return None
-    wanted = (options.magnetometer, prefix, "")
+    wanted = (options.magnetometer_name, prefix, "")
     name = next((each for each in wanted if each in found), next(iter(found)))
     others = [f"{each}" for each in found if each not in (name, "")]
     time = next((each for each in recognised if re.fullmatch(_MAGNETIC_TIME, each)), None)
-    current, current_unit = _load(recognised, stated, path, options)
+    current, current_unit = _load(recognised, stated)
     return MagneticColumns(
         found[name],
         _stated_in(recognised.get(found[name][0]), "magnetometer"),
@@ -383,8 +383,8 @@ def _magnetic_columns(
         current,
         current_unit,
         name,
-        (f"another magnetometer, {', '.join(others)}, is not read: name it with --magnetometer",)
-        if others and options.magnetometer is None and prefix not in found
+        (f"another magnetometer, {', '.join(others)}, is not read: name it with --magnetometer-name",)
+        if others and options.magnetometer_name is None and prefix not in found
         else (),
     )
 
@@ -398,16 +398,8 @@ def _magnetometers(recognised: Mapping[str, Column | None]) -> dict[str, tuple[s
     return {prefix: (found[0], found[1], found[2]) for prefix, found in axes.items() if len(found) == 3}
 
 
-def _load(
-    recognised: Mapping[str, Column | None], stated: Mapping[str, str], path: Path | str, options: ReadOptions
-) -> tuple[str | None, LoadUnit]:
+def _load(recognised: Mapping[str, Column | None], stated: Mapping[str, str]) -> tuple[str | None, LoadUnit]:
     """Finds the column of current or throttle: the one stated, else one of that name."""
-    if options.current is not None:
-        if options.current not in recognised:
-            raise LogError(
-                f"{path}: --current {options.current}: no such column; found: {listed(list(recognised))}"
-            )
-        return options.current, "1" if re.search(_LOADS["1"], options.current) else "A"
     for key, unit in (("current", "A"), ("throttle", "1")):
         if key in stated:
             return stated[key], unit  # type: ignore[return-value]

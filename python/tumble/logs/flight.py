@@ -76,7 +76,7 @@ class FlightMagnetometer:
     """One magnetometer of a log, or a form in which a log holds it; the first of those listed is the best."""
 
     name: str
-    """Name, as of the option `--magnetometer`."""
+    """Name, as of the option `--magnetometer-name`."""
     unit: str
     read: Callable[[], RawMagnetic]
     """Reads it, times in s."""
@@ -162,7 +162,7 @@ def _magnetometer(
     path: Path, found: Sequence[FlightMagnetometer], options: ReadOptions
 ) -> LoggedMagnetometer | None:
     names = [each.name for each in found]
-    wanted = options.magnetometer
+    wanted = options.magnetometer_name
     if wanted is not None and wanted not in names:
         raise none_such(path, "magnetometer", wanted, names)
     if not found:
@@ -170,7 +170,7 @@ def _magnetometer(
     chosen = found[names.index(wanted)] if wanted is not None else found[0]
     others = [name for name in names if name != chosen.name]
     beside = (
-        (f"reads the magnetometer {chosen.name}; --magnetometer names another of {', '.join(others)}",)
+        (f"reads the magnetometer {chosen.name}; --magnetometer-name names another of {', '.join(others)}",)
         if others and wanted is None
         else ()
     )

@@ -33,7 +33,7 @@ def magnetometer_beside(
     Raises `LogError` where the one that is wanted is not there.
     """
     topics = magnetometers_of(bag)
-    wanted = options.magnetometer
+    wanted = options.magnetometer_name
     if wanted is not None and wanted.strip("/") not in {name.strip("/") for name in topics}:
         raise none_such(bag.path, "magnetometer", wanted, list(topics))
     if not topics:
@@ -43,7 +43,7 @@ def magnetometer_beside(
     name = named or max(sorted(topics), key=lambda each: likeness[each])
     alike = [each for each in topics if each != name and likeness[each] == likeness[name]]
     notices = (
-        (f"reads the magnetometer {name}; {', '.join(alike)} may be named with --magnetometer",)
+        (f"reads the magnetometer {name}; {', '.join(alike)} may be named with --magnetometer-name",)
         if alike and named is None
         else ()
     )

@@ -58,10 +58,8 @@ class ReadOptions:
     """Samples per second, Hz: for a log without time, or to be used in place of its time."""
     topic: str | None = None
     """Which IMU of the file: a topic of a bag, a column prefix of a table. The same as `LOG:NAME`."""
-    magnetometer: str | None = None
+    magnetometer_name: str | None = None
     """Which magnetometer of the file, where it holds several: a topic, a column prefix, a message."""
-    current: str | None = None
-    """Column of the current of the motors, A, or of the throttle from 0 to 1: the same as in `columns`."""
     skip_lines: int = 0
     """Lines to skip before the column names, or before the numbers where there are no names."""
     skip_bad_lines: bool = False

@@ -101,7 +101,7 @@ def _may_hold_imus(bag: Bag) -> bool:
 
 def _magnetometer_alone(bag: Bag, wanted: str | None, options: ReadOptions) -> LoggedImu:
     """Returns the magnetometer of a bag without an IMU; `LOG:NAME` or an option names its topic."""
-    named = replace(options, magnetometer=options.magnetometer or wanted)
+    named = replace(options, magnetometer_name=options.magnetometer_name or wanted)
     return LoggedImu(
         path=bag.path,
         imu="",
