@@ -74,7 +74,12 @@ def with_sample_times(recording: Recording) -> Recording:
             pace_sigma=max(part.metadata.pace_sigma for part in parts),
             stamp_sigma=max(part.metadata.stamp_sigma for part in parts),
         )
-        return Recording(metadata, lambda: (chunk for part in parts for chunk in part.chunks()), parts)
+        return replace(
+            recording,
+            metadata=metadata,
+            open=lambda: (chunk for part in parts for chunk in part.chunks()),
+            parts=parts,
+        )
     if recording.metadata.rate is not None or not _begins_late(recording):
         return recording
     times, remark, stamp_sigma = _fitted(recording)
@@ -83,7 +88,7 @@ def with_sample_times(recording: Recording) -> Recording:
     if times is None:
         return recording if not remark else replace(recording, metadata=metadata)
     metadata = replace(metadata, pace_sigma=float(np.hypot(metadata.pace_sigma, times.rate_sigma)))
-    return Recording(metadata, lambda: SampledStream(recording.chunks(), times))
+    return replace(recording, metadata=metadata, open=lambda: SampledStream(recording.chunks(), times))
 
 
 def _begins_late(recording: Recording) -> bool:

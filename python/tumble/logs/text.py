@@ -357,7 +357,7 @@ def names_for(
         wanted = MAGNETIC_CHANNELS if count in MAGNETIC_PLAIN_NAMES else CHANNELS
         example = ",".join(f"{channel}={number}" for number, channel in enumerate(wanted, start=1))
         raise LogError(
-            f"{path}: {'seven' if count == 7 else 'four'} columns without names, and the first is not time; "
+            f"{path}: {count} columns without names, and the first is not time; "
             f"say which is which, as --columns {example}"
         )
     assumed = "no column names: assumed to be "
