@@ -1,13 +1,17 @@
 """Magnetometers of bags, flight logs and telemetry, as libraries of others read them."""
 
+import json
+
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from pymavlink import DFReader, mavutil
 from pymavlink.dialects.v20 import common as mavlink
 from pyulog.core import ULog
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag1 import Writer as Writer1
 
-from bag_fixtures import ROS2, magnetic_messages, write_ros1, write_ros2
+from bag_fixtures import ROS1, ROS2, header, magnetic_messages, write_ros1, write_ros2
 from dataflash_fixtures import DataFlashWriter
 from log_fixtures import DATA, made_up
 from tumble.foundation.errors import LogError
@@ -162,3 +166,41 @@ def test_magnetometer_of_telemetry_is_that_of_pymavlink(tmp_path, kind):
     assert np.allclose(found.field, np.array(theirs) * (100.0 if kind == "HIGHRES_IMU" else 0.1))
     assert np.allclose(found.time, 10.0 + 0.01 * np.arange(200))
     assert found.already_corrected
+
+
+def test_fields_of_a_message_are_its_magnetometer(tmp_path):
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("Sample", "jsonschema", b"{}")
+        channel = writer.register_channel("/board", "json", schema)
+        for index, field in enumerate((0.1 * RAW).tolist()):
+            axes = dict(zip("xyz", field, strict=True))
+            message = {
+                "timestamp": 0.02 * index,
+                "linear_acceleration": {"x": 0.1, "y": 0.2, "z": 9.8},
+                "angular_velocity": {"x": 0.01, "y": 0.02, "z": 0.03},
+                "magnetic_field": axes,
+            }
+            stamp = round(2e7 * index)
+            writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()
+    found = magnetic(path)
+    assert np.allclose(found.field, 0.1 * RAW)
+    assert np.allclose(found.time, 0.02 * np.arange(200))
+
+
+def test_vectors_on_a_topic_named_for_a_magnetometer_are_read(tmp_path):
+    kind = "geometry_msgs/msg/Vector3Stamped"
+    with Writer1(tmp_path / "log.bag") as writer:
+        topics = [writer.add_connection(name, kind, typestore=ROS1) for name in ("/imu/mag", "/imu/rpy")]
+        for time, field in zip(TIME, 1e-3 * RAW, strict=True):
+            vector = ROS1.types["geometry_msgs/msg/Vector3"](*field)
+            message = ROS1.types[kind](header(ROS1, time, "mag"), vector)
+            for topic in topics:
+                writer.write(topic, round(time * 1e9), bytes(ROS1.serialize_ros1(message, kind)))
+    found = magnetic(tmp_path / "log.bag", magnetometer_unit="G")
+    assert found.name == "/imu/mag"
+    assert np.allclose(found.field, 0.1 * RAW)
+    assert any("would be in G" in remark for remark in magnetic(tmp_path / "log.bag").remarks)

@@ -17,7 +17,7 @@ class Topic:
 
     name: str
     kind: str
-    """`imu`, `temperature` or `magnetometer`."""
+    """`imu`, `temperature`, `magnetometer` or `vector`."""
     encoding: Encoding
 
 
@@ -65,6 +65,7 @@ def kind_of(message_type: str) -> str | None:
         "sensor_msgs/Imu": "imu",
         "sensor_msgs/Temperature": "temperature",
         "sensor_msgs/MagneticField": "magnetometer",
+        "geometry_msgs/Vector3Stamped": "vector",
     }
     return kinds.get(message_type.replace("/msg/", "/"))
 

@@ -1,4 +1,8 @@
-"""Magnetometers of bags: topics of sensor_msgs/MagneticField, in tesla."""
+"""Magnetometers of bags: topics of sensor_msgs/MagneticField, in tesla, and vectors named for one.
+
+Drivers of before that message, in ROS 1, publish geometry_msgs/Vector3Stamped on topics such as `/imu/mag`, in
+units of their own.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +20,16 @@ from tumble.logs.track import CHUNK_SAMPLES, DEFINED, LoggedMagnetometer, RawMag
 
 _Item = TypeVar("_Item")
 _KIND = "magnetometer"
+_TYPES = {_KIND: "sensor_msgs/MagneticField", "vector": "geometry_msgs/Vector3Stamped"}
 
 
 def magnetometers_of(bag: Bag) -> dict[str, Topic]:
     """Returns the topics of magnetometers, by name."""
-    return {topic.name: topic for topic in bag.topics() if topic.kind == _KIND}
+    return {topic.name: topic for topic in bag.topics() if topic.kind == _KIND or _is_named_for_one(topic)}
+
+
+def _is_named_for_one(topic: Topic) -> bool:
+    return topic.kind == "vector" and "mag" in topic.name.rsplit("/", 1)[-1].lower()
 
 
 def magnetometer_beside(
@@ -49,7 +58,7 @@ def magnetometer_beside(
     )
     return LoggedMagnetometer(
         lambda: _read(bag, topics[name], use_stamps=use_stamps),
-        StatedUnit("T", DEFINED),
+        StatedUnit("T", DEFINED) if topics[name].kind == _KIND else None,
         StatedUnit("s", DEFINED),
         name,
         notices=notices,
@@ -84,7 +93,7 @@ def _decoded(
     except MalformedMessageError as error:
         raise LogError(
             f"{bag.path}: message {first + error.index + 1} of {topic.name} {error}: not "
-            "sensor_msgs/MagneticField; cut it out of the bag"
+            f"{_TYPES[topic.kind]}; cut it out of the bag"
         ) from error
     return found.stamp, found.magnetic_field
 

@@ -1,4 +1,4 @@
-"""Bytes of sensor_msgs/Imu, sensor_msgs/Temperature and sensor_msgs/MagneticField, many at once.
+"""Bytes of messages of ROS that are a header and numbers, such as sensor_msgs/Imu, many at once.
 
 All are fixed but for the name of the frame in their header, and every number after it has eight bytes,
 so the numbers are the last bytes of a message: no generic deserialiser is needed.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tumble.foundation.recording import FloatArray
 
-_DOUBLES = {"imu": 37, "temperature": 2, "magnetometer": 12}
+_DOUBLES = {"imu": 37, "temperature": 2, "magnetometer": 12, "vector": 3}
 _RATE, _FORCE = slice(13, 16), slice(25, 28)
 """Places of angular velocity and linear acceleration among the 37 numbers of an Imu message."""
 _RATE_COVARIANCE, _FORCE_COVARIANCE = 16, 28
@@ -52,7 +52,7 @@ class Decoded:
     stamp: NDArray[np.int64]
     """(n,) nanoseconds."""
     numbers: FloatArray
-    """(n, 37) for Imu, (n, 2) for Temperature, (n, 12) for MagneticField."""
+    """(n, 37) for Imu, (n, 2) for Temperature, (n, 12) for MagneticField, (n, 3) for Vector3Stamped."""
 
     @property
     def angular_rate(self) -> FloatArray:
@@ -61,7 +61,7 @@ class Decoded:
 
     @property
     def magnetic_field(self) -> FloatArray:
-        """(n, 3) T, of MagneticField; NaN in axes that the publisher does not measure."""
+        """(n, 3) T of MagneticField; of Vector3Stamped in whatever unit its publisher has."""
         return np.array(self.numbers[:, :3], order="C")
 
     @property
@@ -86,7 +86,7 @@ def frame_of(message: bytes, encoding: Encoding) -> str:
 
 
 def decode(messages: Sequence[bytes], kind: str, encoding: Encoding) -> Decoded:
-    """Decodes messages of one kind, `imu`, `temperature` or `magnetometer`.
+    """Decodes messages of one kind, `imu`, `temperature`, `magnetometer` or `vector`.
 
     Raises `MalformedMessageError` where the bytes of one do not add up to such a message.
     """
