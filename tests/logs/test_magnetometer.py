@@ -181,3 +181,13 @@ def test_coarse_sensor_at_rest_keeps_all_its_rows(noise: float) -> None:
     """Counts of 1 with noise well below them repeat by chance, with runs of all lengths."""
     counts = np.round(np.array([20.3, -5.45, 42.1]) + RNG.normal(0, noise, (4000, 3)))
     assert firsts_of_runs(counts) is None
+
+
+def test_folder_of_poses_joins_the_magnetometers_of_its_files(tmp_path: Path) -> None:
+    for pose in range(3):
+        table(FIELD + pose).to_csv(tmp_path / f"pose_{pose}.csv", index=False)
+    recording = open_recording(tmp_path)
+    assert recording.magnetic is not None
+    np.testing.assert_allclose(recording.magnetic.field, np.concatenate([FIELD + pose for pose in range(3)]))
+    samples = np.concatenate([chunk.time for chunk in recording.chunks()])
+    np.testing.assert_array_equal(recording.magnetic.time, samples)

@@ -6,8 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tumble.foundation.errors import LogError
 from tumble.foundation.log_formats import LOG_SUFFIXES, has_log_ending
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.recording import Chunk, Recording
 from tumble.foundation.words import count_of
 from tumble.logs.checks import ChunkStream, Counts
@@ -53,7 +56,32 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
         alone=True,
         remarks=(*notices, *dict.fromkeys(notice for part in parts for notice in part.metadata.remarks)),
     )
-    return Recording(metadata, lambda: FolderStream(parts), parts)
+    has_all = all(part.has_magnetometer for part in parts)
+    read_magnetic = (lambda: _magnetic(parts)) if has_all else None
+    return Recording(metadata, lambda: FolderStream(parts), parts, read_magnetic)
+
+
+def _magnetic(parts: tuple[Recording, ...]) -> MagneticTrack:
+    """Reads the magnetometer of all parts, each shifted in time as its samples are."""
+    end: float | None = None
+    tracks = []
+    for part in parts:
+        track = part.magnetic
+        assert track is not None
+        # A part that holds a magnetometer alone has no samples.
+        edges = [time for chunk in part.chunks() for time in chunk.time[[0, -1]].tolist()]
+        edges = edges or track.time[[0, -1]].tolist() if len(track) else edges
+        if edges:
+            shift = _shift_of(edges[0], end)
+            end = edges[-1] + shift
+            tracks.append(replace(track, time=track.time + shift))
+    joined = MagneticTrack.joined(tracks)
+    return joined if joined is not None else MagneticTrack(np.empty(0), np.empty((0, 3)))
+
+
+def _shift_of(start: float, end: float | None) -> float:
+    """Returns s by which a part that starts at a time is shifted, to begin after the end of the last."""
+    return 0.0 if end is None or start > end else end + _PAUSE - start
 
 
 class FolderStream(Iterator[Chunk]):
@@ -76,7 +104,7 @@ class FolderStream(Iterator[Chunk]):
             for chunk in stream:
                 if shift is None:
                     start = float(chunk.time[0])
-                    shift = 0.0 if end is None or start > end else end + _PAUSE - start
+                    shift = _shift_of(start, end)
                 shifted = replace(chunk, time=chunk.time + shift) if shift else chunk
                 end = float(shifted.time[-1])
                 yield shifted
