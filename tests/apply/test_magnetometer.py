@@ -1,50 +1,21 @@
-"""A magnetometer is corrected beside the chunks of its IMU."""
+"""The magnetometer of a log is corrected with its IMU."""
 
 from __future__ import annotations
-
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 from exchange_units import with_current
+from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.magnetic import MagneticTrack
-from tumble.foundation.recording import Chunk, Recording
-from tumble.tools.apply import procedure
-from tumble.tools.apply.magnetic import corrected
+from tumble.foundation.recording import Recording
+from tumble.logs import open_recording
+from tumble.tools.apply.magnetic import corrected_magnetometer
+from tumble.tools.apply.procedure import apply
 
 COUNT = 40
-
-
-def track(calibration, truth, current, **facts):
-    section = calibration.magnetometer
-    field = truth @ section.M.T + section.b + current[:, np.newaxis] * section.current
-    return MagneticTrack(np.linspace(-0.2, 1.3, COUNT), field, current, **facts)
-
-
-def recording(magnetic, pieces=3):
-    time = np.linspace(0.0, 1.0, 90)
-    chunks = [Chunk(each, np.ones((30, 3)), np.zeros((30, 3))) for each in np.split(time, pieces)]
-    metadata = Recording.from_arrays("unit", time, np.ones((90, 3)), np.zeros((90, 3))).metadata
-    return Recording(metadata, lambda: iter(chunks), read_magnetic=lambda: magnetic)
-
-
-@pytest.fixture
-def written(monkeypatch):
-    """Chunks that `apply` hands to its writer."""
-    chunks = []
-
-    class Kept:
-        def write(self, chunk):
-            chunks.append(chunk)
-
-    @contextmanager
-    def open_writer(*_, **__):
-        yield Kept()
-
-    monkeypatch.setattr(procedure, "open_writer", open_writer)
-    return chunks
+LACKS = "the calibration has the effect of current, which the log does not state; it is left in"
 
 
 @pytest.fixture
@@ -52,33 +23,54 @@ def truth():
     return 40.0 * np.random.default_rng(8).normal(size=(COUNT, 3))
 
 
-def test_every_reading_is_written_once_and_corrected(tmp_path, written, truth):
+def track(calibration, truth, current, **facts):
+    section = calibration.magnetometer
+    field = truth @ section.M.T + section.b + current[:, np.newaxis] * section.current
+    return MagneticTrack(np.linspace(0.1, 0.9, COUNT), field, current, **facts)
+
+
+def recording(magnetic, temperature=None):
+    time = np.linspace(0.0, 1.0, 90)
+    imu = np.tile([0.0, 0.0, 9.8], (90, 1)), np.zeros((90, 3))
+    return Recording.from_arrays("unit", time, *imu, temperature, magnetic=magnetic)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "mcap"])
+def test_corrected_log_holds_the_true_field(tmp_path, truth, kind):
     calibration = with_current(8, "A")
     magnetic = track(calibration, truth, np.linspace(0.0, 20.0, COUNT))
-    applied = procedure.apply(calibration, recording(magnetic), tmp_path / "out.csv")
-    found = MagneticTrack.joined(chunk.magnetic for chunk in written)
+    applied = apply(calibration, recording(magnetic), tmp_path / f"out.{kind}")
+    found = open_recording(tmp_path / f"out.{kind}").magnetic
     assert found.field == pytest.approx(truth, abs=1e-9)
-    assert np.array_equal(found.time, magnetic.time)
-    assert found.already_corrected
-    assert all(chunk.magnetic.time.max() <= chunk.time.max() for chunk in written[:-1])
+    assert found.time == pytest.approx(magnetic.time, abs=1e-9)
     assert not any("current" in warning for warning in applied.warnings)
 
 
-def test_effect_of_a_current_that_the_log_lacks_is_reported(tmp_path, written, truth):
+def test_effect_of_a_current_that_the_log_lacks_is_reported(tmp_path, truth):
     calibration = with_current(8, "A")
     magnetic = track(calibration, truth, np.ones(COUNT), current_unit="1")
-    applied = procedure.apply(calibration, recording(magnetic), tmp_path / "out.csv")
-    assert (
-        "the calibration has the effect of current, which the log does not state; it is left in"
-        in applied.warnings
-    )
-    left = corrected(calibration, magnetic).field - truth
+    assert LACKS in apply(calibration, recording(magnetic), tmp_path / "out.csv").warnings
     section = calibration.magnetometer
+    left = corrected_magnetometer(calibration, recording(magnetic)).field - truth
     assert left == pytest.approx(np.tile(np.linalg.solve(section.M, section.current), (COUNT, 1)), abs=1e-9)
+
+
+def test_magnetometer_is_corrected_at_the_temperature_of_its_imu(truth):
+    drift = {"reference": 20.0, "range": [0.0, 60.0], "bias": [[0.5, 0.0, -0.2]]}
+    content = with_current(8, "A").content()
+    content["magnetometer"]["temperature_drift"] = drift
+    calibration = Calibration.model_validate(content)
+    magnetic = track(calibration, truth, np.zeros(COUNT))
+    degrees = 20.0 + 30.0 * np.linspace(0.0, 1.0, 90)
+    warmed = magnetic.field + 30.0 * magnetic.time[:, np.newaxis] * np.array([0.5, 0.0, -0.2])
+    found = corrected_magnetometer(
+        calibration, recording(MagneticTrack(magnetic.time, warmed, magnetic.current), degrees)
+    )
+    assert found.field == pytest.approx(truth, abs=1e-9)
 
 
 def test_corrected_magnetometer_is_not_corrected_again(tmp_path, truth):
     calibration = with_current(8, "A")
     magnetic = track(calibration, truth, np.ones(COUNT), already_corrected=True)
     with pytest.raises(ProcedureError, match="was corrected already"):
-        procedure.apply(calibration, recording(magnetic), tmp_path / "out.csv")
+        apply(calibration, recording(magnetic), tmp_path / "out.csv")

@@ -57,7 +57,8 @@ def apply_command(
 
     Example: tumble apply results/target_1.yaml drive.bag:/imu/data -o drive.mcap
 
-    Writes time in s, specific force in m/s^2 and angular rate in rad/s, freed of the calibrated errors.
+    Writes time in s, specific force in m/s^2, angular rate in rad/s and, where the log has it, magnetic field
+    in uT, freed of the calibrated errors.
 
     Logs of any length are read and written piece by piece. A log of another unit, by its serial number, or
     one that was corrected already is refused.

@@ -10,15 +10,12 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import LogError, ProcedureError
-from tumble.foundation.magnetic import MagneticTrack
-from tumble.foundation.recording import Chunk
 from tumble.foundation.words import count_of
 from tumble.live import FIRST_SAMPLE_WITHIN, Source, nothing_came
 from tumble.live.host_clock import DelayCounts
 from tumble.live.outputs import Output
 from tumble.logs import Facts
 from tumble.logs.writer import Writer
-from tumble.tools.apply.magnetic import corrected, temperature_at
 from tumble.tools.apply.procedure import misuses_of, warnings_on
 
 
@@ -54,10 +51,10 @@ class LiveApply:
         self._source = source
         self._output = output
         self._serial = serial or getattr(source, "serial", "")
-        already = getattr(source, "already_corrected", None)
+        corrected = getattr(source, "already_corrected", None)
         self._temperatures = TemperatureCounts(calibration)
         self._samples, self._delays = 0, DelayCounts()
-        self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=already))
+        self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=corrected))
         if self._misuses and not force:
             raise ProcedureError(
                 f"{self._misuses[0]}; give what was measured and the calibration of its unit, or --force",
@@ -99,21 +96,12 @@ class LiveApply:
                 accelerometer, gyroscope = self._calibration.correct(
                     chunk.accelerometer, chunk.gyroscope, chunk.temperature
                 )
-                magnetic = self._magnetic(chunk)
-                writer.write(
-                    replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope, magnetic=magnetic)
-                )
+                writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
                 self._samples += len(chunk)
                 if chunk.arrival is not None:
                     self._delays.add([time.monotonic() - chunk.arrival])
             elif not self._samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
                 raise nothing_came(self._source.name)
-
-    def _magnetic(self, chunk: Chunk) -> MagneticTrack | None:
-        if chunk.magnetic is None:
-            return None
-        temperature = temperature_at(chunk.magnetic.time, chunk)
-        return corrected(self._calibration, chunk.magnetic, temperature)
 
     def _warnings(self) -> tuple[str, ...]:
         known = warnings_on(self._calibration, what="source", name=self._source.name, serial=self._serial)

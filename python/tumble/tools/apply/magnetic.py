@@ -1,65 +1,40 @@
-"""Readings of a magnetometer, corrected beside the chunks of the IMU."""
+"""The magnetometer of a log, corrected."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from tumble.calibration.document import Calibration
 from tumble.foundation.magnetic import MagneticTrack
-from tumble.foundation.recording import Chunk, FloatArray
+from tumble.foundation.recording import FloatArray, Recording
 
 
-def corrected(
-    calibration: Calibration, track: MagneticTrack, temperature: FloatArray | None = None
-) -> MagneticTrack:
-    """Returns a track freed of calibrated errors; `temperature` (m,), degC, is that of its readings.
+def corrected_magnetometer(calibration: Calibration, recording: Recording) -> MagneticTrack | None:
+    """Returns the readings of a magnetometer freed of calibrated errors; None where the log has none.
 
-    The effect of current is corrected where the log states what the calibration has it for.
+    The effect of current is corrected where the log states what the calibration has it for. Without a
+    calibrated magnetometer readings stay as they are.
     """
-    if calibration.magnetometer is None:
+    track = recording.magnetic
+    section = calibration.magnetometer
+    if track is None or section is None:
         return track
-    states_it = track.current_unit == calibration.magnetometer.current_unit
-    field = calibration.correct_magnetic(track.field, track.current if states_it else None, temperature)
-    return replace(track, field=field, already_corrected=True)
+    current = track.current if track.current_unit == section.current_unit else None
+    temperature = None if section.temperature_drift is None else _temperature(recording, track)
+    return replace(track, field=calibration.correct_magnetic(track.field, current, temperature))
 
 
-class MagneticPieces:
-    """Hands out the corrected readings of a recording with the chunks of its IMU, each once."""
-
-    def __init__(self, calibration: Calibration, track: MagneticTrack) -> None:
-        self._calibration = calibration
-        self._track = track
-        self._done = 0
-
-    def beside(self, chunk: Chunk, *, is_last: bool) -> MagneticTrack:
-        """Returns the readings up to the last sample of a chunk, or all that are left, that were not yet."""
-        start, end = self._done, len(self._track)
-        if not is_last:
-            end = int(np.searchsorted(self._track.time, chunk.time[-1:].max(initial=-np.inf), side="right"))
-        self._done = max(start, end)
-        piece = self._track.chosen(slice(start, self._done))
-        return corrected(self._calibration, piece, temperature_at(piece.time, chunk))
-
-
-def marked(chunks: Iterable[Chunk]) -> Iterator[tuple[Chunk, bool]]:
-    """Pairs chunks with whether each is the last."""
-    before: Chunk | None = None
-    for chunk in chunks:
-        if before is not None:
-            yield before, False
-        before = chunk
-    if before is not None:
-        yield before, True
-
-
-def temperature_at(time: FloatArray, chunk: Chunk) -> FloatArray | None:
-    """Returns the temperature of a chunk, degC, at (m,) s; None where it has none."""
-    if chunk.temperature is None or not len(chunk):
-        return None
-    return np.interp(time, chunk.time, chunk.temperature)
+def _temperature(recording: Recording, track: MagneticTrack) -> FloatArray | None:
+    """Returns the temperature of the IMU at each reading, degC; None where it was not recorded."""
+    found = np.full(len(track), np.nan)
+    for chunk in recording.chunks():
+        if chunk.temperature is not None and len(chunk):
+            within = (track.time >= chunk.time[0]) & (track.time <= chunk.time[-1])
+            found[within] = np.interp(track.time[within], chunk.time, chunk.temperature)
+    return found if np.isfinite(found).any() else None
 
 
 def warnings_on_magnetometer(calibration: Calibration, track: MagneticTrack | None) -> Iterator[str]:

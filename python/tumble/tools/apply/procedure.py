@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,12 +11,15 @@ from tumble.calibration.document import Calibration
 from tumble.calibration.doubts import doubts
 from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.recording import Recording, RecordingSource, SampleProgress
+from tumble.foundation.magnetic import MagneticTrack
+from tumble.foundation.recording import Chunk, Recording, RecordingSource, SampleProgress
 from tumble.foundation.units import TRIADS, Triad
 from tumble.foundation.words import count_of
-from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer
+from tumble.logs import ChunkStream, Facts, ReadOptions, open_mcap_writer, open_recording, open_writer
+from tumble.logs.magnetic_rows import MagneticRows
 from tumble.logs.spec import files_of
-from tumble.tools.apply.magnetic import MagneticPieces, marked, warnings_on_magnetometer
+from tumble.logs.writers import format_for
+from tumble.tools.apply.magnetic import corrected_magnetometer, warnings_on_magnetometer
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,7 @@ def apply(
     calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_recording(recording, read)
     metadata = recording.metadata
-    track = recording.magnetic
+    track = corrected_magnetometer(calibration, recording)
     of_magnetometer = calibration.magnetometer is not None and track is not None and track.already_corrected
     misuses = tuple(
         misuses_of(
@@ -84,15 +88,13 @@ def apply(
     temperatures = TemperatureCounts(calibration, metadata.triads)
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
-    pieces = None if track is None else MagneticPieces(calibration, track)
-    with open_writer(output, format_name, facts, inputs=files_of(recording)) as writer:
-        for chunk, is_last in marked(stream):
+    with _open_writer(output, format_name, facts, recording, track) as write:
+        for chunk in stream:
             temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = calibration.correct(
                 chunk.accelerometer, chunk.gyroscope, chunk.temperature
             )
-            magnetic = None if pieces is None else pieces.beside(chunk, is_last=is_last)
-            writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope, magnetic=magnetic))
+            write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
             samples += len(chunk)
             if progress is not None:
                 progress(samples, expected)
@@ -105,6 +107,30 @@ def apply(
     return Applied(
         output, samples, (*of_log, *warnings, *magnetic_warnings, *temperatures.notices(), *left_out)
     )
+
+
+@contextmanager
+def _open_writer(
+    output: Path,
+    format_name: str | None,
+    facts: Facts,
+    recording: Recording,
+    track: MagneticTrack | None,
+) -> Iterator[Callable[[Chunk], None]]:
+    """Opens what writes samples, with the readings of a magnetometer in rows or messages of their own."""
+    inputs = files_of(recording)
+    if track is None:
+        with open_writer(output, format_name, facts, inputs=inputs) as writer:
+            yield writer.write
+    elif format_for(output, format_name) == "mcap":
+        with open_mcap_writer(output, facts, inputs=inputs) as topics:
+            topics.write_magnetic(track)
+            yield topics.write
+    else:
+        rows = MagneticRows(track)
+        facts = replace(facts, further=rows.columns)
+        with open_writer(output, format_name, facts, inputs=inputs) as writer:
+            yield lambda chunk: writer.write(rows.beside(chunk))
 
 
 def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
