@@ -1,4 +1,4 @@
-"""Magnetometers of autopilots: firmware, computed again here, corrects as Tumble does."""
+"""Magnetometers of other programs: what these do, computed again here, corrects as Tumble does."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from exchange_units import magnetometer, with_current
-from target_formulas import axes, by_mavparm, parameters
+from target_formulas import axes, by_mavparm, of_node, parameters
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.firmware.rotations import rotation as numbered
 from tumble.tools.exchange.procedure import export, import_calibrations
 
-SET = {"px4": {"magnetometer-id": "396809"}, "ardupilot": {}}
-ENDINGS = {"px4": ".params", "ardupilot": ".param"}
+SET = {"px4": {"magnetometer-id": "396809"}, "ardupilot": {}, "ros2": {}}
+ENDINGS = {"px4": ".params", "ardupilot": ".param", "ros2": ".yaml"}
 SINGLE = 3e-6
 """Single precision of readings of up to 200 uT, over that."""
 
@@ -55,19 +55,28 @@ def ardupilot_corrects(path, field, load):
     return (scaled @ matrix.T + load[:, np.newaxis] * motor) / 10.0
 
 
+def node_corrects(path, field, load):
+    """The formula in the head of the file: tesla, A."""
+    found = {name: np.array(value) for name, value in of_node(path).items()}
+    effect = found.get("magnetometer_current", found.get("magnetometer_throttle"))
+    freed = 1e-6 * field - found["magnetometer_bias"] - load[:, np.newaxis] * effect
+    return 1e6 * freed @ found["magnetometer_correction"].reshape(3, 3).T
+
+
 FIRMWARE = {"px4": px4_corrects, "ardupilot": ardupilot_corrects}
+PROGRAMS = FIRMWARE | {"ros2": node_corrects}
 
 
-@pytest.mark.parametrize("word", FIRMWARE)
+@pytest.mark.parametrize("word", PROGRAMS)
 @pytest.mark.parametrize("number", [0, 6, 8, 29])
 @pytest.mark.parametrize("current_unit", ["A", "1"])
-def test_firmware_corrects_a_turned_magnetometer_as_tumble_does(tmp_path, word, number, current_unit):
+def test_a_program_corrects_a_turned_magnetometer_as_tumble_does(tmp_path, word, number, current_unit):
     calibration = with_current(number, current_unit, number)
     path, exported = written(tmp_path, word, calibration)
     assert exported.losses == ()
     field, load = readings(number)
     expected = calibration.correct_magnetic(field, load)
-    assert np.abs(FIRMWARE[word](path, field, load) - expected).max() < SINGLE * 200.0
+    assert np.abs(PROGRAMS[word](path, field, load) - expected).max() < SINGLE * 200.0
 
 
 @pytest.mark.parametrize("word", FIRMWARE)
@@ -85,7 +94,7 @@ def test_error_of_a_tilt_is_no_more_than_its_loss(tmp_path, word, seed):
     assert 0.9 * loss.size < left < 1.001 * loss.size
 
 
-@pytest.mark.parametrize("word", FIRMWARE)
+@pytest.mark.parametrize("word", PROGRAMS)
 @pytest.mark.parametrize("current_unit", ["A", "1"])
 def test_imported_magnetometer_corrects_as_the_exported_one(tmp_path, word, current_unit):
     calibration = with_current(5, current_unit)

@@ -13,16 +13,21 @@ import yaml
 
 from tumble.foundation.bounded_yaml import parse, problem_in_words
 from tumble.foundation.errors import CalibrationFileError
+from tumble.foundation.magnetic import FIELD_UNITS, LoadUnit
 from tumble.foundation.noise_terms import KALIBR as NOISE_NAMES
 from tumble.foundation.plain import short
 from tumble.foundation.recording import FloatArray
-from tumble.foundation.units import TRIADS, UNITS, Triad
+from tumble.foundation.units import CALIBRATED_TRIADS, TRIADS, UNITS, Triad
 from tumble.tools.exchange.calibration_parts import section_of
 from tumble.tools.exchange.target import Content
 
 KALIBR_MODELS = ("calibrated", "scale-misalignment", "scale-misalignment-size-effect")
 OPENVINS_MODELS = ("calibrated", "kalibr", "rpng")
 _IDEAL = np.eye(3)
+TESLA = FIELD_UNITS["T"]
+"""uT in the unit of messages of ROS."""
+MAGNETIC_LOADS: Mapping[LoadUnit, str] = {"A": "magnetometer_current", "1": "magnetometer_throttle"}
+"""Parameters for the effect of current on a magnetometer, by the unit of the current."""
 
 
 def read_kalibr(text: str) -> list[Content]:
@@ -55,11 +60,15 @@ def read_autoware(text: str) -> list[Content]:
 def read_ros2(text: str) -> list[Content]:
     """Reads corrections and biases as Tumble writes them for a node of one's own."""
     stated, content = _parameters(text), Content(name="imu")
-    for triad in TRIADS:
+    for triad in CALIBRATED_TRIADS:
         if f"{triad}_correction" in stated:
             correction = _numbers(stated[f"{triad}_correction"], f"{triad}_correction", (9,)).reshape(3, 3)
             bias = _numbers(stated.get(f"{triad}_bias"), f"{triad}_bias", (3,))
-            content[triad] = section_of(triad, correction, bias)
+            content[triad] = section_of(triad, correction, bias * (TESLA if triad == "magnetometer" else 1.0))
+    for unit, name in MAGNETIC_LOADS.items():
+        if name in stated and "magnetometer" in content:
+            effect = {"current": TESLA * _numbers(stated[name], name, (3,)), "current_unit": unit}
+            content["magnetometer"] = {**_mapping(content["magnetometer"], ""), **effect}
     response = _numbers(stated.get("gyroscope_g_sensitivity", [0.0] * 9), "gyroscope_g_sensitivity", (9,))
     if response.any() and "gyroscope" in content:
         content["gyroscope"] = {**_mapping(content["gyroscope"], ""), "g_sensitivity": response.reshape(3, 3)}

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import sqrt
 
 import numpy as np
 
-from tumble.calibration.document import Calibration
+from tumble.calibration.document import Calibration, MagnetometerCalibration
 from tumble.foundation.body_axes import FLU
 from tumble.foundation.errors import ProcedureError
 from tumble.foundation.files import FileKind
@@ -23,7 +23,7 @@ from tumble.tools.exchange.filter_noise import (
     noise_in_words,
     noise_remarks,
 )
-from tumble.tools.exchange.imu_chain import read_autoware, read_ros2
+from tumble.tools.exchange.imu_chain import MAGNETIC_LOADS, TESLA, read_autoware, read_ros2
 from tumble.tools.exchange.parameters import yaml_number
 from tumble.tools.exchange.remark_lines import comment
 from tumble.tools.exchange.target import ANY_AXES, Settings, Target, Written
@@ -73,17 +73,28 @@ def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Writt
     (calibration,) = calibrations
     lines = [
         f"# Calibration of {comment(calibration.name)} by Tumble: u = C (y - b), C row by row;",
-        "# of the gyroscope u = C (y - b - G f), f the corrected specific force. SI units.",
+        "# of the gyroscope u = C (y - b - G f), f the corrected specific force; of the",
+        "# magnetometer u = C (y - b - c I), I in A, or c of a throttle from 0 to 1. SI units, and tesla.",
         *_HEAD,
     ]
     for triad in TRIADS:
         if (section := getattr(calibration, triad)) is not None:
             lines.append(_array(f"{triad}_correction", np.linalg.inv(section.M)))
             lines.append(_array(f"{triad}_bias", section.b))
+    if calibration.magnetometer is not None:
+        lines += _magnetometer(calibration.magnetometer)
     gyroscope = calibration.gyroscope
     response = None if gyroscope is None else gyroscope.g_sensitivity
     lines.append(_array("gyroscope_g_sensitivity", np.zeros(9) if response is None else response))
     return Written("\n".join(lines) + "\n")
+
+
+def _magnetometer(section: MagnetometerCalibration) -> Iterator[str]:
+    """Yields a magnetometer for readings in tesla, as messages have them."""
+    yield _array("magnetometer_correction", np.linalg.inv(section.M))
+    yield _array("magnetometer_bias", section.b / TESLA)
+    if section.current is not None:
+        yield _array(MAGNETIC_LOADS[section.current_unit], section.current / TESLA)
 
 
 def _array(name: str, values: FloatArray) -> str:
@@ -95,7 +106,7 @@ _AUTOWARE_KIND = FileKind(
 )
 _ROS2_KIND = FileKind(
     "a calibration in parameters of ROS 2",
-    re.compile(rb"^\s+(accelerometer|gyroscope)_correction:", re.MULTILINE),
+    re.compile(rb"^\s+(accelerometer|gyroscope|magnetometer)_correction:", re.MULTILINE),
 )
 
 AUTOWARE = Target(
@@ -134,7 +145,11 @@ ROS2 = Target(
     title="ROS 2 parameters, for a node of your own",
     ending=".yaml",
     kind=_ROS2_KIND,
-    holds={"accelerometer": (*BIAS, *MATRIX), "gyroscope": (*BIAS, *MATRIX, "g-sensitivity")},
+    holds={
+        "accelerometer": (*BIAS, *MATRIX),
+        "gyroscope": (*BIAS, *MATRIX, "g-sensitivity"),
+        "magnetometer": (*BIAS, *MATRIX),
+    },
     write=write_ros2,
     source="https://docs.ros.org/en/rolling/How-To-Guides/Using-ros2-param.html",
     axes="those of the IMU's topic, by REP 103",
