@@ -91,7 +91,7 @@ def write_ros2(calibrations: Sequence[Calibration], settings: Settings) -> Writt
 
 def _magnetometer(section: MagnetometerCalibration) -> Iterator[str]:
     """Yields a magnetometer for readings in tesla, as messages have them."""
-    yield _array("magnetometer_correction", np.linalg.inv(section.M))
+    yield _array("magnetometer_correction", np.asarray(np.linalg.inv(section.M), np.float64))
     yield _array("magnetometer_bias", section.b / TESLA)
     if section.current is not None:
         yield _array(MAGNETIC_LOADS[section.current_unit], section.current / TESLA)
