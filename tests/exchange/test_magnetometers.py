@@ -124,6 +124,11 @@ def test_left_handed_magnetometer_is_refused():
         export(mirrored, "px4", SET["px4"])
 
 
+def test_magnetometer_alone_is_refused_where_there_is_no_place():
+    with pytest.raises(ProcedureError, match="compass: has a magnetometer section only, and imucal has no"):
+        export(magnetometer(1), "imucal")
+
+
 def test_formats_without_a_place_for_a_magnetometer_report_it(tmp_path):
     section = {"M": np.eye(3), "b": np.zeros(3)}
     both = Calibration.model_validate(

@@ -200,6 +200,7 @@ class Target:
             raise ProcedureError(
                 f"{self.word} holds {self.most} of the {len(calibrations)} calibrations; leave some out"
             )
+        self._refuse_magnetometers_alone(calibrations)
         before = [self._with_axes(calibrations, place, settings) for place in range(len(calibrations))]
         calibrations = [axes.turned(each, self.body) if self.body and each.axes else each for each in before]
         written = self.write(calibrations, settings)
@@ -224,6 +225,14 @@ class Target:
             *self._without_magnetometer(calibrations),
         )
         return Exported(content, (*lost, *written.losses), remarks, warnings)
+
+    def _refuse_magnetometers_alone(self, calibrations: Sequence[Calibration]) -> None:
+        """Raises `ProcedureError` where a calibration is of a magnetometer only, and there is no place for it."""
+        for each in calibrations:
+            if "magnetometer" not in self.holds and [name for name, _ in each.triads()] == ["magnetometer"]:
+                raise ProcedureError(
+                    f"{each.name}: has a magnetometer section only, and {self.word} has no place for one"
+                )
 
     def _without_magnetometer(self, calibrations: Sequence[Calibration]) -> Iterator[str]:
         if "magnetometer" in self.holds:
