@@ -9,6 +9,7 @@ from exchange_units import magnetometer, with_current
 from target_formulas import axes, by_mavparm, of_node, parameters
 from tumble.calibration.document import Calibration
 from tumble.foundation.errors import ProcedureError
+from tumble.foundation.firmware.rotations import from_euler
 from tumble.foundation.firmware.rotations import rotation as numbered
 from tumble.tools.exchange.procedure import export, import_calibrations
 
@@ -49,7 +50,13 @@ def ardupilot_corrects(path, field, load):
     x, y, z = axes(found, "COMPASS_ODI_{}")
     diagonal = axes(found, "COMPASS_DIA_{}")
     matrix = np.array([[diagonal[0], x, y], [x, diagonal[1], z], [y, z, diagonal[2]]])
-    turned = 10.0 * field @ numbered(int(found.get("COMPASS_ORIENT", 0))).T
+    orientation = int(found.get("COMPASS_ORIENT", 0))
+    if orientation == 101:
+        assert found["CUST_ROT_ENABLE"] == 1
+        turn = from_euler(*(found[f"CUST_ROT1_{name}"] for name in ("ROLL", "PITCH", "YAW")))
+    else:
+        turn = numbered(orientation)
+    turned = 10.0 * field @ turn.T
     scaled = (turned + axes(found, "COMPASS_OFS_{}")) * found["COMPASS_SCALE"]
     motor = axes(found, "COMPASS_MOT_{}") if found.get("COMPASS_MOTCT") else np.zeros(3)
     return (scaled @ matrix.T + load[:, np.newaxis] * motor) / 10.0
@@ -92,6 +99,18 @@ def test_error_of_a_tilt_is_no_more_than_its_loss(tmp_path, word, seed):
     field = truth @ calibration.magnetometer.M.T + calibration.magnetometer.b
     left = np.linalg.norm(FIRMWARE[word](path, field, np.zeros(200)) - truth, axis=1).max()
     assert 0.9 * loss.size < left < 1.001 * loss.size
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_custom_rotation_of_a_compass_holds_all_of_its_mounting(tmp_path, seed):
+    calibration = magnetometer(seed, 8, tilt=0.4, current=np.array([0.4, -1.1, 0.2]))
+    exported = export(calibration, "ardupilot", {"compass-rotation": "custom"})
+    assert exported.losses == ()
+    path = tmp_path / "unit.param"
+    path.write_bytes(exported.content)
+    field, load = readings(seed)
+    expected = calibration.correct_magnetic(field, load)
+    assert np.abs(ardupilot_corrects(path, field, load) - expected).max() < SINGLE * 200.0
 
 
 @pytest.mark.parametrize("word", PROGRAMS)

@@ -27,6 +27,14 @@ def rotation(number: int) -> FloatArray:
     return np.where(np.abs(matrix - whole) < 1e-12, whole, matrix)
 
 
+def to_euler(matrix: FloatArray) -> tuple[float, float, float]:
+    """Returns roll, pitch and yaw, degrees, of a rotation (3, 3), turned about z, then y, then x."""
+    roll = np.arctan2(matrix[2, 1], matrix[2, 2])
+    pitch = -np.arcsin(np.clip(matrix[2, 0], -1.0, 1.0))
+    yaw = np.arctan2(matrix[1, 0], matrix[0, 0])
+    return float(np.degrees(roll)), float(np.degrees(pitch)), float(np.degrees(yaw))
+
+
 def from_euler(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Returns (3, 3) of angles in degrees, turned about z, then y, then x."""
     angles = np.radians([roll, pitch, yaw])

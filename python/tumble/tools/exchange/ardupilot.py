@@ -29,6 +29,7 @@ from tumble.foundation.firmware.magnetometers import (
     ardupilot_magnetometer,
     compass_suffix,
 )
+from tumble.foundation.firmware.rotations import to_euler
 from tumble.foundation.magnetic import LoadUnit
 from tumble.foundation.recording import FloatArray
 from tumble.foundation.units import TRIADS
@@ -46,6 +47,11 @@ OFFSET_OF_COMPASS = 1800.0
 """mGauss: default of COMPASS_OFFS_MAX."""
 _COMPENSATION: Mapping[LoadUnit, int] = {"1": 1, "A": 2}
 """COMPASS_MOTCT by the unit of the load."""
+CUSTOM, NEAREST = "custom", "nearest"
+"""Choices of a rotation: one of the two that the user defines, or a numbered one."""
+_CUSTOM_ROTATION = "CUST_ROT"
+_CUSTOM = 101
+"""Number of the first custom rotation; the second has the next."""
 _AXES = "XYZ"
 
 
@@ -55,6 +61,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
     lost: list[Loss] = []
     remarks: list[str] = []
     load = load_unit(calibrations, "ArduPilot")
+    if settings.text("compass-rotation") not in (CUSTOM, NEAREST):
+        raise settings.refusal("compass-rotation", f"give {NEAREST} or {CUSTOM}")
     for place, calibration in enumerate(calibrations):
         number = place + settings.whole_number("instance")
         if number not in NUMBERS:
@@ -72,7 +80,8 @@ def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
                     f"{calibration.name}: ArduPilot numbers compasses {COMPASSES[0]} to {COMPASSES[-1]}, and "
                     f"this would be {number}; give another --set instance"
                 )
-            found = held(calibration, calibration.magnetometer, "ArduPilot")
+            custom = _CUSTOM + place if settings.text("compass-rotation") == CUSTOM else None
+            found = held(calibration, calibration.magnetometer, "ArduPilot", custom=custom)
             lines += _compass(found, number)
             lost += [found.loss] if found.loss.size > NOTHING else []
             remarks += _compass_remarks(found, number)
@@ -134,6 +143,10 @@ def _compass(found: HeldMagnetometer, number: int) -> Iterator[str]:
     turned = found.turn @ found.matrix @ found.turn.T
     if found.number:
         yield f"COMPASS_ORIENT{which},{found.number}"
+    if found.number >= _CUSTOM:
+        yield f"{_CUSTOM_ROTATION}_ENABLE,1"
+        for name, angle in zip(("ROLL", "PITCH", "YAW"), to_euler(found.turn), strict=True):
+            yield f"{_CUSTOM_ROTATION}{found.number - _CUSTOM + 1}_{name},{single(angle)}"
     yield from _triple(f"COMPASS_OFS{which}_{{}}", _not_zero(-(found.turn @ found.bias) / MILLIGAUSS))
     yield f"COMPASS_SCALE{which},1"
     yield from _triple(f"COMPASS_DIA{which}_{{}}", np.diag(turned))
@@ -198,7 +211,14 @@ ARDUPILOT = Target(
     source="https://ardupilot.org/copter/docs/parameters.html#ins-parameters",
     axes="those of the board, before AHRS_ORIENTATION",
     body=FRD,
-    own_settings=(Setting("instance", f"number of the first IMU, {NUMBERS[0]} to {NUMBERS[-1]}", "1"),),
+    own_settings=(
+        Setting("instance", f"number of the first IMU and compass, {NUMBERS[0]} to {NUMBERS[-1]}", "1"),
+        Setting(
+            "compass-rotation",
+            f"{CUSTOM} turns an external compass by CUST_ROT1_*; {NEAREST} by a numbered rotation",
+            NEAREST,
+        ),
+    ),
     most=len(NUMBERS),
     read=read,
     read_parameters=calibrations_in,

@@ -42,8 +42,13 @@ class HeldMagnetometer:
     """Rest of the mounting; of size zero where N is all of it."""
 
 
-def held(calibration: Calibration, section: MagnetometerCalibration, program: str) -> HeldMagnetometer:
-    """Takes a magnetometer apart; raises `ProcedureError` where its axes are left-handed."""
+def held(
+    calibration: Calibration, section: MagnetometerCalibration, program: str, *, custom: int | None = None
+) -> HeldMagnetometer:
+    """Takes a magnetometer apart; raises `ProcedureError` where its axes are left-handed.
+
+    `custom` is the number of a rotation that the program lets its user define: it holds all of the mounting.
+    """
     left, stretch, right = np.linalg.svd(np.linalg.inv(section.M))
     mounting = left @ right
     if np.linalg.det(mounting) < 0.0:
@@ -51,8 +56,11 @@ def held(calibration: Calibration, section: MagnetometerCalibration, program: st
             f"{calibration.name}: the axes of the magnetometer are left-handed, and {program} turns "
             "right-handed ones; change the sign of an axis in the log and calibrate again"
         )
-    number = max(_SHARED, key=lambda each: float(np.trace(rotation(each).T @ mounting)))
-    turn = rotation(number)
+    if custom is None:
+        number = max(_SHARED, key=lambda each: float(np.trace(rotation(each).T @ mounting)))
+        turn = rotation(number)
+    else:
+        number, turn = custom, np.asarray(mounting, np.float64)
     size = TYPICAL["magnetometer"] * float(np.linalg.norm(turn @ mounting.T - np.eye(3), 2))
     return HeldMagnetometer(
         number=number,

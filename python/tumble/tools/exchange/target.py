@@ -227,7 +227,7 @@ class Target:
         return Exported(content, (*lost, *written.losses), remarks, warnings)
 
     def _refuse_magnetometers_alone(self, calibrations: Sequence[Calibration]) -> None:
-        """Raises `ProcedureError` where a calibration is of a magnetometer only, and there is no place for it."""
+        """Raises `ProcedureError` where a calibration is of a magnetometer only, which has no place."""
         for each in calibrations:
             if "magnetometer" not in self.holds and [name for name, _ in each.triads()] == ["magnetometer"]:
                 raise ProcedureError(
