@@ -1,6 +1,6 @@
 """Magnetometers of bags: topics of sensor_msgs/MagneticField, in tesla, and vectors named for one.
 
-Older drivers of ROS 1 publish geometry_msgs/Vector3Stamped on topics such as `/imu/mag`, in units of their own.
+Older drivers of ROS 1 publish geometry_msgs/Vector3Stamped on topics such as `/imu/mag`, in their own units.
 """
 
 from __future__ import annotations
