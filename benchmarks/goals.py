@@ -41,7 +41,8 @@ from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
 from benchmarks.magnetometer import COVERAGE as MAGNETOMETER_COVERAGE
 from benchmarks.magnetometer import LARGEST_RATIO as LARGEST_MAGNETOMETER_RATIO
-from benchmarks.magnetometer import LEAST_FOUND, MOST_ALARMS as MOST_MAGNET_ALARMS, PUBLISHED
+from benchmarks.magnetometer import LEAST_FOUND, PUBLISHED
+from benchmarks.magnetometer import MOST_ALARMS as MOST_MAGNET_ALARMS
 from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
 from benchmarks.multipose import IMU_TK, LARGEST_SCATTER, MPU_9150

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import tumble
+from tumble._core import VOCABULARY
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.procedures.magnetometer.earth_field import earth_field
+from tumble.procedures.magnetometer.messages import MESSAGES
 from tumble.tools.simulate import simulate_magnetometer
 
 
@@ -55,7 +57,7 @@ def test_its_file_corrects_readings_to_the_field(session, found, tmp_path):
 def test_multipose_calibrates_all_three_triads_at_the_same_rests(session, found):
     result = tumble.multipose(session.recording, magnetometer=earth_field(48.0), current=True)
     assert result.verdict == "calibrated"
-    assert result.magnetometer.magnetometer.M == pytest.approx(found.magnetometer.M, abs=1e-4)
+    assert pytest.approx(found.magnetometer.M, abs=1e-4) == result.magnetometer.magnetometer.M
     assert {name for name, _ in result.calibration.triads()} == {
         "accelerometer",
         "gyroscope",
@@ -95,11 +97,14 @@ def test_scale_is_relative_where_nobody_states_the_field(session):
 
 
 def test_the_field_follows_from_place_and_day():
-    munich = earth_field(latitude=48.14, longitude=11.58, height=520.0, day=date(2026, 1, 1))
-    # NOAA's calculator, WMM-2025: 49.2 uT, 64.5 deg.
-    assert munich.strength == pytest.approx(49.1, abs=0.3)
-    assert munich.dip == pytest.approx(64.4, abs=0.4)
-    assert 0.05 < munich.sigma < 0.3
+    north = earth_field(latitude=48.14, longitude=11.58, height=520.0, day=date(2026, 1, 1))
+    south = earth_field(latitude=-33.9, longitude=151.2, day=date(2026, 1, 1))
+    assert north.strength == pytest.approx(49.0, abs=0.5)
+    assert north.dip == pytest.approx(64.5, abs=0.5)
+    assert south.dip < -60.0
+    assert 0.05 < north.sigma < 0.3
+    with pytest.raises(tumble.TumbleError, match="2025 to 2029"):
+        earth_field(latitude=48.0, longitude=11.0, day=date(2035, 1, 1))
 
 
 def turned_level(session):
@@ -152,3 +157,7 @@ def test_a_log_that_cannot_serve_is_refused_in_one_line(session, recording, opti
     with pytest.raises(tumble.TumbleError, match=reason) as refusal:
         tumble.magnetometer(recording(session), **options)
     assert "\n" not in str(refusal.value)
+
+
+def test_every_reason_of_the_core_has_its_words():
+    assert set(VOCABULARY["magnetometer error"]) == set(MESSAGES)

@@ -82,7 +82,7 @@ def _open(figures: MagnetometerFigures) -> str:
     shares: Sequence[float] = figures["shares"]
     order = sorted(range(len(shares)), key=lambda place: -shares[place])
     named = [UNKNOWNS[place] for place in order if shares[place] > NOTABLE_SHARE]
-    if named and all("current" in name for name in named):
+    if any("current" in name for name in named):
         return CURRENT_IS_STEADY
     return f"its readings leave open: {', '.join(named)}; {TURN_IT}"
 
