@@ -22,6 +22,7 @@ import tumble
 from benchmarks.magnetometer_bound import rest_bound, turned_bound
 from benchmarks.results import Content, machine, save
 from tumble.foundation.errors import TumbleError
+from tumble.foundation.magnetic import MagneticTrack
 from tumble.foundation.plain import finite
 from tumble.foundation.recording import FloatArray
 from tumble.tools.simulate import SimulatedMagnetometer, simulate_magnetometer
@@ -34,6 +35,9 @@ MOST_ALARMS = 0.01
 """Largest share of undisturbed sessions in which a rest is called disturbed."""
 LEAST_FOUND = 0.99
 """Least share of magnets that are found."""
+AS_EVEN = 1.02
+"""Largest scatter of the length of the field, over that by what others published."""
+LEAST_RECORDINGS = 5
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 
 
@@ -45,10 +49,21 @@ class Published:
     file: str
     """Path in the folder that the user names: that of the repository, then its file."""
     commit: str
-    A: tuple[tuple[float, float, float], ...]
+    A: tuple[tuple[float, ...], ...]
     b: tuple[float, float, float]
-    unit: str = "uT"
+    by_program: bool = False
+    """Indicates that the repository has the program, whose result on that file was taken."""
 
+
+INVERSE_OF_LSM303 = tuple(
+    map(
+        tuple,
+        np.linalg.inv(
+            [[591.022, -13.095, -14.971], [-13.095, 596.181, 30.713], [-14.971, 30.713, 552.062]]
+        ).tolist(),
+    )
+)
+"""Its author published the inverse of A."""
 
 PUBLISHED = (
     Published(
@@ -88,26 +103,35 @@ PUBLISHED = (
         (1096.0, 3388.0, 2594.0),
     ),
     Published(
-        "compass, least squares",
-        "agard111+magnetometer_calibration/mag_out.txt",
-        "a6573fe9a9b57939aed96be2ed9d08e8fb99b09c",
+        "LSM303, least squares",
+        "andrewkruger+Magnetometer_calibration/3d_soft.txt",
+        "82456d9b30d4d12d3061106b43dde6cb57472588",
+        INVERSE_OF_LSM303,
+        (108.989, -72.763, 83.499),
+    ),
+    Published(
+        "counts, ellipsoid_fit",
+        "aleksandrbazhin+ellipsoid_fit_python/mag_out.txt",
+        "bfab4ce68244529640496f466a4374ef15748275",
         (
-            (1.6932457001103767, -0.022092343271996228, 0.02034770120090012),
-            (-0.022092343271996166, 1.8159750562088874, 0.07811064285691688),
-            (0.02034770120090012, 0.07811064285691702, 1.910620306411315),
+            (1.025634091755263, 0.005236852265899, -0.018434733729232),
+            (0.005236852265899, 0.926266862658620, -0.003292808097691),
+            (-0.018434733729232, -0.003292808097691, 1.052992311671225),
         ),
-        (-454.7167547113552, 169.54240969286815, -11.226869657121792),
+        (-68.10391030344871, 82.87299372506945, -133.42922613005737),
+        by_program=True,
     ),
     Published(
         "MPU-9250, constrained ellipsoid",
         "karlasever+Magnetometer-Calibration/magnetometer_raw_data.csv",
         "694ad77a4c1128aff9315cf8e70e85f5d82e33f5",
         (
-            (0.02527556, -0.00014847, -0.00093046),
-            (-0.00014847, 0.02555101, -0.00057069),
-            (-0.00093046, -0.00057069, 0.02781363),
+            (0.0228174, -0.00013501, 0.0002673),
+            (-0.00013501, 0.02309857, -0.00056886),
+            (0.0002673, -0.00056886, 0.02488908),
         ),
-        (21.39111575, -8.59021922, -31.94676112),
+        (79.5417853, 19.15713245, -62.82583356),
+        by_program=True,
     ),
 )
 """Repositories of GitHub, with the commit that was read."""
@@ -154,23 +178,27 @@ def recorded(published: Published, folder: Path) -> Content | None:
         return None
     readings = read_triples(path)
     raw, theirs = readings, (readings - np.array(published.b)) @ np.array(published.A).T
-    track = tumble.foundation.magnetic.MagneticTrack(np.arange(len(readings)) / 50.0, readings)
+    track = MagneticTrack(np.arange(len(readings)) / 50.0, readings)
     recording = tumble.Recording.from_magnetic(published.name, track)
+    origin: Content = {
+        "name": published.name,
+        "source": f"github.com/{published.file.split('/')[0].replace('+', '/')}",
+        "commit": published.commit,
+        "by_program": published.by_program,
+        "samples": len(readings),
+        "raw": spread(raw),
+        "published": spread(theirs),
+    }
     try:
         found = tumble.magnetometer(recording)
     except TumbleError as error:
-        return {"name": published.name, "samples": len(readings), "refusal": str(error)}
+        return {**origin, "refusal": getattr(error, "why", str(error))}
     triad = found.magnetometer
     ours = np.linalg.solve(triad.M, (readings - triad.b).T).T
     difference = (triad.b - np.array(published.b)) / np.sqrt(np.diag(triad.covariance)[9:])
     return {
-        "name": published.name,
-        "source": f"github.com/{published.file.split('/')[0].replace('+', '/')}",
-        "commit": published.commit,
-        "samples": len(readings),
+        **origin,
         "coverage": found.coverage,
-        "raw": spread(raw),
-        "published": spread(theirs),
         "found": spread(ours),
         "bias_sigmas": [float(each) for each in difference],
         "bias_share": float(np.linalg.norm(triad.b - np.array(published.b)) / found.strength.value),

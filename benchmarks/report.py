@@ -653,22 +653,28 @@ def magnetometer(content: Content) -> Iterator[str]:
         yield _row([*cells, *[""] * (5 - len(cells))])
     yield ""
     yield (
-        f"{content['sessions']} simulated sessions each: 18 rests of 4 s with 0.3 µT of noise a sample, and 60 s "
-        f"turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near one rest were "
-        f"found; {100 * content['rests']['alarms']:.1f} % of sessions without one named a rest."
+        f"{content['sessions']} simulated sessions each: 18 rests of 4 s with 0.3 µT of noise a sample, and "
+        f"60 s turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near one rest "
+        f"were found; {100 * content['rests']['alarms']:.1f} % of sessions without one named a rest."
     )
     yield ""
-    yield "| recording of others | samples | raw | as published | Tumble | bias apart, share of the field |"
+    yield "| recording of others | samples | raw | by its author | Tumble | biases apart, share of the field |"
     yield "|---|---|---|---|---|---|"
     for each in content["recordings"]:
-        name = f"[{each['name']}](https://{each['source']})" if "source" in each else each["name"]
-        if "refusal" in each:
-            yield _row([name, str(each["samples"]), "", "", each["refusal"], ""])
-            continue
-        figures = (f"{100 * each[key]:.2f} %" for key in ("raw", "published", "found"))
-        yield _row([name, str(each["samples"]), *figures, f"{100 * each['bias_share']:.1f} %"])
+        name = f"[{each['name']}](https://{each['source']})"
+        before = [f"{100 * each[key]:.2f} %" for key in ("raw", "published")]
+        before[1] += " (program)" if each["by_program"] else ""
+        found = (
+            [f"refused: {each['refusal']}", ""]
+            if "refusal" in each
+            else [f"{100 * each['found']:.2f} %", f"{100 * each['bias_share']:.1f} %"]
+        )
+        yield _row([name, str(each["samples"]), *before, *found])
     yield ""
-    yield "Scatter of the length of the field, a share of it, by quartiles."
+    yield (
+        "Scatter of the length of the field, a share of it, by quartiles. By its author: the correction that was "
+        "published with the recording or, where marked, that of the program published with it."
+    )
 
 
 def noise_disturbed(content: Content) -> Iterator[str]:

@@ -256,7 +256,10 @@ impl<'a> Constancy<'a> {
                 .iter()
                 .zip(weights)
                 .map(|(r, weight)| (r.covariance[(0, 0)] / weight).sqrt());
-            return Some(ResidualWhitening::Each(DVector::from_iterator(residuals.len(), sigmas)));
+            return Some(ResidualWhitening::Each(DVector::from_iterator(
+                residuals.len(),
+                sigmas,
+            )));
         }
         let size = 2 * residuals.len();
         let mut covariance = DMatrix::zeros(size, size);
@@ -269,7 +272,9 @@ impl<'a> Constancy<'a> {
                 covariance[(2 * k + 1, 2 * l + 1)] += common.dot(&other.by_accelerometer); // eq. 6
             }
         }
-        covariance.cholesky().map(|factor| ResidualWhitening::Lower(factor.l()))
+        covariance
+            .cholesky()
+            .map(|factor| ResidualWhitening::Lower(factor.l()))
     }
 
     /// Size of the residual of each reading, in sigmas.

@@ -191,5 +191,5 @@ fn a_hand_turned_log_needs_no_rest() {
             sigmas[9 + axis]
         );
     }
-    assert!(found.blocks.iter().all(|block| !block.chance < 1e-3));
+    assert!(found.blocks.iter().all(|block| block.chance >= 1e-3));
 }

@@ -38,7 +38,7 @@ pub(super) struct FieldBlock {
     pub chance: f64,
     /// Change of the fit without it.
     pub influence: Influence,
-    /// Root mean square of the residuals by a fit without it, uT.
+    /// The value by a fit without it, uT.
     pub held_out: Option<f64>,
 }
 
@@ -187,10 +187,8 @@ fn blocks(fit: &FieldFit, scatter: f64, correlated: f64) -> Vec<FieldBlock> {
         #[allow(clippy::cast_precision_loss)]
         let number = (end - first) as f64;
         let raw = fit.linear.values.rows(first, end - first);
-        let held_out = change.as_ref().map(|change| {
-            let left = raw + fit.linear.rows.rows(first, end - first) * change;
-            (left.norm_squared() / number).sqrt()
-        });
+        let moved = |change: &DVector<f64>| (fit.linear.rows.rows(first, end - first) * change).mean();
+        let held_out = change.as_ref().map(|change| raw.mean() + moved(change));
         let field = fit.used[first..end]
             .iter()
             .map(|k| fit.residuals[*k].field)

@@ -57,7 +57,9 @@ impl RestForces {
         let size = residuals.len();
         let own = |k: usize| residuals[k].sigma.powi(2) / weights[k];
         if self.flicker == Vector3::zeros() {
-            return Some(ResidualWhitening::Each(DVector::from_fn(size, |k, _| own(k).sqrt())));
+            return Some(ResidualWhitening::Each(DVector::from_fn(size, |k, _| {
+                own(k).sqrt()
+            })));
         }
         let responses: Vec<_> = residuals.iter().map(LengthResidual::response).collect();
         let wandering: Vec<_> = responses.iter().map(|v| v.component_mul(&self.flicker)).collect();
@@ -69,7 +71,9 @@ impl RestForces {
                 covariance[(k, l)] = wandering[k].dot(&responses[l]) * self.remembered[(k, l)]; // eq. 4
             }
         }
-        covariance.cholesky().map(|factor| ResidualWhitening::Lower(factor.l()))
+        covariance
+            .cholesky()
+            .map(|factor| ResidualWhitening::Lower(factor.l()))
     }
 }
 
