@@ -172,7 +172,7 @@ fn refusal(py: Python<'_>, error: &MagnetometerError) -> PyErr {
 
 fn refusal_figures<'py>(py: Python<'py>, error: &MagnetometerError) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
-    match *error {
+    match error {
         MagnetometerError::TooFewReadings { found, needed }
         | MagnetometerError::TooFewFieldDirections { found, needed } => {
             figures.set_item("found", found)?;

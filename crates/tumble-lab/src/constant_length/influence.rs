@@ -61,6 +61,21 @@ pub fn influence(fit: &LinearFit, readings: &[Vec<usize>]) -> Vec<Influence> {
     readings.iter().map(of_reading).collect()
 }
 
+/// Size of the residual of each reading by a fit without it, in sigmas of that: root mean square of its components; zero where
+/// nothing else shows it (docs/theory/magnetometer.md, eq. 8).
+pub fn misfits(fit: &LinearFit, readings: &[Vec<usize>]) -> Vec<f64> {
+    let answer = Answer::of(fit);
+    let of_reading = |places: &Vec<usize>| {
+        let (own, shown_by_others) = answer.alone(places);
+        let left = own.tr_mul(&answer.left);
+        let solved = shown_by_others.cholesky().map(|solver| solver.solve(&left));
+        #[allow(clippy::cast_precision_loss)]
+        let components = places.len() as f64;
+        solved.map_or(0.0, |solved| (left.dot(&solved) / components).sqrt())
+    };
+    readings.iter().map(of_reading).collect()
+}
+
 /// Each residual by a fit without any reading of its group, to first order; `None` where the others do not carry one
 /// (docs/theory/multipose.md, eq. 8).
 pub fn held_out(fit: &LinearFit, readings: &[Vec<usize>], groups: &[usize]) -> Vec<Option<f64>> {

@@ -2,7 +2,7 @@
 
 tumble_core::vocabulary! {
     /// Why a magnetometer has no calibration.
-    #[derive(Clone, Copy, Debug, PartialEq)]
+    #[derive(Clone, Debug, PartialEq)]
     pub enum MagnetometerError {
         /// Readings are fewer than the unknowns and one to check them.
         TooFewReadings {
@@ -23,7 +23,7 @@ tumble_core::vocabulary! {
         /// The readings leave a combination of the unknowns open.
         ReadingsLeaveOpen {
             /// Share of each of `[M row by row, b, response to current, vertical part]` in it.
-            shares: [f64; 16],
+            shares: Box<[f64; 16]>,
         } = "readings leave open",
         /// Most readings disagree with each other.
         Disturbed {

@@ -7,7 +7,7 @@ use tumble_core::model::{ErrorModel, ModelCovariance, PARAMETERS};
 use super::alignment::rotation_by_dip;
 use super::error::MagnetometerError;
 use super::readings::{FieldReading, FieldReadings};
-use crate::constant_length::influence::LinearFit;
+use crate::constant_length::influence::{LinearFit, misfits};
 use crate::constant_length::levenberg_marquardt::Linearised;
 use crate::constant_length::residual::{LengthResidual, derivative};
 use crate::constant_length::reweighted::{Problem, solve};
@@ -25,9 +25,6 @@ const UPWARD: usize = 15;
 
 /// Chance, of any reading among all, below which one that disagrees so much is taken for disturbed.
 pub(super) const FALSE_ALARM: f64 = 1e-3;
-
-/// Rounds in which disturbed readings are found.
-const ROUNDS: u32 = 8;
 
 /// Share of the readings beyond which disturbance leaves nothing to trust.
 const MOST_DISTURBED: f64 = 0.4;
@@ -285,13 +282,44 @@ impl<'a> Constancy<'a> {
                 return Some(r.values.x.abs() / r.covariance[(0, 0)].sqrt());
             }
             let mut covariance = r.covariance;
-            covariance[(1, 1)] += r
-                .by_accelerometer
-                .dot(&(self.data.accelerometer * r.by_accelerometer));
+            covariance[(1, 1)] += self.by_accelerometer(r);
             let squares = r.values.dot(&covariance.cholesky()?.solve(&r.values));
             Some((0.5 * squares).sqrt())
         });
         each.collect()
+    }
+}
+
+impl Constancy<'_> {
+    /// Size of the residual of each reading that a fit has not seen, in sigmas of its prediction.
+    fn prediction_sizes(
+        &self,
+        residuals: &[FieldResidual],
+        covariance: &DMatrix<f64>,
+    ) -> Result<Vec<f64>, MagnetometerError> {
+        let components = self.layout.components();
+        let each = residuals.iter().map(|own| {
+            let rows = DMatrix::from_fn(components, self.places.len(), |k, i| {
+                own.rows[(k, self.places[i])]
+            });
+            let mut total = &rows * covariance * rows.transpose();
+            total += own.covariance.view((0, 0), (components, components));
+            if components == 2 {
+                total[(1, 1)] += self.by_accelerometer(own);
+            }
+            let value = DVector::from_fn(components, |k, _| own.values[k]);
+            #[allow(clippy::cast_precision_loss)]
+            let mean_square = value.dot(&total.cholesky()?.solve(&value)) / components as f64;
+            Some(mean_square.sqrt())
+        });
+        each.collect::<Option<Vec<_>>>()
+            .ok_or(MagnetometerError::FieldUnsolvable)
+    }
+
+    /// Variance of the upward part by the calibration of the accelerometer.
+    fn by_accelerometer(&self, own: &FieldResidual) -> f64 {
+        own.by_accelerometer
+            .dot(&(self.data.accelerometer * own.by_accelerometer))
     }
 }
 
@@ -396,26 +424,15 @@ pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<Field
         ..own_axes
     };
     let mut used: Vec<usize> = (0..data.readings.len()).collect();
-    let mut begin = first;
-    for _ in 0..ROUNDS {
-        let kept = data.only(&used);
-        let (state, weights) = settle(&kept, strength, begin, layout)?;
+    loop {
+        let (state, weights) = settle(&data.only(&used), strength, first, layout)?;
         let all = Constancy::of(data, strength, layout);
-        let x = state.unknowns(layout);
-        let residuals = all.residuals(&x).ok_or(MagnetometerError::FieldUnsolvable)?;
-        let sizes = all.sizes(&residuals).ok_or(MagnetometerError::FieldUnsolvable)?;
-        let chances = chances(&sizes, &used, layout);
-        let undisturbed: Vec<usize> = (0..sizes.len()).filter(|k| chances[*k] >= FALSE_ALARM).collect();
-        #[allow(clippy::cast_precision_loss)]
-        let too_few = undisturbed.len() < needed
-            || (sizes.len() - undisturbed.len()) as f64 > MOST_DISTURBED * sizes.len() as f64;
-        if too_few {
-            return Err(MagnetometerError::Disturbed {
-                found: sizes.len() - undisturbed.len(),
-                readings: sizes.len(),
-            });
-        }
-        if undisturbed == used {
+        let residuals = all
+            .residuals(&state.unknowns(layout))
+            .ok_or(MagnetometerError::FieldUnsolvable)?;
+        let chances = chances(&misfits_of(&all, &residuals, &used)?, layout);
+        let disturbed = most_disturbed(&chances, &used, layout);
+        if disturbed.is_empty() {
             let found = finish(&all, &state, residuals, (weights, used, chances))?;
             return Ok(if settings.strength.is_none() {
                 relative(found)
@@ -423,12 +440,74 @@ pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<Field
                 found
             });
         }
-        (used, begin) = (undisturbed, first);
+        used.retain(|k| !disturbed.contains(k));
+        #[allow(clippy::cast_precision_loss)]
+        let too_few = used.len() < needed
+            || ((data.readings.len() - used.len()) as f64) > MOST_DISTURBED * data.readings.len() as f64;
+        if too_few {
+            return Err(MagnetometerError::Disturbed {
+                found: data.readings.len() - used.len(),
+                readings: data.readings.len(),
+            });
+        }
     }
-    Err(MagnetometerError::Disturbed {
-        found: data.readings.len() - used.len(),
-        readings: data.readings.len(),
-    })
+}
+
+/// Readings to leave out next: of rests the one that disagrees most, as it may make others look disturbed; of many samples all.
+fn most_disturbed(chances: &[f64], used: &[usize], layout: FieldUnknowns) -> Vec<usize> {
+    let found: Vec<usize> = used
+        .iter()
+        .copied()
+        .filter(|k| chances[*k] < FALSE_ALARM)
+        .collect();
+    if !layout.aligned {
+        return found;
+    }
+    let worst = found
+        .into_iter()
+        .min_by(|a, b| chances[*a].total_cmp(&chances[*b]));
+    worst.into_iter().collect()
+}
+
+/// Size of the residual of each reading in sigmas, by a fit without it.
+fn misfits_of(
+    all: &Constancy<'_>,
+    residuals: &[FieldResidual],
+    used: &[usize],
+) -> Result<Vec<f64>, MagnetometerError> {
+    let kept = all.data.only(used);
+    let problem = Constancy::of(&kept, all.strength, all.layout);
+    let of_used: Vec<_> = used.iter().map(|k| residuals[*k]).collect();
+    let (covariance, whitening) = covariance_of(&problem, &of_used, &vec![1.0; used.len()])?;
+    let mut sizes = all.prediction_sizes(residuals, &covariance)?;
+    if all.layout.aligned {
+        let linear = LinearFit {
+            values: problem.values(&of_used),
+            rows: problem.rows(&of_used),
+            covariance,
+            whitening,
+        };
+        let places: Vec<Vec<usize>> = (0..used.len()).map(|k| vec![2 * k, 2 * k + 1]).collect();
+        for (k, size) in used.iter().zip(misfits(&linear, &places)) {
+            sizes[*k] = size;
+        }
+        return Ok(sizes);
+    }
+    for k in used {
+        let own = &residuals[*k];
+        let row = DVector::from_iterator(
+            all.places.len(),
+            all.places.iter().map(|place| own.rows[(0, *place)]),
+        );
+        let variance = own.covariance[(0, 0)];
+        let left = variance - row.dot(&(&covariance * &row));
+        sizes[*k] = if left > 0.0 {
+            own.values.x.abs() / left.sqrt()
+        } else {
+            0.0
+        };
+    }
+    Ok(sizes)
 }
 
 /// State, and the weight of each reading, from a start in the sensor's own axes.
@@ -487,10 +566,9 @@ fn refuse_too_few(data: &FieldReadings, state: &State) -> Result<(), Magnetomete
 }
 
 /// Chance that noise alone makes any of all readings disagree as much as each (docs/theory/magnetometer.md, eq. 8).
-fn chances(sizes: &[f64], used: &[usize], layout: FieldUnknowns) -> Vec<f64> {
+fn chances(sizes: &[f64], layout: FieldUnknowns) -> Vec<f64> {
     let components = layout.components();
-    let of_used: Vec<f64> = used.iter().map(|k| sizes[*k]).collect();
-    let scatter = robust::scatter(&of_used, layout.places().len() / components, components);
+    let scatter = robust::scatter(sizes, 0, components);
     #[allow(clippy::cast_precision_loss)]
     let (count, freedom) = (sizes.len() as f64, components as f64);
     let one = |size: f64| chi_square_tail(freedom * (size / scatter).powi(2), freedom);
@@ -527,7 +605,9 @@ fn covariance_of(
         for (place, share) in problem.places.iter().zip(&found) {
             shares[*place] = *share;
         }
-        MagnetometerError::ReadingsLeaveOpen { shares }
+        MagnetometerError::ReadingsLeaveOpen {
+            shares: Box::new(shares),
+        }
     })?;
     Ok((covariance, whitening))
 }
