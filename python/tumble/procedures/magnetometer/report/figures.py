@@ -33,7 +33,7 @@ def norm_figure(result: MagnetometerResult, prefix: str) -> Markup:
         np.array([getattr(point, name) for point in result.points])
         for name in ("before", "after", "held_out", "sigma")
     )
-    figure = length_errors(LengthErrors("uT", "strength", before, after, sigma, held_out))
+    figure = length_errors(LengthErrors("uT", "field strength", before, after, sigma, held_out))
     return inline_svg(figure, prefix, "Length of the field minus its strength, before and after")
 
 
