@@ -78,7 +78,7 @@ from benchmarks.truths import BIASES, DESIGN_MRAD
 from benchmarks.view import OPEN_GOAL, ZOOM_GOAL
 
 WAYS_OF_MAGNETOMETERS = {"rests": "at rests", "turned": "turned without a rest"}
-"""How a magnetometer was moved, by its key among the figures."""
+"""Motion of a magnetometer, by its key among the figures."""
 
 SPEED_NAMES = {
     "acquisition": "rests and turns of a recording in memory",

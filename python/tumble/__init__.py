@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from tumble.tools.inspect.procedure import inspect
     from tumble.tools.simulate import (
         simulate_flight,
+        simulate_magnetometer,
         simulate_multipose,
         simulate_spin,
         simulate_static,
@@ -105,6 +106,7 @@ __all__ = [
     "open_writer",
     "redundancy",
     "simulate_flight",
+    "simulate_magnetometer",
     "simulate_multipose",
     "simulate_spin",
     "simulate_static",
@@ -135,6 +137,7 @@ _HOMES: dict[str, tuple[str, ...]] = {
     "tumble.tools.inspect.procedure": ("inspect",),
     "tumble.tools.simulate": (
         "simulate_flight",
+        "simulate_magnetometer",
         "simulate_multipose",
         "simulate_spin",
         "simulate_static",

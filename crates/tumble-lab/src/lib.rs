@@ -3,7 +3,8 @@
 //! [`acquisition`] turns a recording of any length into rests and turns, and watches its channels. [`turntable`] lays
 //! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays. [`spin`] does the
 //! same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together sit beside
-//! each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`mod@noise`] measures that of a
+//! each other. [`mod@multipose`] calibrates a unit that was held in many orientations,
+//! [`magnetometer`] the compass of one, both by [`constant_length`]. [`mod@noise`] measures that of a
 //! sensor at rest, [`thermal`] its drift over temperature. [`distributions`] computes the probability of a misfit.
 //! [`stamps`] fits even times to stamps that come late. [`simulate`] makes recordings whose truth is known.
 //! [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
