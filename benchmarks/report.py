@@ -654,11 +654,11 @@ def magnetometer(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"{content['sessions']} simulated sessions each: 18 rests of 4 s with 0.3 µT of noise a sample, and "
-        f"60 s turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near one rest "
+        f"60 s turned without a rest. {100 * content['magnets_found']:.1f} % of magnets of 9 µT near a rest "
         f"were found; {100 * content['rests']['alarms']:.1f} % of sessions without one named a rest."
     )
     yield ""
-    yield "| recording of others | samples | raw | by its author | Tumble | biases apart, share of the field |"
+    yield "| recording of others | samples | raw | by its author | Tumble | biases apart over the field |"
     yield "|---|---|---|---|---|---|"
     for each in content["recordings"]:
         name = f"[{each['name']}](https://{each['source']})"
@@ -672,8 +672,8 @@ def magnetometer(content: Content) -> Iterator[str]:
         yield _row([name, str(each["samples"]), *before, *found])
     yield ""
     yield (
-        "Scatter of the length of the field, a share of it, by quartiles. By its author: the correction that was "
-        "published with the recording or, where marked, that of the program published with it."
+        "Scatter of the length of the field, a share of it, by quartiles. By its author: the correction that "
+        "was published with the recording or, where marked, that of the program published with it."
     )
 
 
