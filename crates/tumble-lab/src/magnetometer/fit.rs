@@ -2,6 +2,7 @@
 //! (docs/theory/magnetometer.md).
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+use rayon::prelude::*;
 use tumble_core::model::{ErrorModel, ModelCovariance, PARAMETERS};
 
 use super::alignment::rotation_by_dip;
@@ -14,8 +15,9 @@ use crate::constant_length::reweighted::{Problem, solve};
 use crate::constant_length::sphere::{sphere, start};
 use crate::constant_length::whitening::ResidualWhitening;
 use crate::constant_length::{directions, observability, robust};
-use crate::distributions::chi_square_tail;
+use crate::distributions::{chi_square_tail, f_tail};
 use crate::multipose::FEWEST_DIRECTIONS;
+use crate::turntable::widening;
 
 /// `[M row by row, b, response to current, upward part of the field]`.
 pub const STATE: usize = 16;
@@ -431,7 +433,10 @@ pub fn fit_field(data: &FieldReadings, settings: &FieldSettings) -> Result<Field
             .residuals(&state.unknowns(layout))
             .ok_or(MagnetometerError::FieldUnsolvable)?;
         let chances = chances(&misfits_of(&all, &residuals, &used)?, layout);
-        let disturbed = most_disturbed(&chances, &used, layout);
+        let mut disturbed = most_disturbed(&chances, &used, layout);
+        if disturbed.is_empty() && layout.aligned {
+            disturbed.extend(masked(&all, &residuals, &used, first)?);
+        }
         if disturbed.is_empty() {
             let found = finish(&all, &state, residuals, (weights, used, chances))?;
             return Ok(if settings.strength.is_none() {
@@ -467,6 +472,51 @@ fn most_disturbed(chances: &[f64], used: &[usize], layout: FieldUnknowns) -> Vec
         .into_iter()
         .min_by(|a, b| chances[*a].total_cmp(&chances[*b]));
     worst.into_iter().collect()
+}
+
+/// The rest without which the others agree, where all disagree beyond chance and none stands out: one that is far off bends the
+/// fit until all are (docs/theory/magnetometer.md, eq. 12).
+fn masked(
+    all: &Constancy<'_>,
+    residuals: &[FieldResidual],
+    used: &[usize],
+    first: State,
+) -> Result<Option<usize>, MagnetometerError> {
+    let whole = chi_square(all, residuals, used)?;
+    let freedom = (all.layout.components() * used.len()).saturating_sub(all.places.len());
+    let left = freedom.saturating_sub(all.layout.components());
+    if left == 0 || widening(whole, u32::try_from(freedom).unwrap_or(u32::MAX)) <= 1.0 {
+        return Ok(None);
+    }
+    let without = |k: &usize| {
+        let others: Vec<usize> = used.iter().copied().filter(|other| other != k).collect();
+        let (state, _) = settle(&all.data.only(&others), all.strength, first, all.layout).ok()?;
+        let residuals = all.residuals(&state.unknowns(all.layout))?;
+        Some((*k, chi_square(all, &residuals, &others).ok()?))
+    };
+    let tried: Vec<_> = used.par_iter().filter_map(without).collect();
+    let Some((best, least)) = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Ok(None);
+    };
+    #[allow(clippy::cast_precision_loss)]
+    let (components, left, count) = (all.layout.components() as f64, left as f64, used.len() as f64);
+    let ratio = (whole - least).max(0.0) / components / (least / left).max(f64::MIN_POSITIVE);
+    Ok((count * f_tail(ratio, components, left) < FALSE_ALARM).then_some(best)) // eq. 12
+}
+
+/// Sum of the squares of the whitened residuals of some readings, all of weight one.
+fn chi_square(
+    all: &Constancy<'_>,
+    residuals: &[FieldResidual],
+    used: &[usize],
+) -> Result<f64, MagnetometerError> {
+    let kept = all.data.only(used);
+    let problem = Constancy::of(&kept, all.strength, all.layout);
+    let of_used: Vec<_> = used.iter().map(|k| residuals[*k]).collect();
+    let whitening = problem
+        .whitening_of(&of_used, &vec![1.0; used.len()])
+        .ok_or(MagnetometerError::FieldUnsolvable)?;
+    Ok(whitening.of(problem.values(&of_used)).norm_squared())
 }
 
 /// Size of the residual of each reading in sigmas, by a fit without it.
