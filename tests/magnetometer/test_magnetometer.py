@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import tumble
-from tumble._core import VOCABULARY
 from tumble.foundation.magnetic import MagneticTrack
 from tumble.procedures.magnetometer.earth_field import earth_field
-from tumble.procedures.magnetometer.messages import MESSAGES
 from tumble.tools.simulate import simulate_magnetometer
 
 
@@ -157,7 +155,3 @@ def test_a_log_that_cannot_serve_is_refused_in_one_line(session, recording, opti
     with pytest.raises(tumble.TumbleError, match=reason) as refusal:
         tumble.magnetometer(recording(session), **options)
     assert "\n" not in str(refusal.value)
-
-
-def test_every_reason_of_the_core_has_its_words():
-    assert set(VOCABULARY["magnetometer error"]) == set(MESSAGES)
