@@ -117,6 +117,7 @@ def test_one_of_many_concurrent_runs_writes(tmp_path):
         ("thermal", "LOG"),
         ("spin", "LOG"),
         ("multipose", "LOG"),
+        ("magnetometer", "LOG"),
         ("align", "LOG", "LOG"),
         ("compare", "LOG", "LOG"),
         ("import", "LOG"),

@@ -23,6 +23,7 @@ from tumble.laboratory.registry import Registry, UnitFacts
 from tumble.laboratory.report.page import HISTORY_REPORT
 from tumble.procedures.align.procedure import align
 from tumble.procedures.align.report.page import ALIGN_REPORT
+from tumble.procedures.magnetometer.report.page import MAGNETOMETER_REPORT
 from tumble.procedures.multipose.report.page import MULTIPOSE_REPORT
 from tumble.procedures.noise.report.page import NOISE_REPORT
 from tumble.procedures.redundancy.report.page import REDUNDANCY_REPORT
@@ -67,6 +68,9 @@ PAGES = {
     "align": lambda _: aligned(),
     "multipose": lambda _: rendered(
         MULTIPOSE_REPORT, tumble.multipose(tumble.simulate_multipose(seed=7).recording)
+    ),
+    "magnetometer": lambda _: rendered(
+        MAGNETOMETER_REPORT, tumble.magnetometer(tumble.simulate_magnetometer(seed=7).recording)
     ),
     "noise": lambda _: rendered(
         NOISE_REPORT, tumble.noise(tumble.simulate_static(duration=360.0, seed=3).recording)
