@@ -13,12 +13,14 @@ from tumble.report.numbers import measurement, readable_scale, significant
 
 def sentences(result: MagnetometerResult) -> Iterator[str]:
     """Describes the number of readings, and the calibrated field at them."""
-    covered = f"{100.0 * result.coverage:.0f} % of all directions of the field"
-    left_out = f", {len(result.disturbed)} of them left out as disturbed" if result.disturbed else ""
-    if result.at_rest:
-        yield f"{count_of('rest', len(result.points))}{left_out}, which meet {covered}"
+    if not result.at_rest:
+        yield "all samples of a unit that was turned"
+    elif result.disturbed:
+        left_out = len(result.disturbed)
+        yield f"{count_of('rest', len(result.points))}, {left_out} of them left out as disturbed"
     else:
-        yield f"all samples of a unit that was turned, which meet {covered}"
+        yield count_of("rest", len(result.points))
+    yield f"directions of the field that were met: {100.0 * result.coverage:.0f} %"
     held_out = (
         ""
         if math.isnan(result.norm_held_out)
@@ -35,7 +37,7 @@ def sentences(result: MagnetometerResult) -> Iterator[str]:
         )
     yield f"field strength: {_strength(result)}"
     if result.aligned:
-        yield f"dip: {_dip(result)}"
+        yield f"dip of the field: {_dip(result)}"
 
 
 def _strength(result: MagnetometerResult) -> str:
