@@ -32,12 +32,16 @@ def output(*command: str | Path) -> str:
         "LLVM_PROFILE_FILE": str(BUILT / "profiles" / "%m.profraw"),
     }
     words = [str(word) for word in command]
-    return subprocess.run(words, cwd=ROOT, check=True, env=environment, stdout=subprocess.PIPE, text=True).stdout
+    return subprocess.run(
+        words, cwd=ROOT, check=True, env=environment, stdout=subprocess.PIPE, text=True
+    ).stdout
 
 
 def tools() -> Path:
     """Folder of llvm-cov and llvm-profdata."""
-    found = list(Path(output("rustc", TOOLCHAIN, "--print", "sysroot").strip()).glob("lib/rustlib/*/bin/llvm-cov"))
+    found = list(
+        Path(output("rustc", TOOLCHAIN, "--print", "sysroot").strip()).glob("lib/rustlib/*/bin/llvm-cov")
+    )
     if not found:
         sys.exit(f"no llvm-cov: rustup toolchain install {TOOLCHAIN[1:]} --component llvm-tools")
     return found[0].parent
@@ -59,10 +63,19 @@ def tests_begin(file: str) -> int:
 def measured(folder: Path) -> Counter[Branch]:
     """Times that each branch was taken, in all programs."""
     merged = BUILT / "merged.profdata"
-    output(folder / "llvm-profdata", "merge", "--sparse", *(BUILT / "profiles").glob("*.profraw"), "--output", merged)
+    output(
+        folder / "llvm-profdata",
+        "merge",
+        "--sparse",
+        *(BUILT / "profiles").glob("*.profraw"),
+        "--output",
+        merged,
+    )
     first, *others = programs()
     objects = [word for other in others for word in ("--object", other)]
-    told = output(folder / "llvm-cov", "export", first, *objects, "--instr-profile", merged, "--sources", JUDGE)
+    told = output(
+        folder / "llvm-cov", "export", first, *objects, "--instr-profile", merged, "--sources", JUDGE
+    )
     taken: Counter[Branch] = Counter()
     for function in json.loads(told)["data"][0]["functions"]:
         for line, column, _, _, true, false, file, *_ in function["branches"]:

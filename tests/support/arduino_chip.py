@@ -29,6 +29,7 @@ class TwoWire {
 
   public:
     int unknown = 0;
+    void begin() {}
     void beginTransmission(uint8_t chip) { unknown += chip != CHIP; placed = false; }
     uint8_t endTransmission(bool = true) { return 0; }
     uint8_t requestFrom(uint8_t chip, uint8_t) { unknown += chip != CHIP; return 1; }

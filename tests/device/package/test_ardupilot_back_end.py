@@ -50,6 +50,8 @@ def squeezed(text):
 def test_declarations_of_the_stand_ins_are_those_of_ardupilot():
     stand_ins = (FOLDER / "stand_ins.hpp").read_text()
     for name, declarations in yaml.safe_load((FOLDER / "declarations.yaml").read_text()).items():
-        (body,) = re.findall(rf"^(?:class|namespace) {name}\n{{\n(.*?)^}}", stand_ins, re.MULTILINE | re.DOTALL)
+        (body,) = re.findall(
+            rf"^(?:class|namespace) {name}\n{{\n(.*?)^}}", stand_ins, re.MULTILINE | re.DOTALL
+        )
         missing = [each for each in declarations if squeezed(each) not in squeezed(body)]
         assert not missing, name

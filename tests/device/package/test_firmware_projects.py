@@ -1,4 +1,4 @@
-"""Zephyr and PlatformIO find in the manifests what they look for, and their builds link the library."""
+"""Zephyr, ESP-IDF and PlatformIO find in the manifests what they look for, and their builds link the library."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from package.packages import (
     try_to_run,
 )
 
-# Keys that Zephyr's scripts/zephyr_module.py allows in a module with its own CMakeLists.txt and Kconfig.
+# Keys that Zephyr's scripts/zephyr_module.py (commit 013c1350) allows in a module with its own CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
 BUILD_KEYS = {"cmake", "kconfig", "depends", "settings"}
 
@@ -121,6 +121,71 @@ def test_unknown_processor_in_zephyr_is_refused_with_a_remedy(tmp_path, configur
     assert refused.returncode != 0
     said = " ".join(refused.stderr.split())
     assert 'board "nowhere"; set CONFIG_TUMBLE_RUST_TARGET in prj.conf' in said
+
+
+ESP_IDF = CRATE / "esp-idf" / "tumble"
+
+# The chip's own symbol of ESP-IDF; those of Xtensa have no target.
+CHIPS = [
+    ("ESP32C3", "riscv32imc-unknown-none-elf"),
+    ("ESP32C6", "riscv32imac-unknown-none-elf"),
+    ("ESP32P4", "riscv32imafc-unknown-none-elf"),
+    ("ESP32S3", ""),
+]
+
+READ_SDKCONFIG = """
+import json, sys
+import esp_kconfiglib
+kconfig = esp_kconfiglib.Kconfig(sys.argv[1])
+print(json.dumps({name: found.str_value for name, found in kconfig.syms.items() if name.startswith("TUMBLE")}))
+"""
+
+READ_COMPONENT = """
+import sys
+from idf_component_tools.manager import ManifestManager
+ManifestManager(sys.argv[1], "tumble").load()
+"""
+
+
+@pytest.mark.parametrize(("chip", "target"), CHIPS)
+def test_kconfig_of_esp_idf_knows_the_target_of_a_chip(tmp_path, python, chip, target):
+    top = tmp_path / "Kconfig"
+    top.write_text(f'config IDF_TARGET_{chip}\n\tbool\n\tdefault y\n\nsource "{ESP_IDF}/Kconfig"\n')
+    configured = json.loads(run(python, "-c", READ_SDKCONFIG, top).splitlines()[-1])
+    parts = dict.fromkeys((f"TUMBLE_{part}" for part in PARTS), "y")
+    assert configured == {"TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target, **parts}
+
+
+def test_component_manager_of_esp_idf_takes_the_manifest(python):
+    run(python, "-c", READ_COMPONENT, ESP_IDF)
+    manifest = yaml.safe_load((ESP_IDF / "idf_component.yml").read_text())
+    workspace = (CRATE / ".." / ".." / "Cargo.toml").read_text()
+    assert f'\nversion = "{manifest["version"]}"\n' in workspace
+
+
+def esp_idf(folder, chip, **configuration):
+    """Configures a project with a stand-in of ESP-IDF, whose folder IDF_PATH names."""
+    options = {
+        key: value
+        for key, value in application_of_zephyr(IDF_TARGET=chip, **configuration).items()
+        if key != "MODULE"
+    }
+    command = configuring(HERE / "esp_idf" / "project", folder, **options)
+    return try_to_run(*command, IDF_PATH=str(HERE / "esp_idf" / "stand_in"))
+
+
+def test_a_project_of_esp_idf_links_what_kconfig_left(tmp_path):
+    configured = esp_idf(tmp_path, "linux", CONFIG_TUMBLE_SPIN="", CONFIG_TUMBLE_REDUNDANCY="")
+    assert configured.returncode == 0, configured.stderr
+    run("cmake", "--build", tmp_path)
+    assert run(tmp_path / "main" / "main") == WITHOUT_SETS
+
+
+def test_esp_idf_chip_without_a_target_is_refused_with_a_remedy(tmp_path):
+    refused = esp_idf(tmp_path, "esp32s3")
+    assert refused.returncode != 0
+    said = " ".join(refused.stderr.split())
+    assert 'for "esp32s3"; set CONFIG_TUMBLE_RUST_TARGET in sdkconfig' in said
 
 
 def test_platformio_takes_the_manifest_for_valid(python):
