@@ -1,7 +1,7 @@
-"""Prints the share of branches of the isolation of faults that tests of Rust reach, and each one that none reaches.
+"""Print the share of branches of the isolation that tests of Rust reach, and those that none reaches.
 
-A branch counts as reached if any test reaches it, in single or double precision, for any number of units. It needs a
-nightly Rust with the component llvm-tools, since a stable one has no coverage of branches.
+A branch counts as reached if any test reaches it, in single or double precision, for any number of units.
+It needs a nightly Rust with the component llvm-tools, since a stable one has no coverage of branches.
 """
 
 from __future__ import annotations
@@ -88,6 +88,7 @@ def measured(folder: Path) -> Counter[Branch]:
 
 
 def main() -> None:
+    """Run the tests, and print the branches that they never take and the share of the others."""
     folder = tools()
     for profile in (BUILT / "profiles").glob("*.profraw"):
         profile.unlink()

@@ -1,4 +1,4 @@
-"""Packs Tumble as a library for Arduino: headers, libraries built for its processors, an example, licences.
+"""Pack Tumble as a library for Arduino: headers, libraries built for its processors, an example, licences.
 
 `package_arduino.py OUT` writes OUT/Tumble-VERSION.zip, which the Arduino IDE adds as a library without Rust.
 """
@@ -18,7 +18,8 @@ CRATE = ROOT / "crates" / "tumble-capi"
 LIBRARY = CRATE / "arduino"
 HEADERS = ("tumble.h", "tumble.hpp")
 
-# Rust's name of a processor, and the folders in which Arduino looks for it: build.mcu, then build.fpu-build.float-abi.
+# Rust's name of a processor, and the folders in which Arduino looks for it:
+# build.mcu, then build.fpu-build.float-abi.
 FOLDERS = {
     "thumbv6m-none-eabi": ("cortex-m0plus",),
     "thumbv7em-none-eabi": ("cortex-m4/fpv4-sp-d16-softfp", "cortex-m7/fpv5-d16-softfp"),
@@ -30,9 +31,9 @@ FOLDERS = {
 def build(target: str, cargo_folder: Path) -> Path:
     """Path of the static library for a processor, for a redundant set of three units."""
     command = [
-        ROOT / "scripts" / "cargo_for_device.sh", "rustc", "--quiet", "--locked", "--manifest-path", CRATE / "Cargo.toml",
-        "--crate-type", "staticlib", "--profile", "device", "--features", "freestanding",
-        "--target-dir", cargo_folder, "--target", target,
+        ROOT / "scripts" / "cargo_for_device.sh", "rustc", "--quiet", "--locked",
+        "--manifest-path", CRATE / "Cargo.toml", "--crate-type", "staticlib", "--profile", "device",
+        "--features", "freestanding", "--target-dir", cargo_folder, "--target", target,
     ]  # fmt: skip
     environment = {**os.environ, "TUMBLE_DEVICE_TARGET": target, "TUMBLE_UNITS": "3"}
     subprocess.run([str(word) for word in command], check=True, env=environment)
@@ -67,6 +68,7 @@ def pack(out: Path, targets: list[str], cargo_folder: Path) -> Path:
 
 
 def main() -> None:
+    """Pack what the command line asks for."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("--cargo-folder", type=Path, default=ROOT / "target")

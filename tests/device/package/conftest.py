@@ -9,10 +9,11 @@ import pytest
 
 from package.packages import CARGO_FOLDER, ROOT, try_to_run
 
-# kconfiglib reads Kconfig in Zephyr's build, esp-idf-kconfig in that of ESP-IDF, whose component manager reads manifests; scons
-# builds for PlatformIO, which also checks manifests.
+# kconfiglib reads Kconfig in Zephyr's build, esp-idf-kconfig in that of ESP-IDF, whose component manager
+# reads manifests; scons builds for PlatformIO, which also checks manifests.
 PACKAGES = [
-    "kconfiglib==14.1.0", "esp-idf-kconfig==3.14.0", "idf-component-manager==3.1.2", "scons==4.11.1", "platformio==6.2.0",
+    "kconfiglib==14.1.0", "esp-idf-kconfig==3.14.0", "idf-component-manager==3.1.2",
+    "scons==4.11.1", "platformio==6.2.0",
 ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from package.packages import CARGO_FOLDER, CRATE, ROOT, build, run
 LIBRARY = CRATE / "arduino"
 SKETCH = LIBRARY / "examples" / "Spin" / "Spin.ino"
 
-# Of the specification of Arduino's library format, revision 2.2.
+# From the specification of Arduino's library format, revision 2.2.
 REQUIRED = {
     "name", "version", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures",
 }  # fmt: skip
@@ -102,7 +102,7 @@ def test_sketch_finds_the_biases_of_a_chip_on_a_robot(sources, tmp_path):
         name: [float(word) for word in words.split()]
         for name, words in re.findall(r"^(\w+ bias) (.*)$", said, re.MULTILINE)
     }
-    # As in the example in C, where a robot has these biases; a count is 0.0006 m/s^2 and 0.0003 rad/s.
+    # Biases of the robot of the example in C; a count is 0.0006 m/s^2 and 0.0003 rad/s.
     assert found["accelerometer bias"] == pytest.approx([0.15, -0.08, 0.2], abs=0.006)
     assert found["gyroscope bias"] == pytest.approx([0.01, -0.02, 0.005], abs=0.001)
     assert re.findall(r"^rate (.*)$", said, re.MULTILINE)

@@ -1,4 +1,4 @@
-"""Zephyr, ESP-IDF and PlatformIO find in the manifests what they look for, and their builds link the library."""
+"""Zephyr, ESP-IDF and PlatformIO find what they look for in the manifests, and link the library."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from package.packages import (
     try_to_run,
 )
 
-# Keys that Zephyr's scripts/zephyr_module.py (commit 013c1350) allows in a module with its own CMakeLists.txt and Kconfig.
+# Keys that Zephyr's scripts/zephyr_module.py (commit 013c1350) allows in a module with its own
+# CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
 BUILD_KEYS = {"cmake", "kconfig", "depends", "settings"}
 
@@ -137,7 +138,8 @@ READ_SDKCONFIG = """
 import json, sys
 import esp_kconfiglib
 kconfig = esp_kconfiglib.Kconfig(sys.argv[1])
-print(json.dumps({name: found.str_value for name, found in kconfig.syms.items() if name.startswith("TUMBLE")}))
+symbols = {name: found.str_value for name, found in kconfig.syms.items()}
+print(json.dumps({name: value for name, value in symbols.items() if name.startswith("TUMBLE")}))
 """
 
 READ_COMPONENT = """

@@ -1,4 +1,4 @@
-/* What all packages link, as ESP-IDF calls it. */
+/* The program that all packages link, as ESP-IDF calls it. */
 #define main consumer
 #include "../../../consumer/main.c"
 #undef main
