@@ -16,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
+.PHONY: help build demo demo-bench demo-live firmware test test-rust test-tools test-python test-commands coverage coverage-isolation sanitize bench foreign flights soak package lint lint-rust lint-python generated site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -29,6 +29,9 @@ demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, 
 sanitize:  ## Interpret tests of the device's crates with Miri, run the C laws with the library under sanitizers (needs nightly Rust)
 	scripts/check_miri.sh
 	scripts/check_sanitized.sh
+
+coverage-isolation:  ## Print the branches of the isolation that tests of Rust reach, and those that none does (needs nightly Rust)
+	$(PYTHON) scripts/coverage_isolation.py
 
 demo-bench: $(VENV)/.native  ## Serve the bench page on a simulated bench, until Ctrl-C
 	@$(BIN)/tumble bench --simulated --folder out/bench
@@ -120,6 +123,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.fleet kills
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	$(MAKE) sanitize
+	$(MAKE) coverage-isolation
 	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record
 	cargo run --locked --profile fuzz --package tumble-fuzz -- spin

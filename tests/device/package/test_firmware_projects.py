@@ -21,6 +21,7 @@ from package.packages import (
     run,
     try_to_run,
 )
+from repetitions import SOAK
 
 # Keys that Zephyr's scripts/zephyr_module.py (commit 013c1350) allows in a module with its own
 # CMakeLists.txt and Kconfig.
@@ -134,32 +135,37 @@ CHIPS = [
     ("ESP32S3", ""),
 ]
 
-READ_SDKCONFIG = """
+READ_WITH_ESP_IDF = """
 import json, sys
 import esp_kconfiglib
+from idf_component_tools.manager import ManifestManager
 kconfig = esp_kconfiglib.Kconfig(sys.argv[1])
-symbols = {name: found.str_value for name, found in kconfig.syms.items()}
-print(json.dumps({name: value for name, value in symbols.items() if name.startswith("TUMBLE")}))
+print(json.dumps(kconfig.syms["TUMBLE_RUST_TARGET"].str_value))
+ManifestManager(sys.argv[2], "tumble").load()
 """
 
-READ_COMPONENT = """
-import sys
-from idf_component_tools.manager import ManifestManager
-ManifestManager(sys.argv[1], "tumble").load()
-"""
+
+def project_for(chip, folder):
+    """Kconfig of a project for a chip."""
+    top = folder / "Kconfig"
+    top.write_text(f'config IDF_TARGET_{chip}\n\tbool\n\tdefault y\n\nsource "{ESP_IDF}/Kconfig"\n')
+    return top
 
 
 @pytest.mark.parametrize(("chip", "target"), CHIPS)
 def test_kconfig_of_esp_idf_knows_the_target_of_a_chip(tmp_path, python, chip, target):
-    top = tmp_path / "Kconfig"
-    top.write_text(f'config IDF_TARGET_{chip}\n\tbool\n\tdefault y\n\nsource "{ESP_IDF}/Kconfig"\n')
-    configured = json.loads(run(python, "-c", READ_SDKCONFIG, top).splitlines()[-1])
+    configured = json.loads(run(python, "-c", READ_KCONFIG, project_for(chip, tmp_path)))
     parts = dict.fromkeys((f"TUMBLE_{part}" for part in PARTS), "y")
     assert configured == {"TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target, **parts}
 
 
-def test_component_manager_of_esp_idf_takes_the_manifest(python):
-    run(python, "-c", READ_COMPONENT, ESP_IDF)
+@pytest.mark.skipif(not SOAK, reason="installs packages of ESP-IDF: for make soak")
+def test_esp_idfs_own_tools_read_configuration_and_manifest(tmp_path, python_of_esp_idf):
+    said = run(python_of_esp_idf, "-c", READ_WITH_ESP_IDF, project_for("ESP32C3", tmp_path), ESP_IDF)
+    assert json.loads(said.splitlines()[-1]) == "riscv32imc-unknown-none-elf"
+
+
+def test_component_of_esp_idf_has_the_version_of_the_workspace():
     manifest = yaml.safe_load((ESP_IDF / "idf_component.yml").read_text())
     workspace = (CRATE / ".." / ".." / "Cargo.toml").read_text()
     assert f'\nversion = "{manifest["version"]}"\n' in workspace

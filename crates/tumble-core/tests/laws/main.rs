@@ -20,6 +20,7 @@ mod redundancy_outcomes;
 mod redundancy_output;
 mod redundancy_physics;
 mod redundancy_platform;
+mod redundancy_reinstatement;
 mod redundancy_rests;
 mod redundancy_settings;
 mod redundancy_thresholds;

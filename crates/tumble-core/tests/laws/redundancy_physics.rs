@@ -33,7 +33,7 @@ fn without_error(identity: u64, sensor: Sensor) -> Record<f32> {
 }
 
 /// Units that were calibrated, and have these biases since.
-fn since<const N: usize>(mission: &Mission) -> Flight<f32, N> {
+pub fn since<const N: usize>(mission: &Mission) -> Flight<f32, N> {
     let parts: [Part; N] = core::array::from_fn(|number| mission.parts[number]);
     let platform = platform(settings(), units(&parts));
     let mut flight = Flight::new(mission.seed);
