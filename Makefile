@@ -143,6 +143,7 @@ package: $(VENV)/.native  ## Build what is released, and use it as a newcomer wo
 	$(BIN)/python scripts/try_package.py out/package --extra all
 	scripts/install_test_tools.sh cmake
 	scripts/package_c.sh out/package
+	$(BIN)/python scripts/package_arduino.py out/package
 	scripts/build_image.sh
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers, language and documents
