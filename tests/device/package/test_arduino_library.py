@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import zipfile
 
 import pytest
@@ -112,15 +113,8 @@ def test_sketch_finds_the_biases_of_a_chip_on_a_robot(sources, tmp_path):
 def library(tmp_path_factory):
     """The folder that the IDE unpacks, for one processor."""
     folder = tmp_path_factory.mktemp("arduino")
-    packed = run(
-        "python3",
-        ROOT / "scripts" / "package_arduino.py",
-        folder,
-        "--target",
-        BOARD,
-        "--cargo-folder",
-        CARGO_FOLDER,
-    )
+    options = ("--target", BOARD, "--cargo-folder", CARGO_FOLDER)
+    packed = run(sys.executable, ROOT / "scripts" / "package_arduino.py", folder, *options)
     with zipfile.ZipFile(packed.strip()) as archive:
         archive.extractall(folder)
     return folder / "Tumble"
