@@ -1,10 +1,12 @@
 """Topics of ROS 2 over DDS: a publisher in another process, with types of its own."""
 
 import itertools
+import json
 import os
 import subprocess
 import sys
 import time
+import weakref
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,6 +18,8 @@ import ros2_publisher
 from ros2_publisher import LOOPBACK
 from tumble.foundation.errors import LogError
 from tumble.live import open_source
+from tumble.live.address import parse_address
+from tumble.live.ros2_domain import Domain
 from tumble.live.ros2_output import _message
 from turntable_sessions import typed
 
@@ -89,6 +93,32 @@ def test_several_topics_are_recorded_at_once(tmp_path):
     assert done.code == 0, done.err
     for unit in ("left", "right"):
         assert f"{unit}: {SAMPLES} samples" in done.out
+
+
+def test_topics_are_listed_with_what_they_offer_and_their_rates(domain):
+    with (
+        publisher("/left/imu", samples=1500),
+        publisher("/right/imu", samples=1500, reliability="best-effort"),
+    ):
+        done = typed("record", "--list", "ros2://", "--json")
+    assert done.code == 0, done.err
+    left, right = json.loads(done.out)["topics"]
+    assert (left["name"], left["type"], left["quality"]) == (
+        *("/left/imu", "sensor_msgs/msg/Imu", "reliable, volatile"),
+    )
+    assert (right["quality"], right["source"]) == ("best-effort, volatile", "ros2:///right/imu")
+    assert [left["rate"], right["rate"]] == pytest.approx([RATE, RATE], rel=0.2)
+
+
+def test_a_process_joins_a_domain_once(domain):
+    address = parse_address("ros2:///imu/data")
+    first = Domain.join(address)
+    assert Domain.join(parse_address("ros2:///imu/raw")) is first
+    assert Domain.join(parse_address(f"ros2:///imu?domain={(domain + 1) % 200}")) is not first
+    before = weakref.ref(first)
+    del first
+    # What nobody holds has left, so that nothing is announced for it any more.
+    assert before() is None
 
 
 def test_a_topic_without_angular_rate_is_refused():

@@ -6,6 +6,8 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
+from tumble.foundation.words import LIVE_OUTPUTS
+
 LIVE = "With --live"
 """Heading of options that mean something with `--live` only."""
 
@@ -65,8 +67,7 @@ ToOption: TypeAlias = Annotated[
     typer.Option(
         "--to",
         metavar="TO",
-        help="Where corrected samples go: stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC, "
-        "or a file that ends in .csv, .parquet or .mcap.",
+        help=f"Where corrected samples go: {LIVE_OUTPUTS}, or a file that ends in .csv, .parquet or .mcap.",
         rich_help_panel=LIVE,
         show_default=False,
     ),

@@ -21,6 +21,8 @@ _LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
 """Units in which lengths of time are shown, s."""
 
 Listening: TypeAlias = Literal["listening"]
+LIVE_OUTPUTS = "stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC"
+"""Places for corrected samples as they are typed, files aside; `tumble.live.outputs` opens them."""
 LISTENING: Final[Listening] = "listening"
 """First event of every live command with `--json`: all lines are open, and whoever sends may begin."""
 

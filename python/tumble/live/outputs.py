@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 from tumble.foundation.errors import LogError, OutputError
 from tumble.foundation.files import check_output
 from tumble.foundation.recording import Chunk
+from tumble.foundation.words import LIVE_OUTPUTS
 from tumble.live.address import Address, host_and_port, parse_address
 from tumble.logs.mavlink_messages import DIALECT, HIGHRES_TEMPERATURE
 from tumble.logs.optional import imported
@@ -91,8 +92,7 @@ def parse_output(text: str, *, as_json: bool = False) -> Output:
     path = Path(text)
     if path.suffix.removeprefix(".").lower() not in FORMATS:
         raise OutputError(
-            f"--to {text}: give stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC, or a file "
-            "that ends in "
+            f"--to {text}: give {LIVE_OUTPUTS}, or a file that ends in "
             f"{', '.join('.' + name for name in FORMATS)}"
         )
     check_output(path, FORMATS[format_for(path)])

@@ -44,6 +44,8 @@ OWN: Mapping[str, tuple[str, str, str]] = {
     "iio": ("tumble.live.iio", "open_iio", ""),
     "replay": ("tumble.live.replay", "open_replay", ""),
     "ros2": ("tumble.live.ros2", "open_ros2", "ros2"),
+    "ros2+zenoh": ("tumble.live.ros2_zenoh", "open_zenoh", "zenoh"),
+    "foxglove": ("tumble.live.foxglove", "open_foxglove", "foxglove"),
 }
 """The same, with `Opener` and the extra that it needs, of sources that hold one unit."""
 

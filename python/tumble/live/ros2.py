@@ -61,7 +61,7 @@ class Ros2Source(ConditionedSource):
         return (*self._conditioner.notices, f"topic {self.topic} is received {self._quality}", *unheard)
 
     def __enter__(self) -> Ros2Source:
-        domain = Domain(self._address)
+        domain = Domain.join(self._address)
         found = domain.find(self.topic)
         if found is None:
             raise LogError(_nobody(self._address, domain, self.topic))

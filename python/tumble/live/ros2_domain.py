@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import dataclass
+from threading import Lock
+from typing import ClassVar
+from weakref import WeakValueDictionary
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.core import DDSException, InstanceState, Listener, Policy, Qos
@@ -16,7 +18,8 @@ from cyclonedds.util import duration
 
 from tumble.foundation.errors import LogError
 from tumble.live.address import Address
-from tumble.live.ros2_types import IMU_TYPE, ImuMessage
+from tumble.live.ros2_names import IMU_TYPE, ros_domain
+from tumble.live.ros2_types import ImuMessage
 
 BELOW = "rt"
 """Front of the names that topics of ROS 2 have on DDS."""
@@ -24,57 +27,81 @@ MOST_WAITING = 4096
 """Messages that wait for their reader before the oldest is lost."""
 FOUND_WITHIN = 2.0
 """s to look for who sends a topic: participants announce themselves at once, and again every few seconds."""
-MOST_DOMAIN = 232
-"""Largest number of a domain whose ports exist."""
 RELIABLE, BEST_EFFORT = "reliable", "best-effort"
 QOS = (RELIABLE, BEST_EFFORT)
 
 
 @dataclass(frozen=True, slots=True)
-class SentTopic:
-    """A topic of `sensor_msgs/Imu` that somebody sends."""
+class Sender:
+    """A topic as one of its senders offers it."""
 
     name: str
     """`/imu/data`."""
+    type: str
+    """Type as DDS names it."""
     reliability: str
     """One of `QOS`."""
+    durability: str
+    """`volatile`, or `transient local` where the last messages are kept for who comes late."""
 
     def __str__(self) -> str:
         return f"{self.name} ({self.reliability})"
 
 
 class Domain:
-    """A participant in a domain.
+    """A participant in a domain, one for all topics of a process; `join` makes it.
 
     Raises `LogError`, in one line, where DDS refuses, as it does without a network.
     """
 
-    def __init__(self, address: Address) -> None:
-        self._address = address
-        self.number = _number(address)
+    _joined: ClassVar[WeakValueDictionary[int, Domain]] = WeakValueDictionary()
+    _joining: ClassVar[Lock] = Lock()
+
+    def __init__(self, number: int, typed: str) -> None:
+        self.number = number
         try:
-            self._participant = DomainParticipant(self.number)
+            self._participant = DomainParticipant(number)
             self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
         except DDSException as error:
             raise LogError(
-                f"{address.text}: domain {self.number} of ROS 2 cannot be joined: {error.msg}; check the "
+                f"{typed}: domain {number} of ROS 2 cannot be joined: {error.msg}; check the "
                 "network, and CYCLONEDDS_URI if it is set"
             ) from error
-        self._sent: dict[int, SentTopic] = {}
-        """By handle of its writer."""
+        self._senders: dict[int, Sender] = {}
+        """By handle of their writers."""
+        self._taking = Lock()
 
-    def sent(self) -> list[SentTopic]:
+    @classmethod
+    def join(cls, address: Address) -> Domain:
+        """Returns the participant of this process in a domain; it leaves once nobody holds it."""
+        number = ros_domain(address)
+        with cls._joining:
+            domain = cls._joined.get(number)
+            if domain is None:
+                domain = cls._joined[number] = Domain(number, address.text)
+            return domain
+
+    def senders(self) -> list[Sender]:
+        """Returns what is sent, as far as it is known by now; several senders of one kind count once."""
+        with self._taking:
+            for endpoint in self._publications.take(N=MOST_WAITING):
+                writer = endpoint.sample_info.instance_handle
+                if endpoint.sample_info.instance_state != InstanceState.Alive:
+                    self._senders.pop(writer, None)
+                elif endpoint.topic_name.startswith(f"{BELOW}/") and endpoint.qos is not None:
+                    self._senders[writer] = Sender(
+                        endpoint.topic_name.removeprefix(BELOW),
+                        endpoint.type_name,
+                        _reliability(endpoint.qos),
+                        _durability(endpoint.qos),
+                    )
+            return list(dict.fromkeys(self._senders.values()))
+
+    def sent(self) -> list[Sender]:
         """Returns topics of IMUs that are sent, as far as they are known by now."""
-        for endpoint in self._publications.take(N=MOST_WAITING):
-            writer = endpoint.sample_info.instance_handle
-            if endpoint.sample_info.instance_state != InstanceState.Alive:
-                self._sent.pop(writer, None)
-            elif endpoint.type_name == IMU_TYPE and endpoint.qos is not None:
-                name = endpoint.topic_name.removeprefix(BELOW)
-                self._sent[writer] = SentTopic(name, _reliability(endpoint.qos))
-        return list(dict.fromkeys(self._sent.values()))
+        return [each for each in self.senders() if each.type == IMU_TYPE]
 
-    def find(self, topic: str) -> SentTopic | None:
+    def find(self, topic: str) -> Sender | None:
         """Waits `FOUND_WITHIN` s at most for somebody who sends the topic."""
         until = time.monotonic() + FOUND_WITHIN
         while time.monotonic() < until:
@@ -96,14 +123,6 @@ class Domain:
         return Topic(self._participant, BELOW + topic, ImuMessage)
 
 
-def _number(address: Address) -> int:
-    """Returns the domain of an address, else that of ROS_DOMAIN_ID, else 0."""
-    text = address.settings.get("domain", os.environ.get("ROS_DOMAIN_ID", "") or "0")
-    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
-        raise LogError(f"{address.text}: domain {text!r}: give a number from 0 to {MOST_DOMAIN}")
-    return int(text)
-
-
 def _qos(reliability: str) -> Qos:
     # A writer waits so long for a slow reader, and then goes on without it.
     reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
@@ -111,6 +130,10 @@ def _qos(reliability: str) -> Qos:
         reliable if reliability == RELIABLE else Policy.Reliability.BestEffort,
         Policy.History.KeepLast(MOST_WAITING),
     )
+
+
+def _durability(qos: Qos) -> str:
+    return "volatile" if Policy.Durability.Volatile in qos else "transient local"
 
 
 def _reliability(qos: Qos) -> str:

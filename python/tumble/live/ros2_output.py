@@ -36,7 +36,7 @@ class Ros2Output:
     def open(self, facts: Facts) -> Iterator[Writer]:
         """See `Output`."""
         try:
-            writer = Domain(self.address).writer("/" + self.address.place.strip("/"))
+            writer = Domain.join(self.address).writer("/" + self.address.place.strip("/"))
         except (DDSException, LogError) as error:
             raise OutputError(str(error)) from error
         yield _Messages(self.address.text, writer)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float64, int32, uint32
 
-IMU_TYPE = "sensor_msgs::msg::dds_::Imu_"
+from tumble.live.ros2_names import IMU_TYPE
+
 if TYPE_CHECKING:
     Covariance: TypeAlias = Sequence[float]
 else:

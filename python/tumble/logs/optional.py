@@ -11,6 +11,8 @@ from tumble.foundation.errors import LogError
 EXTRAS: Mapping[str, str] = {
     "live": "sensors and rate tables over serial lines and MAVLink",
     "ros2": "topics of ROS 2, without ROS",
+    "zenoh": "topics of ROS 2 over Zenoh, without ROS",
+    "foxglove": "topics that a server of Foxglove's protocol sends",
     "rerun": "recordings and results for the viewer Rerun",
     "formats": "flight logs, MATLAB and HDF5 files, MCAP with protobuf",
     "laboratory": "registry of calibrations, in a file or on a server, and certificates",

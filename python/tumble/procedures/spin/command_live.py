@@ -21,7 +21,7 @@ from tumble.cli.results import end_unless, show_results, write_results
 from tumble.cli.screen import print_json_line
 from tumble.foundation.errors import ProcedureError, TumbleError
 from tumble.foundation.translation import translated
-from tumble.foundation.words import LISTENING
+from tumble.foundation.words import LISTENING, LIVE_OUTPUTS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -93,8 +93,7 @@ class SpinLiveOptions(Options):
         str | None,
         typer.Option(
             metavar="TO",
-            help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
-            "mavlink:udpout:HOST:PORT, ros2:///TOPIC or FILE.",
+            help=f"Once calibrated, go on and send corrected samples to {LIVE_OUTPUTS} or FILE.",
             rich_help_panel=LIVE,
             show_default=False,
         ),

@@ -15,7 +15,7 @@ from tumble.cli.output import OutputFile, file_named_after
 from tumble.cli.read_options import ReadingOptions
 from tumble.cli.shared_options import JsonOption, format_option
 from tumble.foundation.errors import ProcedureError
-from tumble.foundation.words import count_of
+from tumble.foundation.words import LIVE_OUTPUTS, count_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,9 +99,7 @@ def _live_output(live: ApplyLiveOptions, output: Path | None, format_name: str |
     if not live.live:
         raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
     if live.to is None:
-        raise ProcedureError(
-            "--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, ros2:///TOPIC or FILE"
-        )
+        raise ProcedureError(f"--live needs --to {LIVE_OUTPUTS} or FILE")
     if output is not None or format_name is not None:
         raise ProcedureError("-o and --format are for logs; with --live give --to FILE")
     return live.to

@@ -49,6 +49,16 @@ def record_command(
             show_default=False,
         ),
     ] = None,
+    list_at: Annotated[
+        str | None,
+        typer.Option(
+            "--list",
+            metavar="ADDRESS",
+            help="List the topics that are sent at ros2://, ros2+zenoh:// or foxglove://HOST:PORT, with their "
+            "types, qualities of service and rates; nothing is recorded.",
+            show_default=False,
+        ),
+    ] = None,
     sender: AlwaysLiveSenderOption = None,
     as_json: JsonOption = False,
     *,
@@ -63,6 +73,13 @@ def record_command(
     The exit code is 0 if every unit was recorded, 3 if one never sent a sample or lacks more than
     2 % of them, 2 if nothing could be done.
     """
+    if list_at is not None:
+        from tumble.tools.record.command_listing import show_topics
+
+        if sources:
+            raise ProcedureError("--list records nothing; leave out the sources")
+        show_topics(list_at, as_json=as_json)
+        return
     if finish is not None:
         _finish(finish, bool(sources))
         return

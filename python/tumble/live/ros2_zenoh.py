@@ -1,0 +1,190 @@
+"""Topics of ROS 2 over Zenoh, as rmw_zenoh sends them, without ROS: `ros2+zenoh:///imu/data`.
+
+Keys are `DOMAIN/TOPIC/TYPE/HASH`, messages CDR; each sender has a liveliness token
+`@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/MP/ENCLAVE/NAMESPACE/NAME/TOPIC/TYPE/HASH/QOS` in which `%` stands for
+a slash, and quality of service that is the default is left out (github.com/ros2/rmw_zenoh, docs/design.md and
+liveliness_utils.cpp).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, Final
+
+import zenoh
+
+from tumble.foundation.errors import LogError
+from tumble.live.address import Address
+from tumble.live.mailbox import Mailbox
+from tumble.live.message_source import MessageSource
+from tumble.live.rate_watch import RateWatch
+from tumble.live.ros2_names import IMU_TYPE, ros_domain, ros_name
+from tumble.live.topics import HEARD_FOR, SentTopic
+from tumble.logs.message_imu import ImuDecoder, PlainImu
+from tumble.logs.options import ReadOptions
+from tumble.logs.rosmsg import CDR
+
+ROUTER: Final = "tcp/localhost:7447"
+"""Router that nodes of rmw_zenoh look for."""
+CONFIG: Final = "ZENOH_SESSION_CONFIG_URI"
+"""Environment variable with a configuration file, as for nodes of rmw_zenoh."""
+FOUND_WITHIN: Final = 3.0
+"""s to look for who sends a topic."""
+_TOKENS: Final = "@ros2_lv"
+_PARTS: Final = 13
+_KIND, _TOPIC, _TYPE, _QUALITY = 5, 9, 10, 12
+_PUBLISHER: Final = "MP"
+_RELIABILITIES: Final = {"": "reliable", "1": "reliable", "2": "best-effort"}
+_DURABILITIES: Final = {"": "volatile", "1": "transient local", "2": "volatile"}
+
+
+@dataclass(frozen=True, slots=True)
+class ZenohSender:
+    """A topic as one of its senders announces it."""
+
+    topic: str
+    type: str
+    quality: str
+
+
+def open_zenoh(address: Address, options: ReadOptions) -> ZenohSource:
+    """Opens `ros2+zenoh:///imu/data`; `domain=` is its number, `router=` the end point to connect to.
+
+    Raises `LogError` where these are none.
+    """
+    address.refuse_other_settings("domain", "router")
+    ros_domain(address)
+    return ZenohSource(address, "/" + address.place.strip("/"), options)
+
+
+class ZenohSource(MessageSource):
+    """Reads one topic of `sensor_msgs/Imu`."""
+
+    @property
+    def _about(self) -> str:
+        return "over Zenoh"
+
+    def _decoder_for(self, first: bytes) -> ImuDecoder:
+        return PlainImu(CDR)
+
+    def _receive(self, mailbox: Mailbox[bytes], opened: ExitStack) -> None:
+        session = _session(self._address)
+        opened.callback(session.close)
+        domain, come = ros_domain(self._address), threading.Event()
+
+        def take(sample: zenoh.Sample) -> None:
+            mailbox.put(bytes(sample.payload))
+            come.set()
+
+        session.declare_subscriber(imu_key(domain, self.topic), take)
+        until = time.monotonic() + FOUND_WITHIN
+        senders: list[ZenohSender] = []
+        # Senders that are no nodes of ROS, such as bridges, announce nothing, but their messages come.
+        while not come.wait(0.05) and time.monotonic() < until:
+            senders = _senders(session, domain)
+            if any(each.topic == self.topic and each.type == IMU_TYPE for each in senders):
+                return
+        if not come.is_set():
+            raise LogError(_nobody(self._address, domain, self.topic, senders))
+
+
+def list_topics(address: Address) -> list[SentTopic]:
+    """Returns the topics that nodes of a domain announce; those of IMUs are received for `HEARD_FOR` s.
+
+    Raises `LogError` where no session can be opened.
+    """
+    address.refuse_other_settings("domain", "router")
+    domain = ros_domain(address)
+    session = _session(address)
+    try:
+        until = time.monotonic() + FOUND_WITHIN
+        while not (senders := _senders(session, domain)) and time.monotonic() < until:
+            time.sleep(0.05)
+        imus = {each.topic for each in senders if each.type == IMU_TYPE}
+        watches = {topic: RateWatch() for topic in imus}
+
+        def watching(topic: str) -> Any:  # noqa: ANN401 - a callback
+            return lambda _sample: watches[topic].push(1, time.monotonic())
+
+        for topic in imus:
+            session.declare_subscriber(imu_key(domain, topic), watching(topic))
+        if imus:
+            time.sleep(HEARD_FOR)
+        now = time.monotonic()
+    finally:
+        session.close()
+    query = "&".join(f"{key}={value}" for key, value in address.settings.items())
+    return [
+        SentTopic(
+            each.topic,
+            ros_name(each.type),
+            each.quality,
+            f"ros2+zenoh://{each.topic}{'?' if query else ''}{query}" if each.topic in imus else "",
+            watches[each.topic].rate(now) if each.topic in imus else None,
+        )
+        for each in senders
+    ]
+
+
+def imu_key(domain: int, topic: str) -> str:
+    """Returns the key expression of the messages of a topic of IMUs, whatever the hash of their type."""
+    return f"{domain}/{topic.strip('/')}/{IMU_TYPE}/*"
+
+
+def sender_of(token: str) -> ZenohSender | None:
+    """Reads the token of a sender; None where it is of something else."""
+    parts = token.split("/")
+    if len(parts) != _PARTS or parts[0] != _TOKENS or parts[_KIND] != _PUBLISHER:
+        return None
+    reliability, durability, *_ = [*parts[_QUALITY].split(":"), "", ""]
+    quality = f"{_RELIABILITIES.get(reliability, '?')}, {_DURABILITIES.get(durability, '?')}"
+    return ZenohSender(parts[_TOPIC].replace("%", "/"), parts[_TYPE].replace("%", "/"), quality)
+
+
+def _senders(session: zenoh.Session, domain: int) -> list[ZenohSender]:
+    """Asks for the senders that are there now; several of one kind count once."""
+    found = []
+    for reply in session.liveliness().get(f"{_TOKENS}/{domain}/**", timeout=1.0):
+        if reply.ok is not None and (sender := sender_of(str(reply.ok.key_expr))) is not None:
+            found.append(sender)
+    return list(dict.fromkeys(found))
+
+
+def _session(address: Address) -> zenoh.Session:
+    """Opens a session as a node of rmw_zenoh does: a peer of the router, without multicast.
+
+    Raises `LogError` where that fails; a router that is not there is waited for by Zenoh itself.
+    """
+    try:
+        if (path := os.environ.get(CONFIG)) and "router" not in address.settings:
+            return zenoh.open(zenoh.Config.from_file(path))
+        config = zenoh.Config()
+        config.insert_json5("mode", '"peer"')
+        end_point = json.dumps([address.settings.get("router", ROUTER)])
+        config.insert_json5("connect/endpoints", end_point)
+        config.insert_json5("connect/timeout_ms", "0")
+        config.insert_json5("connect/exit_on_failure", "false")
+        config.insert_json5("scouting/multicast/enabled", "false")
+        config.insert_json5("listen/endpoints", '["tcp/localhost:0"]')
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise LogError(
+            f"{address.text}: no session of Zenoh: {' '.join(str(error).split())}; check router= and {CONFIG}"
+        ) from error
+
+
+def _nobody(address: Address, domain: int, topic: str, senders: list[ZenohSender]) -> str:
+    """Returns the error for a topic that nobody sends, with those of IMUs that somebody does."""
+    sent = ", ".join(f"{each.topic} ({each.quality})" for each in senders if each.type == IMU_TYPE)
+    where = f"domain {domain} over Zenoh"
+    if sent:
+        return f"{address.text}: nobody sends {topic} in {where}; topics of sensor_msgs/Imu there: {sent}"
+    return (
+        f"{address.text}: nobody sends a sensor_msgs/Imu in {where}; is the router running "
+        "(ros2 run rmw_zenoh_cpp rmw_zenohd), is router= where it is, and is ?domain= or ROS_DOMAIN_ID right?"
+    )

@@ -1,0 +1,160 @@
+"""Topics of Foxglove's protocol and of Zenoh, sent by another process, and lists of what is sent."""
+
+import json
+import os
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+import foxglove_publisher
+import ros2_publisher
+import zenoh_publisher
+from ports import free_port
+from tumble.foundation.errors import LogError
+from tumble.live import open_source
+from tumble.live.ros2_zenoh import ZenohSender, sender_of
+from tumble.logs.options import ReadOptions
+from turntable_sessions import one_line, typed
+
+RATE = 200.0
+DOMAIN = "7"
+
+
+@contextmanager
+def running(program, *words):
+    """Another process, once it has printed a line."""
+    environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN}
+    process = subprocess.Popen(
+        [sys.executable, program.__file__, *map(str, words)], stdout=subprocess.PIPE, env=environment
+    )
+    try:
+        assert process.stdout.readline()
+        yield
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def server():
+    port = free_port()
+    with running(foxglove_publisher, port, RATE):
+        yield f"foxglove://127.0.0.1:{port}"
+
+
+@pytest.fixture
+def router(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
+    return f"tcp/127.0.0.1:{free_port()}"
+
+
+def heard(source, count=100):
+    chunks = []
+    for chunk in source:
+        chunks.append(chunk)
+        if sum(map(len, chunks)) >= count:
+            break
+    return [
+        np.concatenate([getattr(each, name) for each in chunks if len(each)])
+        for name in ("time", "accelerometer", "gyroscope")
+    ]
+
+
+def check(time, force, rate):
+    """Samples are those of the publisher, none left out: the number of each is in two of its channels."""
+    numbers = np.rint(1e3 * force[:, 1]).astype(int)
+    assert np.array_equal(np.diff(numbers), np.ones(len(numbers) - 1))
+    messages = [ros2_publisher.message(number, RATE, False) for number in numbers.tolist()]
+    for found, name in ((force, "linear_acceleration"), (rate, "angular_velocity")):
+        sent = [getattr(each, name) for each in messages]
+        assert found == pytest.approx(np.array([[each.x, each.y, each.z] for each in sent]), abs=1e-12)
+    assert time - time[0] == pytest.approx((numbers - numbers[0]) / RATE, abs=2e-6)
+
+
+@pytest.mark.parametrize("topic", ["imu/data", "json", "packed"])
+def test_a_topic_of_foxglove_comes_as_it_was_sent(server, topic):
+    options = ReadOptions(accelerometer_unit="m/s^2", gyroscope_unit="rad/s")
+    with open_source(f"{server}/{topic}", options) as source:
+        check(*heard(source))
+        assert not any("lost" in remark for remark in source.remarks)
+
+
+def test_topics_of_foxglove_are_listed_with_their_rates(server):
+    done = typed("record", "--list", server, "--json")
+    assert done.code == 0, done.err
+    found = {each["name"]: each for each in json.loads(done.out)["topics"]}
+    assert found["/imu/data"]["rate"] == pytest.approx(RATE, rel=0.2)
+    assert found["/imu/data"]["source"] == f"{server}/imu/data"
+    assert found["/scene"]["source"] == ""
+    assert found["/packed"]["type"] == "board.Imu (protobuf)"
+
+
+def test_a_topic_of_zenoh_comes_as_it_was_sent(router):
+    with (
+        running(zenoh_publisher, router, "/imu/data", RATE),
+        open_source(f"ros2+zenoh:///imu/data?router={router}") as source,
+    ):
+        check(*heard(source))
+
+
+def test_messages_without_a_token_are_received(router):
+    with (
+        running(zenoh_publisher, router, "/imu/data", RATE, "--silent"),
+        open_source(f"ros2+zenoh:///imu/data?router={router}") as source,
+    ):
+        check(*heard(source, 10))
+
+
+def test_topics_of_zenoh_are_listed_and_others_refused(router):
+    with running(zenoh_publisher, router, "/imu/data", RATE):
+        done = typed("record", "--list", f"ros2+zenoh://?router={router}", "--json")
+        (found,) = json.loads(done.out)["topics"]
+        assert (found["name"], found["type"]) == ("/imu/data", "sensor_msgs/msg/Imu")
+        assert found["quality"] == "best-effort, volatile"
+        assert found["rate"] == pytest.approx(RATE, rel=0.2)
+        with pytest.raises(LogError) as raised, open_source(f"ros2+zenoh:///imu/raw?router={router}"):
+            pass
+    assert "nobody sends /imu/raw in domain 7 over Zenoh" in str(raised.value)
+    assert "/imu/data (best-effort, volatile)" in str(raised.value)
+
+
+def test_tokens_of_senders_are_read_and_others_passed_over():
+    place = "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MP/%/%/talker"
+    topic = "%chatter/std_msgs::msg::dds_::String_/RIHS01_df668c"
+    assert sender_of(f"{place}/{topic}/::,7:,:,:,,") == ZenohSender(
+        "/chatter", "std_msgs::msg::dds_::String_", "reliable, volatile"
+    )
+    assert sender_of(place) is None
+    assert sender_of(f"{place}/{topic}/::,7:,:,:,,".replace("/MP/", "/MS/")) is None
+    assert sender_of(f"{place}/{topic}/x:1") == ZenohSender(
+        "/chatter", "std_msgs::msg::dds_::String_", "?, transient local"
+    )
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("foxglove://127.0.0.1:1/imu", "no server of Foxglove's protocol answers"),
+        ("foxglove://127.0.0.1/imu", "expected HOST:PORT"),
+        ("foxglove://127.0.0.1:8765", "names no topic"),
+        ("{server}/imu/raw", "nobody sends /imu/raw there; topics: /imu/data (sensor_msgs/msg/Imu)"),
+        ("{server}/scene", "foxglove.SceneUpdate is read where it holds one IMU"),
+        ("ros2+zenoh:///imu?domain=300", "give a number from 0 to 232"),
+        ("ros2+zenoh:///imu?speed=1", "no setting 'speed'"),
+    ],
+)
+def test_a_bad_address_of_a_topic_is_one_line(server, address, said):
+    with pytest.raises(LogError) as raised, open_source(address.format(server=server)) as source:
+        heard(source)
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_an_address_without_topics_is_one_line():
+    done = typed("record", "--list", "udp://:9000")
+    assert done.code == 2
+    assert "has no topics; give one of ros2://, ros2+zenoh://, foxglove://" in one_line(done.err)

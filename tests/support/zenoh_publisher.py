@@ -1,0 +1,38 @@
+"""A node of rmw_zenoh as its design describes it: a token, and messages of `sensor_msgs/Imu` in CDR.
+
+python zenoh_publisher.py END_POINT TOPIC RATE [--silent]
+"""
+
+import os
+import sys
+import time
+
+import zenoh
+
+import ros2_publisher
+
+HASH = "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
+
+
+def main():
+    end_point, topic, rate = sys.argv[1:4]
+    config = zenoh.Config()
+    config.insert_json5("listen/endpoints", f'["{end_point}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    session = zenoh.open(config)
+    domain, kind = os.environ["ROS_DOMAIN_ID"], "sensor_msgs::msg::dds_::Imu_"
+    name = topic.replace("/", "%")
+    # Best effort, all else by default.
+    place = f"@ros2_lv/{domain}/{session.zid()}/0/10/MP/%/%/imu_driver/{name}/{kind}/{HASH}/2::,7:,:,:,,"
+    tokens = [] if "--silent" in sys.argv else [session.liveliness().declare_token(place)]
+    publisher = session.declare_publisher(f"{domain}{topic}/{kind}/{HASH}")
+    print("sending", len(tokens), flush=True)
+    began, number = time.monotonic(), 0
+    while True:
+        publisher.put(bytes(ros2_publisher.message(number, float(rate), False).serialize()))
+        number += 1
+        time.sleep(max(0.0, began + number / float(rate) - time.monotonic()))
+
+
+if __name__ == "__main__":
+    main()
