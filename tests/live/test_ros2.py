@@ -117,7 +117,7 @@ def test_a_process_joins_a_domain_once(domain):
     assert Domain.join(parse_address(f"ros2:///imu?domain={(domain + 1) % 200}")) is not first
     before = weakref.ref(first)
     del first
-    # What nobody holds has left, so that nothing is announced for it any more.
+    # A participant that nobody holds has left the domain.
     assert before() is None
 
 

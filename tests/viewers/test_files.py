@@ -19,6 +19,8 @@ from tumble.tools.viewers.messages import STATES, rotation_onto
 from turntable_sessions import one_line, typed
 from viewer_files import column, mcap_messages, rerun_chunks, triads_of
 
+pytest.importorskip("rerun", reason="Rerun needs Python 3.11")
+
 
 @pytest.fixture(scope="module")
 def hand(tmp_path_factory):

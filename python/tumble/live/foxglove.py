@@ -205,7 +205,7 @@ def _channel(stated: Any) -> _Channel | None:  # noqa: ANN401 - whatever JSON ho
     try:
         number, topic, encoding = stated["id"], stated["topic"], stated["encoding"]
         kind, schema = stated.get("schemaName", ""), stated.get("schema", "")
-        # Of these a schema is binary, in base64.
+        # Schemas of these are binary, in base64.
         is_binary = (stated.get("schemaEncoding") or encoding) in ("protobuf", "flatbuffer")
         text = base64.b64decode(schema) if is_binary else schema.encode()
         return _Channel(int(number), str(topic), Definition(str(encoding), str(kind), text))

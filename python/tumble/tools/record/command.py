@@ -54,8 +54,8 @@ def record_command(
         typer.Option(
             "--list",
             metavar="ADDRESS",
-            help="List the topics that are sent at ros2://, ros2+zenoh:// or foxglove://HOST:PORT, with their "
-            "types, qualities of service and rates; nothing is recorded.",
+            help="List the topics that are sent at ros2://, ros2+zenoh:// or foxglove://HOST:PORT, and their "
+            "rates; nothing is recorded.",
             show_default=False,
         ),
     ] = None,

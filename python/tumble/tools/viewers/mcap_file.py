@@ -80,7 +80,7 @@ def _write(writer: McapWriter, content: ViewerContent, path: Path, progress: Sam
         unit, stream, (raw, corrected) = waiting.pop(
             min(range(len(waiting)), key=lambda place: float(waiting[place][2][0].time[0]))
         )
-        # What belongs before these samples comes first, so that players need not sort.
+        # Messages that belong before these samples come first, so that players need not sort.
         _write_until(writer, pending, int(nanoseconds_of(raw.time[:1], path)[0]))
         for form, chunk in (("raw", raw), ("calibrated", corrected)):
             if chunk is not None:
